@@ -20,10 +20,12 @@ using prism::wire::FrameDescriptionPtr;
 
 std::vector<wire::FrameDescriptionPtr> load_all() {
   std::vector<wire::FrameDescriptionPtr> all;
-  for (const auto& entry : std::filesystem::directory_iterator(PRISM_SOURCE_DIR "/config/frames")) {
-    std::ifstream in(entry.path());
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (auto parsed = prism::wire::parse_frame_description(text, entry.path().string())) all.push_back(*parsed);
+  for (const char* folder : {PRISM_SOURCE_DIR "/config/frames", PRISM_SOURCE_DIR "/tests/replay/frames/described"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      std::ifstream in(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      if (auto parsed = prism::wire::parse_frame_description(text, entry.path().string())) all.push_back(*parsed);
+    }
   }
   if (all.empty()) std::abort();
   return all;

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
-# Replay goldens of the shipped frame descriptions: prismsim made frames/NAME.pcap from the description; its replay must equal
-# frames/NAME.expected. The captures have at most 10 frames a second, so that twelve seconds are small; the bytes of a frame
-# are those at full speed. Real bytes of the device, if present, must give frames/NAME.real.expected at the described rate.
+# Replay goldens of the shipped frame descriptions and those in frames/described: prismsim made frames/NAME.pcap from the
+# description; its replay must equal frames/NAME.expected. The captures have at most 10 frames a second, so that twelve
+# seconds are small; the bytes of a frame are those at full speed. Real bytes of the device, if present, must give
+# frames/NAME.real.expected at the described rate.
 # usage: shipped.sh NAME | shipped.sh NAME FILE-OF-REAL-BYTES (in ../shared/frames, or where PRISM_SHARED says)
 # PRISM_REGENERATE=1 rewrites the expected logs, PRISM_REGENERATE=captures the captures too; read the diff as code.
 . "$(dirname "$0")/../system/lib.sh"
 name=$1
 here=$PRISM_SOURCE/tests/replay/frames
 description=$PRISM_SOURCE/config/frames/$name.json
+[ -e "$description" ] || description=$here/described/$name.json
 
 # The rate, and the ticks of a counter with it, divided by what brings the rate to 10 a second.
 slow_motion() {

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <string>
 
 namespace prism::wire {
 namespace {
@@ -80,12 +81,17 @@ bool text_holds(const CheckRule& rule, Bytes stored, std::uint64_t expected) {
   const char* first = reinterpret_cast<const char*>(stored.data());
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(first, first + stored.size(), value, hex ? 16 : 10);
-  if (error != std::errc{} || value != expected) return false;
+  if (error != std::errc{} || value != (expected & width_mask(hex ? rule.size / 2u : rule.size))) return false;
   if (hex) return end == first + stored.size();
   return std::all_of(end, first + stored.size(), [](char c) { return c == '\r' || c == '\n'; });
 }
 
 }  // namespace
+
+std::size_t printed_digits(const CheckRule& rule) {
+  if (rule.stored == CheckRule::Stored::kHexText) return rule.size;
+  return std::to_string(width_mask(rule.size)).size();
+}
 
 bool check_holds(const CheckRule& rule, Bytes frame) {
   const std::optional<StoredCheck> stored = locate(rule, frame);
@@ -105,6 +111,7 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
   const std::optional<StoredCheck> stored = locate(rule, frame);
   if (!stored) return;
   std::uint64_t value = computed(rule, stored->cover);
+  if (rule.stored == CheckRule::Stored::kDecimalText) value &= width_mask(rule.size);
   std::uint8_t* out = frame.data() + stored->at;
   if (rule.sum == CheckRule::Sum::kParity) {
     if (value != 0) *out = static_cast<std::uint8_t>(*out ^ rule.mask);
@@ -113,6 +120,12 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
   if (rule.stored == CheckRule::Stored::kHexText) {
     for (std::size_t i = stored->size; i-- > 0; value >>= 4)
       out[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[value & 0xF]);
+    return;
+  }
+  if (rule.stored == CheckRule::Stored::kDecimalText) {
+    std::size_t digits = stored->size;
+    while (digits > 0 && (out[digits - 1] == '\r' || out[digits - 1] == '\n')) --digits;
+    for (; digits-- > 0; value /= 10) out[digits] = static_cast<std::uint8_t>('0' + value % 10);
     return;
   }
   for (std::size_t i = 0; i < stored->size; ++i) {

@@ -24,7 +24,8 @@ struct CheckRule {
   std::uint64_t init = 0;                  ///< kSum, kXor, kFletcher
   std::uint64_t mask = ~std::uint64_t{0};  ///< of the result: 0x7F in the 7-bit family
   std::uint32_t pad_to = 1;                ///< kCrc: zero bytes appended for the computation up to a multiple of this
-  char separator = 0;             ///< text: the check follows the last one; the covered bytes end before it ...
+  /// Text: the check follows the last one, and the covered bytes end before it (0: the check is at `at`) ...
+  char separator = 0;
   bool covers_separator = false;  ///< ... or after it
   bool odd = true;                ///< kParity: odd number of ones in the covered bytes with the stored bit
   bool in_header = false;         ///< covers header bytes only: checked before the length is used
@@ -32,10 +33,14 @@ struct CheckRule {
   std::shared_ptr<const Crc> crc;
 };
 
+/// Digits that an encoder writes for a check in text.
+std::size_t printed_digits(const CheckRule& rule);
+
 /// Returns true if the stored check is correct; false also if the frame is too short.
 bool check_holds(const CheckRule& rule, std::span<const std::uint8_t> frame);
 
-/// Computes and writes the check. Text checks after a separator: it must exist.
+/// Computes and writes the check. Text checks after a separator: it must exist. Decimal text has leading zeros, and a
+/// number with more digits than the frame has space for loses the first ones.
 void store_check(const CheckRule& rule, std::span<std::uint8_t> frame);
 
 /// Sum of words of `word` bytes (1, 2 or 4), not reduced; a last incomplete word counts as if zeros followed.

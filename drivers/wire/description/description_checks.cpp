@@ -109,7 +109,8 @@ class MessageCheck {
     const int at = absolute(field.at);
     for (unsigned bit = field.shift; bit < unsigned{field.shift} + field.bits; ++bit) {
       const unsigned byte_from_low = bit / field.group_bits;
-      const auto byte = static_cast<std::size_t>(at) + field.order[field.size - 1u - byte_from_low];
+      const unsigned position = field.size - 1u - byte_from_low;
+      const auto byte = static_cast<std::size_t>(at) + (field.is_hex() ? position : field.order[position]);
       bits[byte * 8 + bit % field.group_bits] = true;
     }
     return bits;

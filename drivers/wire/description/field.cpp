@@ -21,7 +21,24 @@ void store_digits(const Field& field, std::uint8_t* first, double number) {
   std::copy(text.begin(), text.end(), first);
 }
 
+/// Value of a hexadecimal digit; -1 for another character.
+int hex_digit(std::uint8_t c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const int lower = c | 0x20;
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
 }  // namespace
+
+bool are_hex_digits(const std::uint8_t* first, unsigned size) {
+  return std::all_of(first, first + size, [](std::uint8_t c) { return hex_digit(c) >= 0; });
+}
+
+std::uint64_t load_hex(const std::uint8_t* first, unsigned size) {
+  std::uint64_t value = 0;
+  for (unsigned i = 0; i < size; ++i) value = value << 4 | static_cast<unsigned>(hex_digit(first[i]));
+  return value;
+}
 
 double load_digits(const Field& field, const std::uint8_t* first) {
   return parse_decimal({reinterpret_cast<const char*>(first), field.size}, '.');
@@ -30,6 +47,11 @@ double load_digits(const Field& field, const std::uint8_t* first) {
 void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
   const std::uint64_t mask = (~std::uint64_t{0} >> (64u - field.bits)) << field.shift;
   std::uint64_t whole = (assembled(field, first) & ~mask) | ((value << field.shift) & mask);
+  if (field.is_hex()) {
+    for (unsigned i = field.size; i-- > 0; whole >>= 4)
+      first[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[whole & 0xF]);
+    return;
+  }
   const unsigned low = (1u << field.group_bits) - 1;
   for (unsigned i = field.size; i-- > 0; whole >>= field.group_bits) {
     std::uint8_t& byte = first[field.order[i]];

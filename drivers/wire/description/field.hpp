@@ -35,8 +35,8 @@ struct alignas(64) Field {
   int at = 0;     ///< first byte; negative: from the end of the frame. In an item: of its payload. Text: the column
   int item = -1;  ///< index into MessageType::items.ids (or of the block); -1: at a fixed position
   NumberType type = NumberType::kUnsigned;
-  std::uint8_t size = 1;        ///< bytes, 1 to 8
-  std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8, or 7 for devices that keep bit 7 clear
+  std::uint8_t size = 1;        ///< bytes, 1 to 8; hexadecimal digits: 1 to 16 characters
+  std::uint8_t group_bits = 8;  ///< payload bits of each byte: 8; 7: bit 7 is always clear; 4: a hexadecimal digit
   std::uint8_t shift = 0;       ///< right shift of the assembled number
   std::uint8_t bits = 8;        ///< then this many bits; the highest is the sign
   bool plain_big = false;       ///< complete bytes in order: allows the fast functions
@@ -46,8 +46,12 @@ struct alignas(64) Field {
   Condition when;
   Conversion scaling;
   double preset = 0;  ///< default raw number for an encoder
+  int decimals = -1;  ///< kDecimalText: exact number of digits after the point, or the frame is rejected; -1: any
   std::string name;
   std::string unit;
+
+  /// The number is printed in hexadecimal digits, most significant first: "FFE3".
+  bool is_hex() const { return group_bits == 4; }
 };
 
 /// An unsigned integer of `size` bytes (1 to 8); common sizes without a loop.
@@ -85,11 +89,18 @@ inline std::uint64_t load_little(const std::uint8_t* first, unsigned size) {
   return value;
 }
 
+/// True if `size` characters are hexadecimal digits.
+bool are_hex_digits(const std::uint8_t* first, unsigned size);
+
+/// The number in hexadecimal digits; call only if are_hex_digits().
+std::uint64_t load_hex(const std::uint8_t* first, unsigned size);
+
 /// All bits of the field's bytes, before shift and width are applied; `first` points to the byte at `at`. No bounds
 /// checks here and below: the description reader and FrameView have done them.
 inline std::uint64_t assembled(const Field& field, const std::uint8_t* first) {
   if (field.plain_big) return load_big(first, field.size);
   if (field.plain_little) return load_little(first, field.size);
+  if (field.is_hex()) return load_hex(first, field.size);
   std::uint64_t value = 0;
   const unsigned low = (1u << field.group_bits) - 1;
   for (unsigned i = 0; i < field.size; ++i) value = value << field.group_bits | (first[field.order[i]] & low);

@@ -56,6 +56,10 @@ ConversionStep read_step(const Section& s) {
 }
 
 void read_order(const Section& s, bool big_endian, Field& field) {
+  if (field.is_hex()) {
+    if (s.has("order")) s.fail("order", "not valid with hexadecimal digits: the first digit is the most significant");
+    return;
+  }
   const bool listed = s.is_array("order");
   const bool big = listed ? big_endian : read_byte_order(s, "order", big_endian);
   for (std::uint8_t i = 0; i < field.size; ++i)
@@ -126,10 +130,11 @@ void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Fie
   }
   const int needed = (field.bits + field.shift + field.group_bits - 1) / field.group_bits;
   const auto size = is_text(field) ? 1 : bytes > 0 ? bytes : needed;
-  if (!is_text(field) && (size > 8 || size < needed || size * field.group_bits > 64)) {
-    s.fail("type", fmt::format("{} bits after a shift of {} need {} bytes; expected at most 8 bytes and 64 bits",
-                               field.bits, field.shift, needed));
-    field.bits = 8, field.shift = 0, field.size = 1;
+  const int most = field.is_hex() ? 16 : 8;
+  if (!is_text(field) && (size > most || size < needed || size * field.group_bits > 64)) {
+    s.fail("type", fmt::format("{} bits after a shift of {} need {} bytes; expected at most {} bytes and 64 bits",
+                               field.bits, field.shift, needed, most));
+    field.bits = 8, field.shift = 0, field.size = 1, field.group_bits = 8;
   } else {
     field.size = static_cast<std::uint8_t>(size);
   }
@@ -157,11 +162,18 @@ FieldDraft read_field(const Section& s, const std::string& name, bool big_endian
   field.name = name;
   field.group_bits = static_cast<std::uint8_t>(s.integer("group", {7, 8}, field.group_bits));
   field.shift = static_cast<std::uint8_t>(s.integer("shift", {0, 63}, field.shift));
-  read_number_type(s, big_endian, s.has("bytes") ? s.integer("bytes", {1, 8}) : 0, field);
-  if (is_text(field) != text) {
+  const bool hex = s.choice("text", {"no", "hex"}, 0) == 1;
+  if (hex && field.group_bits != 8) s.fail("group", "not valid with hexadecimal digits");
+  if (hex) field.group_bits = 4;
+  read_number_type(s, big_endian, s.has("bytes") ? s.integer("bytes", hex ? Range{1, 16} : Range{1, 8}) : 0, field);
+  if (hex && is_text(field))
+    s.fail("type", "has no number of bits; expected a type like u16 or s24 with hexadecimal digits");
+  if (!hex && is_text(field) != text) {
     s.fail("type", text ? "not a text type; expected decimal or hex in a text frame"
                         : "a text type requires a message type with \"text\"");
   }
+  field.decimals = static_cast<int>(s.integer("decimals", {0, 17}, field.decimals));
+  if (field.decimals >= 0 && field.type != NumberType::kDecimalText) s.fail("decimals", "only valid with type decimal");
   const char* place = text ? "column" : "at";
   const char* other = text ? "at" : "column";
   const Range range = text ? Range{0, 63} : Range{-kMaxFrameBytes, kMaxFrameBytes};
@@ -170,6 +182,7 @@ FieldDraft read_field(const Section& s, const std::string& name, bool big_endian
   if (field.at >= 0) field.at += shift_at;
   if (s.has("item")) draft.item = s.bits("item");
   if (s.has("block")) draft.block = s.bits("block");
+  if (hex && (draft.item || draft.block)) s.fail("text", "not valid in an item or block");
   field.unit = s.text("unit", "");
   field.scaling = read_scaling(s);
   field.preset = s.number("preset", {-1e18, 1.8446744073709552e19}, field.preset);

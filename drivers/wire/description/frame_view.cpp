@@ -2,6 +2,7 @@
 // Finds items, blocks and columns in a frame, and reads fields there.
 #include "drivers/wire/description/frame_view.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include "drivers/wire/description/printed_number.hpp"
@@ -79,7 +80,8 @@ bool FrameView::locate_columns() {
   const ColumnsRule& rule = kind_->text;
   std::size_t count = 0;
   std::size_t start = 0;
-  const std::size_t end = frame_.size() - kind_->length.terminator.size();
+  if (frame_.size() < rule.tail) return false;
+  const std::size_t end = frame_.size() - rule.tail;
   for (std::size_t i = 0; i <= end; ++i) {
     if (i < end && !is_separator(rule, frame_[i])) continue;
     const bool empty = i == start;
@@ -89,7 +91,17 @@ bool FrameView::locate_columns() {
     }
     start = i + 1;
   }
-  return rule.columns == 0 || count == rule.columns;
+  return (rule.columns == 0 || count == rule.columns) && decimals_hold();
+}
+
+bool FrameView::decimals_hold() const {
+  return std::all_of(kind_->fields.begin(), kind_->fields.end(), [&](const Field& field) {
+    if (field.decimals < 0) return true;
+    const Bytes text = column(field);
+    const auto point = std::find(text.begin(), text.end(), static_cast<std::uint8_t>(kind_->text.point));
+    const std::ptrdiff_t digits = point == text.end() ? 0 : text.end() - point - 1;
+    return text.empty() || digits == field.decimals;
+  });
 }
 
 bool FrameView::holds(const Condition& condition) const {
@@ -108,7 +120,9 @@ const std::uint8_t* FrameView::find(const Field& field) const {
   if (field.item >= 0) return find_in_item(field);
   const auto length = static_cast<std::int64_t>(frame_.size());
   const std::int64_t at = field.at >= 0 ? field.at : length + field.at;
-  return at >= 0 && at + field.size <= length ? frame_.data() + at : nullptr;
+  if (at < 0 || at + field.size > length) return nullptr;
+  const std::uint8_t* first = frame_.data() + at;
+  return field.is_hex() && !are_hex_digits(first, field.size) ? nullptr : first;
 }
 
 bool FrameView::present(int field) const {
@@ -141,6 +155,7 @@ Bytes FrameView::column(const Field& field) const {
   Bytes text = elements_[index];
   while (!text.empty() && text.front() == ' ') text = text.subspan(1);
   while (!text.empty() && text.back() == ' ') text = text.first(text.size() - 1);
+  if (field.is_hex()) return text.size() == field.size && are_hex_digits(text.data(), field.size) ? text : Bytes{};
   if (!text.empty() && text.front() == '+') text = text.subspan(1);
   return text;
 }
@@ -150,6 +165,7 @@ double FrameView::raw_text(const Field& field) const {
   const char* first = reinterpret_cast<const char*>(text.data());
   const char* last = first + text.size();
   if (text.empty()) return kUnknown;
+  if (field.is_hex()) return load_number(field, text.data());
   if (field.type == NumberType::kHexText) {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(first, last, value, 16);
@@ -159,6 +175,10 @@ double FrameView::raw_text(const Field& field) const {
 }
 
 std::uint64_t FrameView::text_bits(const Field& field) const {
+  if (field.is_hex()) {
+    const Bytes text = column(field);
+    return text.empty() ? 0 : load_bits(field, text.data());
+  }
   const double number = raw_text(field);
   return number >= 0 && number < 18446744073709549568.0 ? static_cast<std::uint64_t>(number) : 0;
 }

@@ -23,7 +23,8 @@ class FrameView {
     return kind.structure == Structure::kPlain || locate();
   }
 
-  /// The first byte of a binary field; null if this frame does not contain the field.
+  /// The first byte of a field outside columns; null if this frame does not contain the field, or if a character of a
+  /// field in hexadecimal digits is not one.
   const std::uint8_t* find(const Field& field) const;
   /// False if this frame does not contain the field.
   bool present(int field) const;
@@ -49,9 +50,10 @@ class FrameView {
   double value(int field) const { return scaled(field, raw(field)); }
 
  private:
-  /// Fast path for most fields: at a fixed position from the start, unconditional. Null: needs a search.
+  /// Fast path for most fields: binary, at a fixed position from the start, unconditional. Null: needs a search.
   const std::uint8_t* at_once(const Field& field) const {
-    const bool plain = kind_->structure == Structure::kPlain && field.when.field < 0 && field.at >= 0;
+    const bool plain =
+        kind_->structure == Structure::kPlain && field.when.field < 0 && field.at >= 0 && !field.is_hex();
     return plain && static_cast<std::size_t>(field.at) + field.size <= frame_.size() ? frame_.data() + field.at
                                                                                      : nullptr;
   }
@@ -61,6 +63,7 @@ class FrameView {
   bool locate_items();
   bool locate_blocks();
   bool locate_columns();
+  bool decimals_hold() const;
   bool holds(const Condition& condition) const;
   const std::uint8_t* find_in_item(const Field& field) const;
   double raw_text(const Field& field) const;

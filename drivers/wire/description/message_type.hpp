@@ -64,6 +64,7 @@ struct ColumnsRule {
   bool collapse = false;      ///< consecutive separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exact number; 0: any
   char point = '.';           ///< decimal point; ',' in some countries
+  std::uint32_t tail = 0;     ///< bytes at the end that are not columns: terminator, check without a mark
   std::string write;          ///< template of an encoder: text with {field} or {field:9.6} or {field:08x}
 };
 

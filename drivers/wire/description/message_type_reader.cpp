@@ -99,6 +99,15 @@ void read_structure(const Section& s, bool big_endian, const FieldGroups& groups
   }
 }
 
+/// The columns end before the terminator, or before a check without a mark.
+void measure_tail(MessageType& kind) {
+  kind.text.tail = static_cast<std::uint32_t>(kind.length.terminator.size());
+  for (const CheckRule& check : kind.checks) {
+    if (check.separator == 0 && check.at < 0)
+      kind.text.tail = std::max(kind.text.tail, static_cast<std::uint32_t>(-check.at));
+  }
+}
+
 /// Sorts the sync, finds the header's checks and the bytes they need.
 void measure_header(MessageType& kind) {
   std::sort(kind.sync.begin(), kind.sync.end(), [](const ByteRule& a, const ByteRule& b) { return a.at < b.at; });
@@ -166,6 +175,7 @@ MessageType read_kind(const Section& s, bool big_endian, const FieldGroups& grou
   read_structure(s, big_endian, groups, kind);
   read_rules(s, kind);
   for (const Section& check : s.one_or_more_objects("checks")) kind.checks.push_back(read_check(check, big_endian));
+  measure_tail(kind);
   measure_header(kind);
   measure_strength(kind);
   return kind;

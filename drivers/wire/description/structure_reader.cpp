@@ -32,8 +32,10 @@ void read_stored(const Section& s, CheckRule& rule) {
   const std::string separator = s.raw_text("mark", "");
   if (rule.stored == CheckRule::Stored::kBinary) return;
   rule.covers_separator = s.boolean("covers_mark", rule.covers_separator);
-  if (separator.size() != 1) return s.fail("mark", "not one character; expected the character before the check");
-  rule.separator = separator[0];
+  if (s.has("mark") && separator.size() != 1)
+    return s.fail("mark", "not one character; expected the character before the check");
+  if (rule.covers_separator && separator.empty()) return s.fail("covers_mark", "not valid without \"mark\"");
+  rule.separator = separator.empty() ? '\0' : separator[0];
   if (rule.stored == CheckRule::Stored::kHexText) rule.size = static_cast<std::uint8_t>(2 * rule.size);
 }
 

@@ -29,6 +29,18 @@ std::string print_number(std::string_view form, double number, char point = '.')
   return text;
 }
 
+std::string print_hex(const Field& field, double number) {
+  std::string text(field.size, '0');
+  store_number(field, reinterpret_cast<std::uint8_t*>(text.data()), number);
+  return text;
+}
+
+/// True for a text check at the end of the line; the template has the place of others.
+bool is_appended(const CheckRule& check, const LengthRule& length) {
+  if (check.stored == CheckRule::Stored::kBinary) return false;
+  return check.separator != 0 || check.at == -static_cast<int>(printed_digits(check) + length.terminator.size());
+}
+
 }  // namespace
 
 std::string template_fault(const MessageType& kind) {
@@ -39,6 +51,13 @@ std::string template_fault(const MessageType& kind) {
     const Placeholder number = placeholder(text.substr(at + 1, close - at - 1));
     if (kind.field_index(number.field) < 0)
       return fmt::format("names \"{}\", which is not a field of this message type", number.field);
+    if (kind.fields[static_cast<std::size_t>(kind.field_index(number.field))].is_hex()) {
+      if (!number.form.empty())
+        return fmt::format("has the form \"{}\"; expected none, because \"{}\" has the width of its type", number.form,
+                           number.field);
+      at = close + 1;
+      continue;
+    }
     try {
       print_number(number.form, 0);
     } catch (const fmt::format_error&) {
@@ -58,11 +77,13 @@ std::vector<std::uint8_t> print_frame(const MessageType& kind, std::span<const d
     if (open == std::string_view::npos) break;
     const std::size_t close = left.find('}', open);
     const Placeholder number = placeholder(left.substr(open + 1, close - open - 1));
-    out += print_number(number.form, raw[static_cast<std::size_t>(kind.field_index(number.field))], kind.text.point);
+    const auto index = static_cast<std::size_t>(kind.field_index(number.field));
+    out += kind.fields[index].is_hex() ? print_hex(kind.fields[index], raw[index])
+                                       : print_number(number.form, raw[index], kind.text.point);
     left.remove_prefix(close + 1);
   }
   for (const CheckRule& check : kind.checks) {
-    if (check.stored == CheckRule::Stored::kHexText) out.append(check.size, '0');
+    if (is_appended(check, kind.length)) out.append(printed_digits(check), '0');
   }
   std::vector<std::uint8_t> frame(out.begin(), out.end());
   frame.insert(frame.end(), kind.length.terminator.begin(), kind.length.terminator.end());

@@ -65,6 +65,19 @@ void write_presets(const MessageType& kind, std::vector<std::uint8_t>& frame) {
   }
 }
 
+/// The terminator, and digits where fields have hexadecimal ones.
+void write_characters(const MessageType& kind, std::vector<std::uint8_t>& frame) {
+  const std::vector<std::uint8_t>& end = kind.length.terminator;
+  if (end.size() <= frame.size())
+    std::copy(end.begin(), end.end(), frame.end() - static_cast<std::ptrdiff_t>(end.size()));
+  const auto length = static_cast<std::ptrdiff_t>(frame.size());
+  for (const Field& field : kind.fields) {
+    const std::ptrdiff_t at = field.at < 0 ? length + field.at : field.at;
+    if (field.is_hex() && at >= 0 && at + field.size <= length)
+      std::fill_n(frame.begin() + at, field.size, std::uint8_t{'0'});
+  }
+}
+
 }  // namespace
 
 void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame) {
@@ -98,6 +111,7 @@ std::vector<std::uint8_t> blank_frame(const MessageType& kind) {
     const auto value = (static_cast<std::int64_t>(frame.size()) - kind.length.add) / kind.length.multiply;
     store_bits(field, frame.data() + field.at, static_cast<std::uint64_t>(value));
   }
+  write_characters(kind, frame);
   apply_constants(kind, frame);
   write_presets(kind, frame);
   return frame;

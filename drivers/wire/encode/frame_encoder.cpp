@@ -61,7 +61,8 @@ void FrameEncoder::put_number(int field, double raw) {
 void FrameEncoder::put_bits(int field, std::uint64_t bits) {
   const auto index = static_cast<std::size_t>(field);
   if (kind_->structure == Structure::kColumns) {
-    raw_[index] = static_cast<double>(bits);
+    const bool is_signed = kind_->fields[index].type == NumberType::kSigned;
+    raw_[index] = is_signed ? static_cast<double>(static_cast<std::int64_t>(bits)) : static_cast<double>(bits);
   } else if (const std::uint8_t* at = find(field)) {
     store_bits(kind_->fields[index], frame_.data() + (at - frame_.data()), bits);
   }

@@ -248,11 +248,14 @@ TEST_P(Shipped, FindsNoFrameInGarbageWithStrongChecks) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(test::shipped_gyros()), [](const auto& one) {
+std::string test_name(const testing::TestParamInfo<std::string>& one) {
   std::string name = one.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
-});
+}
+
+INSTANTIATE_TEST_SUITE_P(Descriptions, Shipped, testing::ValuesIn(test::shipped_gyros()), test_name);
+INSTANTIATE_TEST_SUITE_P(ForTests, Shipped, testing::ValuesIn(test::described()), test_name);
 
 }  // namespace
 }  // namespace prism::wire

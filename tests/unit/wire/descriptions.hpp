@@ -22,9 +22,15 @@ inline wire::FrameDescriptionPtr description_of(const std::string& text, const w
   return *parsed;
 }
 
-/// A shipped description by its name: "trplg".
+/// Descriptions for tests only: features that no shipped one has.
+inline std::filesystem::path described_dir() {
+  return std::filesystem::path(PRISM_SOURCE_DIR) / "tests" / "replay" / "frames" / "described";
+}
+
+/// A shipped description by its name ("trplg"), or one for tests.
 inline wire::FrameDescriptionPtr shipped(const std::string& name, const wire::GyroChoice& choice = {}) {
-  const auto path = frames_dir() / (name + ".json");
+  auto path = frames_dir() / (name + ".json");
+  if (!std::filesystem::exists(path)) path = described_dir() / (name + ".json");
   auto parsed = wire::parse_frame_description(read_file(path), path.filename().string(), choice);
   if (!parsed) throw std::runtime_error(parsed.error().text());
   return *parsed;
@@ -37,6 +43,13 @@ inline std::vector<std::string> shipped_gyros() {
     if (entry.path().extension() != ".json" || entry.path().stem() == "frame.schema") continue;
     if (shipped(entry.path().stem())->carries_gyro()) names.push_back(entry.path().stem());
   }
+  return names;
+}
+
+/// Names of the descriptions for tests.
+inline std::vector<std::string> described() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(described_dir())) names.push_back(entry.path().stem());
   return names;
 }
 

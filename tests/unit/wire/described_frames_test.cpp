@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// Descriptions for tests, in tests/replay/frames/described: exponents, hexadecimal digits, text checks without a mark.
+// damage_test.cpp runs its properties on them too.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/wire/decode/inspect.hpp"
+#include "drivers/wire/decode/sniffer.hpp"
+#include "tests/unit/wire/descriptions.hpp"
+
+namespace prism::wire {
+namespace {
+
+using testing::HasSubstr;
+
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes characters(const std::string& text) { return {text.begin(), text.end()}; }
+
+std::string error_of(const std::string& text) {
+  const auto parsed = parse_frame_description(text, "t.json");
+  if (!parsed) return parsed.error().text();
+  const auto run = run_test_vectors(**parsed);
+  return run ? "good" : run.error().text();
+}
+
+/// One message type "k" with the given members, and a vector.
+std::string one_type(const std::string& members, const std::string& vector) {
+  return R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
+    "kinds": [{"name": "k", )" +
+         members + R"(}], "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}, "vectors": [)" + vector +
+         "]}";
+}
+
+class Described : public testing::TestWithParam<std::string> {};
+
+TEST_P(Described, DecodesItsVectors) {
+  const auto description = test::shipped(GetParam());
+  EXPECT_FALSE(description->test_vectors.empty());
+  const auto run = run_test_vectors(*description);
+  EXPECT_TRUE(run) << run.error().text();
+}
+
+TEST_P(Described, IsRecognisedByTheSniffer) {
+  std::vector<FrameDescriptionPtr> all;
+  for (const std::string& name : test::shipped_gyros()) all.push_back(test::shipped(name));
+  const auto truth = test::shipped(GetParam());
+  all.push_back(truth);
+  FrameEncoder encoder(truth);
+  Bytes bytes;
+  for (int i = 0; i < 200; ++i)
+    encoder.encode({.rate_deg_per_h = {10.0 + i}, .interval_s = truth->period_s(), .temperature_degc = 30}, bytes);
+  Sniffer sniffer(all);
+  sniffer.feed(std::span(bytes).subspan(7), 0);
+  const SniffScore best = sniffer.ranking().front();
+  EXPECT_EQ(best.description->name, truth->name) << sniff_line(best);
+  EXPECT_TRUE(best.fits) << sniff_line(best);
+  EXPECT_GE(best.frames, 198u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, Described, testing::ValuesIn(test::described()), [](const auto& one) {
+  std::string name = one.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+TEST(Exponents, AreWrittenByTheEncoder) {
+  FrameEncoder encoder(test::shipped("exponent"));
+  Bytes bytes;
+  encoder.encode({.rate_deg_per_h = {4.5}, .interval_s = 0.01, .temperature_degc = -12.5}, bytes);
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "+1.25000000E-03,-1.2500e+01,1\r\n");
+}
+
+TEST(HexDigits, AreWrittenInTwosComplement) {
+  FrameEncoder places(test::shipped("hex-digits"));
+  Bytes bytes;
+  places.encode({.rate_deg_per_h = {-0.02}, .interval_s = 0.01, .temperature_degc = -8.5625}, bytes);
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end() - 4), "$FFFFFEFBB8018");
+  FrameEncoder columns(test::shipped("hex-columns"));
+  bytes.clear();
+  columns.encode({.rate_deg_per_h = {-0.029}, .interval_s = 0.01, .temperature_degc = 25.1}, bytes);
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end() - 3), "#FFFFFFE3;25.10;001");
+}
+
+TEST(HexDigits, AreUnknownWithAnotherCharacter) {
+  const auto description = test::description_of(one_type(
+      R"("sync": {"bytes": "3A"}, "length": {"terminator": "0D", "min": 8, "max": 8},
+         "fields": {"r": {"at": 1, "type": "s16", "text": "hex"}, "n": {"at": 5, "type": "u8", "text": "hex"}})",
+      ""));
+  const auto frame = inspect_frame(*description, characters(":FF-305\r"));
+  ASSERT_TRUE(frame);
+  ASSERT_EQ(frame->values.size(), 1u) << "the rate is absent, like a field whose condition is false";
+  EXPECT_EQ(frame->values[0].field, "n");
+  EXPECT_EQ(frame->values[0].value, 5);
+}
+
+TEST(HexDigits, HaveTheWidthOfTheirType) {
+  const std::string members = R"("length": {"terminator": "0D", "min": 4, "max": 20}, "text": {"separators": ","},
+      "fields": {"r": {"column": 0, "type": "s16", "text": "hex"}})";
+  EXPECT_EQ(error_of(one_type(members, R"({"text": "FFE3\r", "kind": "k", "values": {"r": -29}})")), "good");
+  EXPECT_THAT(error_of(one_type(members, R"({"text": "FE3\r", "kind": "k", "values": {"r": -29}})")),
+              HasSubstr("has no field r"))
+      << "a digit was lost";
+}
+
+TEST(HexDigits, RejectWhatTheyCannotHave) {
+  const auto field = [](const std::string& keys) {
+    return error_of(one_type(
+        R"("sync": {"bytes": "3A"}, "length": 20, "fields": {"r": {"at": 1, "text": "hex", )" + keys + "}}", ""));
+  };
+  EXPECT_EQ(
+      field(R"("type": "u16", "order": "little")"),
+      "t.json:/kinds/0/fields/r/order: not valid with hexadecimal digits: the first digit is the most significant");
+  EXPECT_EQ(
+      field(R"("type": "decimal")"),
+      "t.json:/kinds/0/fields/r/type: has no number of bits; expected a type like u16 or s24 with hexadecimal digits");
+  EXPECT_EQ(
+      field(R"("type": "u16", "bytes": 3)"),
+      "t.json:/kinds/0/fields/r/type: 16 bits after a shift of 0 need 4 bytes; expected at most 16 bytes and 64 bits");
+}
+
+TEST(TextChecks, NeedAMarkOrAPlace) {
+  const auto check = [](const std::string& keys) {
+    return error_of(one_type(R"("length": {"terminator": "0D", "min": 4, "max": 20}, "text": {"separators": ","},
+        "fields": {"r": {"column": 0, "type": "decimal"}}, "checks": {"kind": "sum", "text": "hex", )" +
+                                 keys + "}",
+                             ""));
+  };
+  EXPECT_EQ(check(R"("to": -3, "at": -3)"), "good");
+  EXPECT_EQ(check(R"("mark": "*")"), "good");
+  EXPECT_EQ(check(R"("to": -3)"), "t.json:/kinds/0/checks: \"at\" is missing");
+  EXPECT_EQ(check(R"("to": -3, "at": -3, "covers_mark": true)"),
+            "t.json:/kinds/0/checks/covers_mark: not valid without \"mark\"");
+}
+
+TEST(TextChecks, AreWrittenInDecimalDigits) {
+  const auto description = test::description_of(one_type(
+      R"("length": {"terminator": "0D 0A", "min": 6, "max": 20}, "text": {"separators": ",", "write": "{r:.1f},"},
+         "checks": {"kind": "sum", "text": "decimal", "mark": ","}, "fields": {"r": {"column": 0, "type": "decimal"}})",
+      ""));
+  FrameEncoder encoder(description);
+  Bytes bytes;
+  encoder.encode({.rate_deg_per_h = {1.5}, .interval_s = 1}, bytes);
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "1.5,148\r\n") << "'1' + '.' + '5' = 49 + 46 + 53";
+  EXPECT_TRUE(inspect_frame(*description, bytes));
+}
+
+TEST(Vectors, NameTheByteOrderInWhichTheCheckFits) {
+  const std::string members = R"("sync": {"bytes": "AB"}, "length": 5, "fields": {"r": {"at": 1, "type": "u16"}},
+      "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2})";
+  const Crc crc({16, 0x1021, 0, false, false, 0});
+  const std::uint64_t sum = crc.compute(Bytes{0xAB, 0x01, 0x02});
+  const auto vector = [&](std::uint64_t first, std::uint64_t second) {
+    return fmt::format(R"({{"hex": "AB 01 02 {:02X} {:02X}", "kind": "k", "values": {{"r": 258}}}})", first, second);
+  };
+  EXPECT_EQ(error_of(one_type(members, vector(sum >> 8, sum & 0xFF))), "good");
+  EXPECT_EQ(
+      error_of(one_type(members, vector(sum & 0xFF, sum >> 8))),
+      "t.json:/vectors/0: 0 of 5 bytes are a frame; expected one frame of message type k; the check fails in this "
+      "byte order, but fits with \"order\": \"little\"");
+  EXPECT_EQ(error_of(one_type(members, vector(0, 0))),
+            "t.json:/vectors/0: 0 of 5 bytes are a frame; expected one frame of message type k");
+}
+
+TEST(Vectors, NameTheWordOrderInWhichTheCheckFits) {
+  const std::string members = R"("sync": {"bytes": "AB"}, "length": 6, "fields": {"r": {"at": 1, "type": "u8"}},
+      "checks": {"kind": "sum", "word": 2, "to": -2, "at": -2})";
+  EXPECT_EQ(
+      error_of(one_type(members, R"({"hex": "AB F2 01 20 12 AC", "kind": "k"})")),
+      "t.json:/vectors/0: 0 of 6 bytes are a frame; expected one frame of message type k; the check fails in this "
+      "byte order, but fits with \"order\": \"big\", \"word_order\": \"little\"")
+      << "F2AB + 2001 = 112AC";
+}
+
+}  // namespace
+}  // namespace prism::wire
