@@ -37,6 +37,23 @@ TEST(FrameRules, RejectAnIncompleteFirstLine) {
   EXPECT_EQ(readings[0].gyro[0].value, 0.015733) << "not the rest of -115.015733";
 }
 
+// The ASCII output of the DSP-3000 has no checksum: a line that lost a decimal was accepted as another rate.
+TEST(FrameRules, RejectALineThatLostACharacter) {
+  const auto description = test::shipped("dsp3000-ascii");
+  const std::string good = "    -123.456789   1\r\n";
+  const std::size_t point = good.find('.'), sign = good.find('-');
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    std::string line = good;
+    line.erase(at, 1);
+    for (const DecodedMessage& reading : test::decode(description, text(good + line + good + good))) {
+      const bool seen = at < sign || at >= point;  // the manual states no width: a sign or a first digit may be missing
+      if (seen && reading.gyro[0].valid) {
+        EXPECT_EQ(reading.gyro[0].value, -123.456789) << "without character " << at;
+      }
+    }
+  }
+}
+
 TEST(FrameRules, RejectALengthBelowItsMinimum) {
   const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 5, "max": 9},
     "checks": {"kind": "sum", "to": -1, "at": -1}, "fields": {"r": {"at": 2, "type": "u8"}})");
