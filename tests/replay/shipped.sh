@@ -9,7 +9,8 @@
 name=$1
 here=$PRISM_SOURCE/tests/replay/frames
 description=$PRISM_SOURCE/config/frames/$name.json
-[ -e "$description" ] || description=$here/described/$name.json
+damage=5e-4
+[ -e "$description" ] || { description=$here/described/$name.json; damage=5e-3; }
 
 # The rate, and the ticks of a counter with it, divided by what brings the rate to 10 a second.
 slow_motion() {
@@ -42,7 +43,7 @@ else
   expected=$here/$name.expected
   slow_motion >"$dir/frames.json"
   if [ "${PRISM_REGENERATE:-}" = captures ]; then
-    prismsim --profile second --hours 0.0034 --lose-frames 0.02 --damage-bytes 5e-4 --frames "$dir/frames.json" \
+    prismsim --profile second --hours 0.0034 --lose-frames 0.02 --damage-bytes "$damage" --frames "$dir/frames.json" \
       --out "$capture" 2>"$dir/prismsim.err" || fail "prismsim: exit code $?"
   fi
   [ -e "$capture" ] || fail "$name: no capture; PRISM_REGENERATE=captures makes it (ctest -R replay.frames.$name)"
