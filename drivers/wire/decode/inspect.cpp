@@ -75,7 +75,9 @@ std::optional<InspectedFrame> inspect_frame(const FrameDescription& description,
   FrameView view;
   for (std::size_t k = 0; k < description.kinds.size(); ++k) {
     const MessageType& kind = description.kinds[k];
-    const MatchResult result = match_frame(kind, bytes, kind.after, view);
+    const bool enclosed = description.stuffing != Stuffing::kNone;
+    const MatchResult result =
+        enclosed ? match_enclosed(kind, bytes, view) : match_frame(kind, bytes, kind.after, view);
     if (result.match != Match::kYes) continue;
     InspectedFrame frame{static_cast<std::int32_t>(k), kind.name, result.length, {}};
     for (std::size_t f = 0; f < kind.fields.size(); ++f) {

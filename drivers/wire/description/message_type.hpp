@@ -21,7 +21,8 @@ struct ByteRule {
 };
 
 struct LengthRule {
-  enum class LengthType { kFixed, kField, kTerminated } form = LengthType::kFixed;
+  /// kEnclosed: with stuffing, from delimiter to delimiter.
+  enum class LengthType { kFixed, kField, kTerminated, kEnclosed } form = LengthType::kFixed;
   std::uint32_t min = 0, max = 0;  ///< length of the frame in bytes; equal for kFixed
   std::int32_t multiply = 1, add = 0;
   std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
@@ -63,8 +64,8 @@ struct ColumnsRule {
   std::string separators;
   bool collapse = false;      ///< consecutive separators count as one (blanks)
   std::uint32_t columns = 0;  ///< exact number; 0: any
-  char point = '.';           ///< decimal point; ',' in some countries
   std::uint32_t tail = 0;     ///< bytes at the end that are not columns: terminator, check without a mark
+  char point = '.';           ///< decimal point; ',' in some countries
   std::string write;          ///< template of an encoder: text with {field} or {field:9.6} or {field:08x}
 };
 

@@ -55,7 +55,7 @@ void read_sync(const Section& s, MessageType& kind) {
   }
 }
 
-void read_length(const Section& s, bool big_endian, MessageType& kind) {
+void read_length(const Section& s, bool big_endian, Stuffing stuffing, MessageType& kind) {
   constexpr Range kLength{1, kMaxFrameBytes};
   LengthRule& length = kind.length;
   if (!s.is_object("length")) {
@@ -70,6 +70,13 @@ void read_length(const Section& s, bool big_endian, MessageType& kind) {
   if (l.has("terminator")) {
     length.form = LengthRule::LengthType::kTerminated;
     length.terminator = l.bytes("terminator");
+    return;
+  }
+  if (stuffing != Stuffing::kNone && !l.has("at")) {
+    length.form = LengthRule::LengthType::kEnclosed;
+    for (const char* key : {"type", "order", "multiply", "add"}) {
+      if (l.has(key)) l.fail(key, "not valid without \"at\"");
+    }
     return;
   }
   length.form = LengthRule::LengthType::kField;
