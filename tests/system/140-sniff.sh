@@ -17,6 +17,17 @@ done
 sed 's/63 4D"/63 4E"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a wrong test vector" "$code" 78
+# A check that fits in the other byte order: the message has the keys.
+sed 's/"at": -2}/"at": -2, "order": "little"}/' "$PRISM_SOURCE/tests/replay/frames/described/slip.json" >"$dir/f.json"
+code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
+same "exit code for a wrong byte order" "$code" 78
+contains "a wrong byte order" "$(cat "$dir/e")" 'the check fails in this byte order, but fits with "order": "big"'
+# Exponents, hexadecimal digits, stuffing: the descriptions for tests and their captures.
+for file in "$PRISM_SOURCE"/tests/replay/frames/described/*.json; do
+  name=$(basename "$file" .json)
+  contains "$name: vectors" "$(prismd --check "$file")" "good: frames $name"
+  contains "$name: capture" "$(prismd --sniff "$PRISM_SOURCE/tests/replay/frames/$name.pcap" "$file")" " fits "
+done
 contains "model" "$(prismd --check "$PRISM_SOURCE/config/models/tao2019-model1.json")" "good: model"
 
 # --sniff tries the descriptions of all directories that prismd searches, or only the one that is given.
