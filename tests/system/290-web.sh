@@ -59,8 +59,8 @@ same "a file that did not change" "$(status -H "If-None-Match: $tag" "$url")" 30
 for target in 'x/../../../etc/passwd' '..%2f..%2fetc%2fpasswd' '.git/config' 'index.php'; do
   same "$target" "$(status --path-as-is "$url$target")" 404
 done
-same "a header that is too long" "$(status -H "X-Long: $(head -c 9000 /dev/zero | tr '\0' x)" "$url")" 000
-same "a body" "$(status -X POST -d x=1 "$url")" 000
+same "a header that is too long" "$(status -H "X-Long: $(head -c 9000 /dev/zero | tr "\0" x)" "$url")" 431
+same "a body" "$(status -X POST -d x=1 "$url")" 400
 
 # Read-only requests are forwarded; the text of a model is sent as data.
 for method in reload config shutdown; do

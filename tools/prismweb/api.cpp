@@ -3,13 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <charconv>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "base/plain_text.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/json_text.hpp"
@@ -72,6 +73,7 @@ Result<ApiCall> parse_api(std::string_view target) {
   const auto wrong = [&] { return make_error("/api", "expected /api/instances or /api/INSTANCE/METHOD?NAME=VALUE&…"); };
   ApiCall call;
   const std::size_t query = target.find('?');
+  if (query != std::string_view::npos) call.query = target.substr(query + 1);
   std::string_view path = target.substr(0, query);
   if (!path.starts_with("/api/")) return wrong();
   path.remove_prefix(5);
@@ -85,22 +87,30 @@ Result<ApiCall> parse_api(std::string_view target) {
   if (!instance || instance->empty()) return wrong();
   call.instance = *instance;
   call.method = path.substr(slash + 1);
-  std::string_view rest = query == std::string_view::npos ? std::string_view() : target.substr(query + 1);
-  while (!rest.empty()) {
-    const std::string_view pair = rest.substr(0, rest.find('&'));
-    rest.remove_prefix(std::min(pair.size() + 1, rest.size()));
+  return call;
+}
+
+Result<json> parse_query(std::string_view query) {
+  json params = json::object();
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(pair.size() + 1, query.size()));
     const std::size_t equals = pair.find('=');
     const auto name = unescape(pair.substr(0, equals));
     const auto value = unescape(equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1));
-    if (!name || name->empty() || !value) return wrong();
-    call.params[*name] = *name == "axis" || *name == "after" ? json(*value) : value_of(*value);
+    if (!name || name->empty() || !value) return make_error("query", "expected NAME=VALUE&…, with escapes %XX");
+    if (params.contains(*name))
+      return make_error("query", "found the parameter \"" + plain_text(*name, 40) + "\" twice, expected it once");
+    params[*name] = *name == "axis" || *name == "after" ? json(*value) : value_of(*value);
   }
-  return call;
+  return params;
 }
 
 asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   const Result<ApiCall> call = parse_api(target);
   if (!call) co_return Answer{404, "application/json", error_body(call.error().text()), {}, {}};
+  const Result<json> params = parse_query(call->query);
+  if (!params) co_return Answer{400, "application/json", error_body(params.error().text()), {}, {}};
   auto member = std::make_shared<std::string>();
   auto done = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
   const InstanceProxy::Answer take_answer = [member, done](std::string_view text) {
@@ -109,9 +119,9 @@ asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   };
   Archive* const archive = call->method == "rows" ? server.archive(call->instance) : nullptr;
   if (archive != nullptr) {
-    archive->rows(call->params, take_answer);
+    archive->rows(*params, take_answer);
   } else {
-    call_method(server, call->instance, call->method, call->params, take_answer);
+    call_method(server, call->instance, call->method, *params, take_answer);
   }
   if (member->empty()) co_await done->async_wait(kUse);
   if (call->method == "instances" || server.instances().find(call->instance) != nullptr) co_return answer_of(*member);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -20,10 +19,12 @@ bool is_api(std::string_view target);
 
 struct ApiCall {
   std::string instance, method;
-  nlohmann::json params = nlohmann::json::object();
+  std::string_view query;  ///< part of the target
 };
-/// Parses "/api/gyro1/history?seconds=60". Errors: another form, an invalid escape ("%zz").
+/// Parses "/api/gyro1/history?seconds=60", except the query. Errors: another form, an invalid escape ("%zz").
 Result<ApiCall> parse_api(std::string_view target);
+/// Parses "seconds=60&axis=z" to params. Errors: a repeated name, an empty name, an invalid escape.
+Result<nlohmann::json> parse_query(std::string_view query);
 
 boost::asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target);
 

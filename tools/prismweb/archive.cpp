@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cctype>
+#include <string_view>
 #include <utility>
 
 #include "tools/prismweb/json_text.hpp"
+#include "tools/prismweb/methods.hpp"
 #include "tools/prismweb/range.hpp"
 
 namespace prism::prismweb {
@@ -15,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t kMaxRows_s = RecentSeconds::kLength_s;
+constexpr std::array<std::string_view, 2> kRowsParams = {"axis", "seconds"};
 
 json row_json(const PeriodSummary& second) {
   static constexpr std::array<const char*, kQuantities> kNames = {
@@ -88,6 +92,8 @@ void Archive::range(const json& params, const InstanceProxy::Answer& answer) {
 }
 
 void Archive::rows(const json& params, const InstanceProxy::Answer& answer) {
+  const std::string unknown = unknown_param("rows", params, kRowsParams);
+  if (!unknown.empty()) return answer(error_member(kWrongParams, unknown));
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
   if (proxy_.state() != InstanceState::kRunning)

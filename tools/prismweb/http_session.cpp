@@ -3,7 +3,6 @@
 
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
@@ -15,10 +14,12 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
+#include "tools/prismweb/http_check.hpp"
 #include "tools/prismweb/web_server.hpp"
 #include "tools/prismweb/ws_session.hpp"
 
@@ -30,8 +31,8 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using Fields = http::request<http::empty_body>;
 
-constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
-constexpr std::chrono::seconds kRequest{10}, kNextRequest{60};
+constexpr std::chrono::seconds kRequest{10}, kNextRequest{60}, kDiscard{2};
+constexpr std::size_t kMaxDiscardBytes = 1 << 20;
 
 Request request_of(const Fields& fields) {
   const auto text = [&](std::string_view name) { return std::string(fields[name]); };
@@ -75,19 +76,41 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
   return response;
 }
 
+// If the connection is closed with unread data, the kernel resets it and the client may lose the response.
+template <class Stream>
+asio::awaitable<void> discard_input(Stream& stream) {
+  auto& lowest = beast::get_lowest_layer(stream);
+  std::vector<char> buffer(4096);
+  const auto space = asio::buffer(buffer);
+  lowest.expires_after(kDiscard);
+  for (std::size_t discarded = 0; discarded < kMaxDiscardBytes;) {
+    const auto [error, size] = co_await lowest.async_read_some(space, kUse);
+    if (error) co_return;
+    discarded += size;
+  }
+}
+
 template <class Stream>
 asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
   constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
   beast::flat_buffer buffer(kMaxHeaderBytes * 2);
   auto timeout = kRequest;
+  bool is_rejected = false;
   for (;;) {
-    http::request_parser<http::empty_body> parser;
-    parser.header_limit(kMaxHeaderBytes);
-    parser.body_limit(0);
+    RequestParser parser;
+    set_limits(parser);
     beast::get_lowest_layer(stream).expires_after(std::exchange(timeout, kNextRequest));
-    const auto [read_error, read_bytes] = co_await http::async_read(stream, buffer, parser, kUse);
-    if (read_error) break;
+    const auto [read_error, read_bytes] = co_await http::async_read_header(stream, buffer, parser, kUse);
+    std::optional<Answer> rejection = rejection_of(parser, read_error);
+    if (read_error && !rejection) break;
     const Fields fields = parser.release();
+    if (rejection) {
+      const http::response<http::string_body> response = response_of(fields, std::move(*rejection), kIsTls);
+      beast::get_lowest_layer(stream).expires_after(kNextRequest);
+      co_await http::async_write(stream, response, kUse);
+      is_rejected = true;
+      break;
+    }
     const Request request = request_of(fields);
     const bool upgrade = beast::websocket::is_upgrade(fields);
     const Admission admission = co_await server.admit(request, connection);
@@ -122,6 +145,7 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
   }
   boost::system::error_code ignored;
   beast::get_lowest_layer(stream).socket().shutdown(asio::socket_base::shutdown_send, ignored);
+  if (is_rejected) co_await discard_input(stream);
 }
 
 }  // namespace

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string_view>
+#include <vector>
 
-#include "base/json_section.hpp"
 #include "base/plain_text.hpp"
 #include "tools/prismweb/archive.hpp"
 #include "tools/prismweb/json_text.hpp"
@@ -18,17 +19,36 @@ namespace {
 
 using nlohmann::json;
 
+struct Method {
+  std::string_view name;
+  std::vector<std::string_view> params;
+};
+
 // Read-only methods. Excludes reload, and config, which contains paths of the host.
-constexpr std::array<std::string_view, 9> kForwarded = {"version", "status",  "bias", "stability", "line",
-                                                        "model",   "history", "rows", "events"};
+const std::vector<Method>& methods() {
+  static const std::vector<Method> kMethods = {{"instances", {}},
+                                               {"range", {"axis", "from_s", "to_s", "seconds", "points"}},
+                                               {"version", {}},
+                                               {"status", {}},
+                                               {"bias", {"axis"}},
+                                               {"stability", {"axis"}},
+                                               {"line", {}},
+                                               {"model", {"axis"}},
+                                               {"history", {"axis", "seconds"}},
+                                               {"rows", {"axis", "after", "limit"}},
+                                               {"events", {"count"}}};
+  return kMethods;
+}
+constexpr std::array<std::string_view, 3> kSubscriptionParams = {"streams", "every", "axes"};
 
 // More than any device has. Each row is compared with a client's list, so its length is limited.
 constexpr std::size_t kMaxAxes = 64;
 
 std::string unknown_method(const std::string& method) {
-  return fmt::format(
-      "no method \"{}\"; expected one of instances, range, {}; subscribe and unsubscribe require the WebSocket",
-      plain_text(method.substr(0, 40)), fmt::join(kForwarded, ", "));
+  std::vector<std::string_view> names;
+  for (const Method& one : methods()) names.push_back(one.name);
+  return fmt::format("no method \"{}\"; expected one of {}; subscribe and unsubscribe require the WebSocket",
+                     plain_text(method.substr(0, 40)), fmt::join(names, ", "));
 }
 
 std::string unknown_instance(const std::string& instance) {
@@ -37,20 +57,31 @@ std::string unknown_instance(const std::string& instance) {
 
 }  // namespace
 
+std::string unknown_param(std::string_view method, const json& params, std::span<const std::string_view> allowed) {
+  if (!params.is_object()) return "";
+  for (const auto& [name, value] : params.items()) {
+    if (std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
+    return fmt::format("{}: found the parameter \"{}\", expected {}", method, plain_text(name, 40),
+                       allowed.empty() ? "none" : fmt::format("only {}", fmt::join(allowed, ", ")));
+  }
+  return "";
+}
+
 void call_method(WebServer& server, const std::string& instance, const std::string& method, const json& params,
                  const InstanceProxy::Answer& answer) {
+  const auto known =
+      std::find_if(methods().begin(), methods().end(), [&](const Method& m) { return m.name == method; });
+  if (known == methods().end()) return answer(error_member(kNoMethod, unknown_method(method)));
+  const std::string unknown = unknown_param(method, params, known->params);
+  if (!unknown.empty()) return answer(error_member(kWrongParams, unknown));
   if (method == "instances") return answer("\"result\":" + json_text(server.instances().listing()));
   if (method == "range") {
     Archive* const archive = server.archive(instance);
     return archive != nullptr ? archive->range(params, answer) : answer(unknown_instance(instance));
   }
-  const bool is_forwarded = std::find(kForwarded.begin(), kForwarded.end(), method) != kForwarded.end();
-  if (!is_forwarded) return answer(error_member(kNoMethod, unknown_method(method)));
   InstanceProxy* const proxy = server.instances().find(instance);
   if (proxy == nullptr) return answer(unknown_instance(instance));
   if (!params.is_null() && !params.is_object()) return answer(error_member(kWrongParams, "params: expected an object"));
-  if (method == "rows" && params.is_object() && (params.contains("name") || params.contains("wait_s")))
-    return answer(error_member(kWrongParams, "rows: \"name\" and \"wait_s\" are not supported by prismweb"));
   proxy->call(method, params, answer);
 }
 
@@ -58,7 +89,7 @@ std::optional<Subscription> subscription_from_params(const json& params, bool on
   Subscription subscription = before;
   const json empty = json::object();
   const json& given = params.is_null() ? empty : params;
-  if (!given.is_object()) return std::nullopt;
+  if (!given.is_object() || !unknown_param("", given, kSubscriptionParams).empty()) return std::nullopt;
   std::uint32_t every = 1;
   if (given.contains("every")) {
     const json& value = given["every"];

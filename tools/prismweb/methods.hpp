@@ -3,7 +3,11 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "tools/prismweb/instance_proxy.hpp"
 
@@ -16,8 +20,12 @@ class WebServer;
 void call_method(WebServer& server, const std::string& instance, const std::string& method,
                  const nlohmann::json& params, const InstanceProxy::Answer& answer);
 
+/// Returns an error text with the list of `allowed` names if `params` has another member; otherwise an empty string.
+std::string unknown_param(std::string_view method, const nlohmann::json& params,
+                          std::span<const std::string_view> allowed);
+
 /// Applies the params of subscribe (`on`) or unsubscribe to the subscription `before`, as prismd does. Returns nullopt
-/// if they are invalid.
+/// if they are invalid or have other members than `streams`, `every`, `axes`.
 std::optional<Subscription> subscription_from_params(const nlohmann::json& params, bool on, const Subscription& before);
 
 /// The result of subscribe and unsubscribe, as prismd returns it.
