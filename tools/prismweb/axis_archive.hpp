@@ -12,6 +12,7 @@
 #include "tools/prismweb/async_store.hpp"
 #include "tools/prismweb/instance_proxy.hpp"
 #include "tools/prismweb/recent.hpp"
+#include "tools/prismweb/turn_queue.hpp"
 
 namespace prism::prismweb {
 
@@ -31,6 +32,9 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   /// Last reported state of the store; null if there is no open store or no log.
   const AsyncStore::Status* store_status() const { return has_log_ && status_.open ? &status_ : nullptr; }
   AsyncStore& store() { return *store_; }
+  /// Requests for data in the log or in the store.
+  TurnQueue& log_turns() { return *log_turns_; }
+  TurnQueue& store_turns() { return *store_turns_; }
   /// Progress of the store, 0 to 1 (up to date). Returns nullopt if the axis has no log or no usable store.
   std::optional<double> building() const;
 
@@ -49,6 +53,8 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   RecentSeconds recent_;
   std::unique_ptr<AsyncStore> store_;
   AsyncStore::Status status_;
+  const std::shared_ptr<TurnQueue> log_turns_ = std::make_shared<TurnQueue>();
+  const std::shared_ptr<TurnQueue> store_turns_ = std::make_shared<TurnQueue>();
   boost::asio::steady_timer pause_;
   /// reading_: one page is requested at a time, until the store has it, so that a blocked disk does not fill memory.
   bool has_log_ = true, reading_ = false, behind_ = true;

@@ -20,6 +20,7 @@
 #include "tools/prismweb/connection.hpp"
 #include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/http_check.hpp"
+#include "tools/prismweb/unsent_memory.hpp"
 #include "tools/prismweb/web_server.hpp"
 #include "tools/prismweb/ws_session.hpp"
 
@@ -139,6 +140,8 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
       answer = co_await server.answer(request, admission.is_authenticated);
     }
     const http::response<http::string_body> response = response_of(fields, std::move(answer), kIsTls);
+    UnsentMemory::Part unsent(server.unsent_memory(), [&stream] { beast::get_lowest_layer(stream).close(); });
+    unsent.add(response.body().size());
     beast::get_lowest_layer(stream).expires_after(kNextRequest);
     const auto [write_error, written] = co_await http::async_write(stream, response, kUse);
     if (write_error || !response.keep_alive()) break;

@@ -90,7 +90,13 @@ void answer_periods(AxisArchive& axis, View view, int points, const InstanceProx
   const auto take = [self = axis.shared_from_this(), view, answer](const Result<AsyncStore::Periods>& stored) {
     answer(stored ? result_of(*self, view, with_newer(*stored, *self)) : disk_error(stored.error()));
   };
-  axis.store().periods({view.from_s, view.to_s, view.step_s}, take);
+  axis.store_turns().run([self = axis.shared_from_this(), view, take](const TurnQueue::End& end) {
+    const auto take_and_end = [take, end](const Result<AsyncStore::Periods>& stored) {
+      take(stored);
+      end();
+    };
+    self->store().periods({view.from_s, view.to_s, view.step_s}, take_and_end);
+  });
 }
 
 // Reads seconds that are not in memory from prismd's log, page by page, from a cursor before them to the first second
@@ -98,12 +104,15 @@ void answer_periods(AxisArchive& axis, View view, int points, const InstanceProx
 struct Fetch : std::enable_shared_from_this<Fetch> {
   Fetch(InstanceProxy& proxy_, std::shared_ptr<AxisArchive> axis_, View view_, int points_,
         InstanceProxy::Answer answer_)
-      : proxy(proxy_), axis(std::move(axis_)), view(view_), points(points_), answer(std::move(answer_)) {
+      : proxy(proxy_), axis(std::move(axis_)), view(view_), points(points_), answer(std::move(answer_)) {}
+
+  void begin(const TurnQueue::End& end) {
+    answer = [answer = std::move(answer), end](std::string_view member) {
+      answer(member);
+      end();
+    };
     const RecentSeconds& recent = axis->recent();
     if (!recent.empty() && view.from_s < recent.first_s()) memory_s = recent.first_s();
-  }
-
-  void begin() {
     const auto take_cursors = [self = shared_from_this()](const Result<std::vector<std::string>>& known) {
       if (!known) return self->answer(disk_error(known.error()));
       self->cursors = *known;
@@ -215,7 +224,7 @@ void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& que
   if (is_far) return answer(result_of(axis, view, axis.recent().all()));
   if (length_s <= kMaxLogLength_s && proxy.state() == InstanceState::kRunning) {
     const auto fetch = std::make_shared<Fetch>(proxy, axis.shared_from_this(), view, query.points, answer);
-    return fetch->begin();
+    return axis.log_turns().run([fetch](const TurnQueue::End& end) { fetch->begin(end); });
   }
   answer_periods(axis, view, query.points, answer);
 }

@@ -17,7 +17,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr std::size_t kMaxLineBytes = 32 << 20, kMaxPending = 256;
+constexpr std::size_t kMaxLineBytes = 32 << 20, kKeptBytes = 256 << 10, kMaxPending = 256;
 
 // {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
 bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
@@ -56,6 +56,7 @@ asio::awaitable<void> RequestConnection::read(OnLine on_other_line) {
     for (std::size_t end; (end = pending.find('\n', std::max(begin, searched))) != std::string::npos; begin = end + 1)
       read_line(std::string_view(pending).substr(begin, end - begin), on_other_line);
     pending.erase(0, begin);
+    if (pending.size() < kKeptBytes && pending.capacity() > kKeptBytes) pending.shrink_to_fit();
     searched = pending.size();
     if (pending.size() > kMaxLineBytes) break;
   }

@@ -12,26 +12,21 @@
 #include <utility>
 
 #include "tools/prismweb/subscription_table.hpp"
+#include "tools/prismweb/unsent_memory.hpp"
 
 namespace prism::prismweb {
 
-/// Memory of the queued responses of all clients. Not thread-safe.
-struct AnswerMemory {
-  std::size_t bytes = 0;
-};
-
 class SendQueue {
  public:
-  static constexpr std::size_t kMaxBatchBytes = 2 << 20, kMaxBytes = 16 << 20;
-  /// Limit of the responses of all clients; above it, each client may still queue kGuaranteedBytes.
-  static constexpr std::size_t kMaxAllBytes = 128 << 20, kGuaranteedBytes = 2 << 20;
+  static constexpr std::size_t kMaxBatchBytes = 2 << 20, kMaxBytes = 16 << 20, kPauseBytes = 1 << 20;
+  /// Counted for each text in addition to its size: the string, its shared pointer and the queue's entry.
+  static constexpr std::size_t kTextBytes = 128;
 
   /// Returns the message that `rows` rows of an instance were dropped now, `rows_total` in total.
   using LostText =
       std::function<std::string(const std::string& instance, std::uint64_t rows, std::uint64_t rows_total)>;
-  SendQueue(std::shared_ptr<AnswerMemory> memory, LostText lost_text)
-      : memory_(std::move(memory)), lost_text_(std::move(lost_text)) {}
-  ~SendQueue() { memory_->bytes -= answer_bytes_; }
+  /// `close` closes the connection; it is called if the unsent data of all clients exceeds the limit.
+  SendQueue(std::shared_ptr<UnsentMemory> memory, std::function<void()> close, LostText lost_text);
   SendQueue(const SendQueue&) = delete;
   SendQueue& operator=(const SendQueue&) = delete;
 
@@ -41,10 +36,15 @@ class SendQueue {
   /// of many.
   void batch(const std::string& instance, const Text& text, std::uint64_t rows);
 
+  /// True while the client should send no further requests: its responses are unread.
+  bool is_paused() const { return answer_bytes_ > kPauseBytes; }
   bool empty() const { return waiting_.empty(); }
+  /// Size of the queued texts and of the one being sent.
   std::size_t bytes() const { return bytes_; }
-  /// Removes and returns the next text. After the last one, queues a "lost" for each instance with dropped rows.
+  /// Removes and returns the next text, which is counted until sent().
   Text take();
+  /// The text of take() was sent. After the last one, queues a "lost" for each instance with dropped rows.
+  void sent();
 
  private:
   struct Lost {
@@ -52,17 +52,19 @@ class SendQueue {
   };
   struct Waiting {
     Text text;
-    std::size_t answer_bytes;  ///< 0: a batch, shared with other clients
+    bool is_answer;
   };
   void put(const Text& text, bool is_answer);
   void queue_lost();
+  void discard();
 
-  const std::shared_ptr<AnswerMemory> memory_;
+  UnsentMemory::Part memory_;
+  std::function<void()> close_;
   LostText lost_text_;
   std::deque<Waiting> waiting_;
-  std::size_t bytes_ = 0, answer_bytes_ = 0;
+  std::size_t bytes_ = 0, answer_bytes_ = 0, sending_bytes_ = 0, sending_answer_bytes_ = 0;
   std::map<std::string, Lost> lost_;
-  bool losing_ = false;
+  bool losing_ = false, is_closed_ = false;
 };
 
 }  // namespace prism::prismweb

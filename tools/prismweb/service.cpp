@@ -2,6 +2,7 @@
 #include "tools/prismweb/service.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <boost/asio/co_spawn.hpp>
@@ -77,6 +78,9 @@ Result<void> Service::open(SecretFiles files) {
 }
 
 int Service::run(SecretFiles files) {
+  // Returns freed responses to the system: by default, glibc raises both thresholds after large ones.
+  mallopt(M_MMAP_THRESHOLD, 64 << 10);
+  mallopt(M_TRIM_THRESHOLD, 1 << 20);
   if (const auto opened = open(std::move(files)); !opened) {
     fmt::print(stderr, "prismweb: {}\n", opened.error().text());
     return kExitFailed;

@@ -31,7 +31,7 @@ using nlohmann::json;
 constexpr std::size_t kMaxClients = 64;
 constexpr std::string_view kLibrary = "/dygraphs";
 
-constexpr std::chrono::seconds kDrainTimeout{3};
+constexpr std::chrono::seconds kDrainTimeout{3}, kTrimInterval{5};
 
 void log_disk(const std::string& what) { fmt::print(stderr, "prismweb: the disk {}\n", what); }
 
@@ -83,6 +83,7 @@ Archive* WebServer::archive(const std::string& instance) {
 void WebServer::start() {
   instances_.start();
   asio::co_spawn(io_, watch_disk(), asio::detached);
+  asio::co_spawn(io_, trim_memory(), asio::detached);
 }
 
 bool WebServer::finish() {
@@ -100,6 +101,15 @@ asio::awaitable<void> WebServer::watch_disk() {
     if (is_blocked && !was_blocked)
       log_disk(fmt::format("has not answered for {} s; minutes and hours are delayed", kDiskTimeout.count()));
     if (was_blocked && !is_blocked) log_disk("answers again");
+  }
+}
+
+asio::awaitable<void> WebServer::trim_memory() {
+  asio::steady_timer tick(io_);
+  for (;;) {
+    tick.expires_after(kTrimInterval);
+    co_await tick.async_wait(kUse);
+    unsent_memory_->trim();
   }
 }
 

@@ -17,9 +17,9 @@
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
 #include "tools/prismweb/password_authenticator.hpp"
-#include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/settings.hpp"
 #include "tools/prismweb/token_access.hpp"
+#include "tools/prismweb/unsent_memory.hpp"
 
 namespace prism::prismweb {
 
@@ -69,7 +69,7 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   /// Writes the stores to disk. Returns false after 3 s: the disk thread is still blocked.
   bool finish();
   boost::asio::io_context& io() { return io_; }
-  const std::shared_ptr<AnswerMemory>& answer_memory() const { return answer_memory_; }
+  const std::shared_ptr<UnsentMemory>& unsent_memory() const { return unsent_memory_; }
 
  private:
   void send_instances();
@@ -77,6 +77,7 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   bool has_token(const Request& request) const;
   Answer begin_session(const Request& request, bool is_authenticated);
   boost::asio::awaitable<void> watch_disk();
+  boost::asio::awaitable<void> trim_memory();
 
   boost::asio::io_context& io_;
   Settings settings_;
@@ -90,7 +91,7 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   std::map<std::string, std::unique_ptr<Archive>> archives_;
   FoxgloveTopics foxglove_topics_;
   std::set<Client*> clients_;
-  const std::shared_ptr<AnswerMemory> answer_memory_ = std::make_shared<AnswerMemory>();
+  const std::shared_ptr<UnsentMemory> unsent_memory_ = std::make_shared<UnsentMemory>();
 };
 
 }  // namespace prism::prismweb

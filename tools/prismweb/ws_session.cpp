@@ -27,6 +27,7 @@ namespace websocket = beast::websocket;
 
 constexpr std::size_t kMaxMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kWriteTimeout{30};
+constexpr std::chrono::seconds kPausedSilence{600};  // a client that is not read cannot answer pings
 
 std::shared_ptr<Client> make_client(const Upgrade& upgrade, WebServer& server, Channel& channel) {
   if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(server, channel);
@@ -40,16 +41,18 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       : connection_(std::move(connection)),
         ws_(std::move(stream)),
         watch_(server.io()),
+        resume_(server.io(), asio::steady_timer::time_point::max()),
         protocol_(upgrade.protocol),
         client_(make_client(upgrade, server, *this)),
-        queue_(server.answer_memory(),
-               [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
-                 return client_->lost_text(instance, rows, rows_total);
-               }) {}
+        queue_(
+            server.unsent_memory(), [this] { drop(); },
+            [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
+              return client_->lost_text(instance, rows, rows_total);
+            }) {}
 
   asio::awaitable<void> run(const UpgradeRequest& request) {
     beast::get_lowest_layer(ws_).expires_never();
-    ws_.set_option(websocket::stream_base::timeout{kFirstMessage, kSilence, true});
+    set_silence(kSilence);
     ws_.read_message_max(kMaxMessageBytes);
     ws_.auto_fragment(false);
     ws_.set_option(websocket::stream_base::decorator([protocol = protocol_](websocket::response_type& response) {
@@ -90,7 +93,19 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
       buffer.consume(size);
       if (reason) co_return co_await close_and_wait(*reason);
       connection_->is_known = client_->is_admitted();
+      if (queue_.is_paused()) co_await wait_until_read();
     }
+  }
+
+  // Requests of a client that does not read its responses stay in the kernel.
+  asio::awaitable<void> wait_until_read() {
+    set_silence(kPausedSilence);
+    while (queue_.is_paused() && !dropped_) co_await resume_.async_wait(kUse);
+    set_silence(kSilence);
+  }
+
+  void set_silence(std::chrono::seconds silence) {
+    ws_.set_option(websocket::stream_base::timeout{kFirstMessage, silence, true});
   }
 
   asio::awaitable<void> close_and_wait(const CloseReason& why) {
@@ -99,7 +114,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   }
 
   void write_next() {
-    if (writing_ || ended_ || queue_.empty()) return;
+    if (writing_ || ended_ || dropped_ || queue_.empty()) return;
     writing_ = true;
     writing_since_ = std::chrono::steady_clock::now();
     text_ = queue_.take();
@@ -107,7 +122,11 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     ws_.async_write(asio::buffer(*text_),
                     [self = this->shared_from_this()](const boost::system::error_code& error, std::size_t) {
                       self->writing_ = false;
+                      self->text_.reset();
+                      if (self->ended_) return;
+                      self->queue_.sent();
                       if (error) return self->drop();
+                      if (!self->queue_.is_paused()) self->resume_.cancel();
                       self->write_next();
                     });
   }
@@ -133,18 +152,20 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 
   // read() then fails and ends the session.
   void drop() {
+    dropped_ = true;
+    resume_.cancel();
     connection_->fd = -1;
     beast::get_lowest_layer(ws_).close();
   }
 
   std::shared_ptr<Connection> connection_;
   websocket::stream<Stream> ws_;
-  asio::steady_timer watch_;
+  asio::steady_timer watch_, resume_;
   const std::string protocol_;
   std::shared_ptr<Client> client_;
   SendQueue queue_;
   Text text_;
-  bool writing_ = false, ended_ = false;
+  bool writing_ = false, ended_ = false, dropped_ = false;
   std::chrono::steady_clock::time_point writing_since_;
 };
 
