@@ -9,6 +9,7 @@ gone NAME, stopped NAME, back NAME: state of the instance; leave NAME: removes i
 silent NAME: no data on its line, for two hours already; back NAME ends it
 freeze: stalls the server; any other command ends it (go)
 building FRACTION: progress of the long view, 0 to 1
+problem WORDS: why minutes and hours are not stored; no words: they are
 disk hangs, disk answers
 shift SECONDS: changes the data's time from now on
 range delay SECONDS
@@ -128,7 +129,7 @@ class Gyro:
 
 class Server:
     def __init__(self, gyros):
-        self.gyros, self.clients, self.frozen, self.building, self.disk = gyros, set(), False, 1, "answers"
+        self.gyros, self.clients, self.frozen, self.building, self.disk, self.problem = gyros, set(), False, 1, "answers", None
         self.delay_s, self.tasks, self.refused = 0, set(), []
 
     def instances(self):
@@ -173,7 +174,7 @@ class Server:
         if asked["method"] == "range" and self.disk == "hangs":
             return {**head, "error": {"code": -32000, "message": "the disk has not answered for 5 s"}}
         result = gyro.answer(asked["method"], asked.get("params") or {})
-        return {**head, "result": {**result, "building": self.building} if asked["method"] == "range" else result}
+        return {**head, "result": {**result, "building": self.building, "store_problem": self.problem} if asked["method"] == "range" else result}
 
     async def live(self, speed):
         """Sends each second's rows; with `speed`, that many seconds of data per second."""
@@ -201,6 +202,7 @@ class Server:
             self.frozen = line[0] == "freeze"
             self.building = float(line[1]) if line[0] == "building" else self.building
             self.disk = line[1] if line[0] == "disk" else self.disk
+            self.problem = " ".join(line[1:]) or None if line[0] == "problem" else self.problem
             self.refused = line[1:] if line[0] == "refuse" else self.refused
             self.delay_s = float(line[2]) if line[0] == "range" else self.delay_s
             for gyro in self.gyros:

@@ -79,6 +79,11 @@ def long_view_is_built(browser, world):
     browser.wait("an update of the progress", lambda: "77 %" in browser.text(".busy"), 15)
     world.say("building 1")
     browser.wait("the end of the progress", lambda: "log read" not in browser.text(".busy"), 15)
+    world.say("problem periods.sqlite: No space left on device")
+    key(browser, "7")
+    browser.wait("why the long view is not stored", lambda: browser.text(".busy").startswith("Minutes and hours are not stored: periods.sqlite: No space left on device."))
+    world.say("problem")
+    browser.wait("the end of the problem", lambda: "stored" not in browser.text(".busy"), 15)
 
 
 def disk_hangs(browser, world):

@@ -158,4 +158,5 @@ sleep 4.5
 url=$(sed 's/#.*//' names.out) token=$(program_token names.out)
 same "instances" "$(api api/instances | jq -c '[.[].name] | map(select(test("bad|fine")))')" '["fine"]'
 api metrics | iconv -f utf-8 -t utf-8 >/dev/null || fail "/metrics is invalid UTF-8"
+if command -v promtool >/dev/null; then same "promtool on /metrics" "$(api metrics | promtool check metrics 2>&1)" ""; fi
 same "messages about invalid names" "$(grep -c 'ignored: .*bad' names.err)" 2

@@ -35,6 +35,8 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   /// Requests for data in the log or in the store.
   TurnQueue& log_turns() { return *log_turns_; }
   TurnQueue& store_turns() { return *store_turns_; }
+  /// Why the store cannot be used or was rebuilt; empty: no problem, or no store.
+  const std::string& problem() const { return status_.problem; }
   /// Progress of the store, 0 to 1 (up to date). Returns nullopt if the axis has no log or no usable store.
   std::optional<double> building() const;
 

@@ -9,6 +9,8 @@
 #include <limits>
 #include <span>
 
+#include "tools/prismweb/page_check.hpp"
+
 namespace prism::prismweb {
 namespace {
 
@@ -69,10 +71,10 @@ std::string Database::Row::text(int column) const {
   return text == nullptr ? "" : text;
 }
 
-// The disk's reason is in errno: sqlite3_system_errno() has none for a commit. SQLITE_ERROR and SQLITE_READONLY mean
+// sqlite3_system_errno() has no reason for a commit. SQLITE_ERROR and SQLITE_READONLY mean
 // that another program changed the schema or the mode of the file.
 tl::unexpected<Error> Database::make_error() {
-  const int cause = errno, code = sqlite3_errcode(database_.get());
+  const int cause = disk_errno(), code = sqlite3_errcode(database_.get());
   is_damaged_ = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR || code == SQLITE_READONLY;
   if (code == SQLITE_BUSY) return prism::make_error(path_, "is in use by another process");
   if (code == SQLITE_FULL) return prism::make_error(path_, std::strerror(ENOSPC));
@@ -85,8 +87,8 @@ Result<void> Database::open(const std::string& path) {
   path_ = path;
   sqlite3* opened = nullptr;
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW | SQLITE_OPEN_NOMUTEX;
-  errno = 0;
-  const int code = sqlite3_open_v2(path.c_str(), &opened, flags, nullptr);
+  disk_errno() = 0;
+  const int code = sqlite3_open_v2(path.c_str(), &opened, flags, page_check_vfs());
   database_.reset(opened);
   if (code != SQLITE_OK) return make_error();
   const int pure = SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_DIRECTONLY;
@@ -99,7 +101,8 @@ Result<void> Database::open(const std::string& path) {
   std::string found;
   Result<void> done = run("PRAGMA quick_check(1)", {}, [&](const Row& row) { found = row.text(0); });
   is_damaged_ = is_damaged_ || (done && found != "ok");
-  return done && is_damaged_ ? prism::make_error(path_, found) : done;
+  // The first line only names the database.
+  return done && is_damaged_ ? prism::make_error(path_, "found damage: " + found.substr(found.rfind('\n') + 1)) : done;
 }
 
 void Database::roll_back() {
@@ -107,6 +110,7 @@ void Database::roll_back() {
 }
 
 Result<void> Database::run(const std::string& sql, const std::vector<Value>& values, const TakeRow& take) {
+  disk_errno() = 0;
   auto& statement = statements_[sql];
   if (!statement) {
     sqlite3_stmt* prepared = nullptr;
@@ -117,7 +121,6 @@ Result<void> Database::run(const std::string& sql, const std::vector<Value>& val
   }
   for (std::size_t i = 0; i < values.size(); ++i) std::visit(Bind{statement.get(), static_cast<int>(i) + 1}, values[i]);
   int code = SQLITE_ROW;
-  errno = 0;
   while ((code = sqlite3_step(statement.get())) == SQLITE_ROW) {
     if (take) take(Row(statement.get()));
   }

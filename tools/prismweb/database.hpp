@@ -36,7 +36,8 @@ class Database {
   };
   using TakeRow = std::function<void(const Row& row)>;
 
-  /// Opens or creates the file, checks its structure, and locks it until destruction.
+  /// Opens or creates the file, checks its structure, and locks it until destruction. From then on, each page that is
+  /// read again must be unchanged (page_check.hpp).
   Result<void> open(const std::string& path);
 
   /// Runs one statement with a value for each `?`. Errors: the path and the reason of the disk or of SQLite.

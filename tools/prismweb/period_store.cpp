@@ -151,13 +151,18 @@ Result<void> PeriodStore::write(const Table& table) {
 Result<std::vector<PeriodSummary>> PeriodStore::read(const Table& table, std::int64_t from_s, std::int64_t to_s) {
   std::vector<PeriodSummary> found;
   const auto take = [&](const Database::Row& row) {
+    if (row.integer(0) < from_s || row.integer(0) >= to_s) return;
     PeriodValues values;
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = row.number(static_cast<int>(i) + 1);
     found.push_back(period_of(row.integer(0), values));
   };
-  const std::string sql =
-      fmt::format("SELECT checked(crc, begin_s, {0}), {0} FROM {1} WHERE begin_s >= ? AND begin_s < ? ORDER BY begin_s",
-                  fmt::join(kPeriodColumns, ", "), table.name);
+  // Includes one record before and one after: a damaged begin is still between its neighbours, but maybe not in the
+  // range.
+  const std::string sql = fmt::format(
+      "SELECT checked(crc, begin_s, {0}), {0} FROM {1}"
+      " WHERE begin_s >= coalesce((SELECT max(begin_s) FROM {1} WHERE begin_s < ?1), ?1)"
+      " AND begin_s <= coalesce((SELECT min(begin_s) FROM {1} WHERE begin_s >= ?2), ?2) ORDER BY begin_s",
+      fmt::join(kPeriodColumns, ", "), table.name);
   const Result<void> done = database_.run(sql, {from_s, to_s}, take);
   if (!done) return tl::unexpected<Error>(done.error());
   return found;

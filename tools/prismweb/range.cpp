@@ -67,7 +67,8 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
                        {"rows", std::move(rows)},
                        {"first_s", first ? json(*first + 1) : json()},
                        {"last_s", last ? json(*last + 1) : json()},
-                       {"building", building ? json(*building) : json()}};
+                       {"building", building ? json(*building) : json()},
+                       {"store_problem", axis.problem().empty() ? json() : json(axis.problem())}};
   return "\"result\":" + json_text(result);
 }
 

@@ -129,14 +129,15 @@ export class GyroView {
     return this.axis.window_s ?? 100;
   }
 
-  take({ steps, last_s, known_s, building }, step_s) {
+  take({ steps, last_s, known_s, building, problem }, step_s) {
     this.last_s = last_s;
     this.setComplete(true);
     this.rows.take(steps, known_s, step_s, this.view.isLive);
     const unbuilt = typeof building === "number" && building < 1, middle = "Band: minimum and maximum second of each step; line: their middle.";
-    setText(this.busy, unbuilt ? `Building the long view: ${Math.floor(100 * building)} % of the log read.` : steps.hasMeans ? "" : middle);
+    const progress = unbuilt ? `Building the long view: ${Math.floor(100 * building)} % of the log read.` : steps.hasMeans ? "" : middle;
+    setText(this.busy, problem ? `Minutes and hours are not stored: ${problem}. ${progress}` : progress);
     clearTimeout(this.retryTimer);
-    if (unbuilt) this.retryTimer = setTimeout(() => this.reload(), 2000);
+    if (unbuilt || problem) this.retryTimer = setTimeout(() => this.reload(), unbuilt ? 2000 : 5000);
     this.draw();
     const [from_s, to_s] = this.view.range(), shown = this.rows.steps.rows.filter((row) => row.time_s > from_s).length;
     this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.rows.steps.step_s)}`);

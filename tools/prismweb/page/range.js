@@ -34,11 +34,12 @@ export function stepsOf({ columns, rows, step_s }) {
 /**
  * Requests the rows from `from_s` to `to_s` in at most `points` steps. `known_s`: end of the range for which the result has all rows; later
  * live rows must be added. `building`: fraction of the long view that is built, 0 to 1, or null.
+ * `problem`: why prismweb cannot store minutes and hours, or null.
  */
 export async function loadRange(socket, instance, axis, from_s, to_s, points) {
   const end_s = Math.ceil(to_s), result = await socket.call(instance, "range", { axis, from_s: Math.floor(from_s), to_s: end_s, points });
-  const steps = stepsOf(result), { last_s, building } = result;
+  const steps = stepsOf(result), { last_s, building, store_problem: problem } = result;
   // `last_s` is the last row when prismweb responded; the rows may end before it, at `end_s`
   const known_s = steps.step_s === 1 ? steps.rows.at(-1)?.end_s ?? -Infinity : Math.min(last_s ?? -Infinity, end_s);
-  return { steps, last_s, known_s, building };
+  return { steps, last_s, known_s, building, problem };
 }
