@@ -270,6 +270,19 @@ std::size_t Section::choice(const std::string& key, std::span<const char* const>
   });
 }
 
+std::size_t Section::explained_choice(const std::string& key, std::initializer_list<Choice> choices) const {
+  return read<std::size_t>(key, std::nullopt, 0, [&](const Json& value) -> std::optional<std::size_t> {
+    std::string expected;
+    for (const Choice* choice = choices.begin(); choice != choices.end(); ++choice) {
+      if (value == choice->name) return choice - choices.begin();
+      expected += choice == choices.begin() ? "" : choice + 1 == choices.end() ? " or " : ", ";
+      expected += fmt::format("\"{}\" ({})", choice->name, choice->meaning);
+    }
+    fail(key, fmt::format("found {}, expected {}", shown(value), expected));
+    return std::nullopt;
+  });
+}
+
 Section Section::object(const std::string& key, bool required) const {
   const Json* value = take(key, required);
   if (value != nullptr && !value->is_object()) {

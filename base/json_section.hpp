@@ -62,6 +62,11 @@ class Section {
                      std::optional<std::size_t> otherwise = {}) const {
     return choice(key, std::span(choices.begin(), choices.size()), otherwise);
   }
+  /// The same; an error lists each name with its meaning.
+  struct Choice {
+    const char *name, *meaning;
+  };
+  std::size_t explained_choice(const std::string& key, std::initializer_list<Choice> choices) const;
   /// An unsigned number of up to 64 bits: a number, or a string like "0x1F".
   std::uint64_t bits(const std::string& key, std::optional<std::uint64_t> otherwise = {}) const;
   /// One unsigned number, or an array of at least one.

@@ -91,7 +91,8 @@ std::string spread_text(const BetweenRunError& s) {
 void read_format(Section& top) {
   const std::string format = top.text("format");
   if (top.good() && format != "prism-model")
-    top.fail("format", fmt::format("found {}, expected \"prism-model\"", in_quotes(format)));
+    top.fail("format",
+             fmt::format("found {}, expected \"prism-model\": a model made by prismcal train", in_quotes(format)));
   const auto version = top.integer("version", {1, 1e9});
   if (top.good() && version > kModelVersion) {
     top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
@@ -152,6 +153,10 @@ std::string features_text(const FeatureDefinition& f) {
 }  // namespace
 
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
+  // Another type of file, such as a table. Comments may precede the object.
+  if (const std::size_t first = text.find_first_not_of(" \t\r\n");
+      first != text.npos && std::string_view("{[/").find(text[first]) == text.npos)
+    return make_error(std::string(where), "found no JSON object, expected a model made by prismcal train");
   const Result<JsonDocument> document = parse_json_object(text, where);
   if (!document) return tl::unexpected<Error>(document.error());
   Section top(*document);

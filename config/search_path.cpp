@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "config/search_path.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -65,25 +70,40 @@ std::vector<std::string> data_files(const std::string& folder, const fs::path& b
 
 namespace {
 
-// A similar name and the searched directories; empty if `path` was not a bare name.
-std::string hint_of(const fs::path& wanted, const std::string& folder) {
-  if (wanted.parent_path().filename() != folder) return "";
+constexpr std::size_t kMaxNames = 40;
+
+// `wanted`: the path of a bare name that does not exist.
+std::string not_found(const fs::path& wanted, const std::string& folder) {
   const fs::path base = wanted.parent_path().parent_path();
+  const std::string file = wanted.filename().string();
+  const std::string name = file.substr(0, file.size() - std::string_view(".json").size());
   std::vector<std::string> names;
-  for (const std::string& file : data_files(folder, base)) names.push_back(fs::path(file).stem().string());
-  const std::string near = nearest_name(wanted.stem().string(), names);
-  std::string places;
-  for (const fs::path& place : data_places(folder, base)) places += (places.empty() ? "" : ", ") + place.string();
-  return (near.empty() ? "; looked in " : "; did you mean \"" + near + "\"? Looked in ") + places;
+  for (const std::string& known : data_files(folder, base)) names.push_back(fs::path(known).stem().string());
+  const std::string near = nearest_name(name, names);
+  std::vector<std::string> places;
+  std::error_code error;  // no working directory: relative places
+  for (const fs::path& place : data_places(folder, base)) {
+    const fs::path full = fs::absolute(place, error);
+    places.push_back(error ? place.string() : full.string());
+  }
+  std::string expected = fmt::format("did you mean \"{}\"? Looked", near);
+  if (near.empty()) {
+    const std::size_t more = names.size() - std::min(names.size(), kMaxNames);
+    names.resize(names.size() - more);
+    expected = names.empty() ? "expected an existing name" : fmt::format("expected one of {}", fmt::join(names, ", "));
+    expected += more == 0 ? "; looked" : fmt::format(" and {} more; looked", more);
+  }
+  return fmt::format("found \"{}\", {} for {} in {}", name, expected, file, fmt::join(places, ", "));
 }
 
 }  // namespace
 
-Result<std::string> read_data_file(const std::string& path, const std::string& folder) {
+Result<std::string> read_data_file(const std::string& path, const std::string& folder, const std::string& place) {
   Result<std::string> text = read_text_file(path, folder == "models" ? kMaxModelBytes : kMaxTextBytes);
   std::error_code error;
-  if (text || fs::exists(path, error)) return text;
-  return make_error(text.error().where, text.error().what + hint_of(path, folder));
+  if (text || fs::status(path, error).type() != fs::file_type::not_found) return text;
+  const bool by_name = fs::path(path).parent_path().filename() == folder && path.ends_with(".json");
+  return make_error(place, by_name ? not_found(path, folder) : text.error().text());
 }
 
 }  // namespace prism::config

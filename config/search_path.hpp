@@ -23,8 +23,9 @@ std::vector<std::filesystem::path> data_places(const std::string& folder, const 
 /// All NAME.json that find_data_file finds by bare name, sorted by name.
 std::vector<std::string> data_files(const std::string& folder, const std::filesystem::path& base);
 
-/// Reads the file that find_data_file returned. If it does not exist, the error has a similar name and the searched
+/// Reads the file that find_data_file returned for the name at `place`, such as "gyro1.json:/frames" or "--frames". If
+/// it does not exist, the error is of `place`, with the closest existing name, or all of them, and the searched
 /// directories.
-Result<std::string> read_data_file(const std::string& path, const std::string& folder);
+Result<std::string> read_data_file(const std::string& path, const std::string& folder, const std::string& place);
 
 }  // namespace prism::config

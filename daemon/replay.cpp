@@ -13,6 +13,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
@@ -136,7 +137,8 @@ class Replay {
 
  private:
   static int fail(const std::string& what) {
-    spdlog::error("{}", what);
+    finish_logging();
+    fmt::print(stderr, "prismd: {}\n", printable(what));
     return kExitFailed;
   }
 

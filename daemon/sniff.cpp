@@ -42,12 +42,12 @@ std::vector<wire::FrameDescriptionPtr> descriptions_of(const std::string& asked)
   std::vector<std::string> paths = {config::find_data_file(asked, "frames", here)};
   if (asked.empty()) paths = config::data_files("frames", here);
   for (const std::string& path : paths) {
-    const Result<std::string> text = config::read_data_file(path, "frames");
+    const Result<std::string> text = config::read_data_file(path, "frames", "DESCRIPTION");
     const auto description = text ? wire::parse_frame_description(*text, path) : tl::unexpected<Error>(text.error());
     if (description) {
       descriptions.push_back(*description);
     } else {
-      fmt::print(stderr, "prismd: skipped: {}\n", description.error().text());
+      fmt::print(stderr, "prismd: {}{}\n", asked.empty() ? "skipped: " : "", description.error().text());
     }
   }
   return descriptions;

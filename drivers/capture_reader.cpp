@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
@@ -176,6 +177,9 @@ CaptureReader& CaptureReader::operator=(CaptureReader&&) noexcept = default;
 CaptureReader::~CaptureReader() = default;
 
 Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<RawByteStream> bare) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    return make_error(path, "is a directory, expected a capture (a .pcap file, or raw bytes)");
   auto file = std::make_unique<File>();
   file->path = path;
   if (auto opened = file->open_stream(); !opened) return tl::unexpected<Error>(opened.error());

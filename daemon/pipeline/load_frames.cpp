@@ -22,9 +22,9 @@ wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wi
 
 }  // namespace
 
-Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const wire::GyroChoice& choice,
-                                              const config::LineConfig& line) {
-  const Result<std::string> text = config::read_data_file(path, "frames");
+Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
+                                              const wire::GyroChoice& choice, const config::LineConfig& line) {
+  const Result<std::string> text = config::read_data_file(path, "frames", place);
   if (!text) return tl::unexpected<Error>(text.error());
   Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, path, choice);
   if (!frames) return frames;

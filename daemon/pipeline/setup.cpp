@@ -21,18 +21,19 @@ Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config)
   choice.sensors = config.by_axes;
   for (const config::AxisConfig& axis : config.axes)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
-  Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
+  Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, config.path + ":/frames", choice, config.line);
   if (frames && !(*frames)->carries_gyro())
     return make_error(config.frames,
                       "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
   return frames;
 }
 
-Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& config) {
+Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& config, const std::string& config_path) {
   wire::GyroChoice choice;
   choice.sensors = true;
   choice.text = config.text;
-  const Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, choice, config.line);
+  const std::string place = fmt::format("{}:/sensor_lines/{}/frames", config_path, config.name);
+  const Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, place, choice, config.line);
   if (!frames) return tl::unexpected<Error>(frames.error());
   if ((*frames)->carries_gyro())
     return make_error(
@@ -72,12 +73,13 @@ Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis)
   return static_cast<int>(index);
 }
 
-// Rejects a model of another gyro, or with inputs that the frames do not have.
-Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, bool own_thermometer) {
+// Rejects a model of another gyro, or with inputs that the frames do not have. `place`: where `path` was given.
+Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, const std::string& place,
+                                          bool own_thermometer) {
   const config::Config& config = setup.config;
   const wire::FrameDescription& frames = *setup.frames;
   if (path.empty()) return compensation::ModelPtr();
-  const Result<std::string> text = config::read_data_file(path, "models");
+  const Result<std::string> text = config::read_data_file(path, "models", place);
   if (!text) return tl::unexpected<Error>(text.error());
   Result<compensation::ModelPtr> model = compensation::parse_model(*text, path);
   if (!model) return model;
@@ -110,7 +112,7 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   return model;
 }
 
-Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
+Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overrides& overrides) {
   const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
   const Result<int> thermometer = find_thermometer(setup, config);
@@ -119,12 +121,15 @@ Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index) {
   axis.engine = config.engine;
   axis.engine.plausibility.take(setup.frames->plausible);
   axis.engine.plausibility.take(setup.config.plausibility);
-  for (auto [path, model] : {std::pair(&config.model, &axis.model), {&config.fallback_model, &axis.fallback}}) {
-    const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
-    Result<compensation::ModelPtr> loaded = load_model(setup, *path, own);
-    if (!loaded) return tl::unexpected<Error>(loaded.error());
-    *model = std::move(*loaded);
-  }
+  const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
+  const std::string keys = setup.config.path + (setup.config.by_axes ? ":/axes/" + config.name : ":");
+  Result<compensation::ModelPtr> model =
+      load_model(setup, config.model, overrides.model.empty() ? keys + "/model" : "--model", own);
+  if (!model) return tl::unexpected<Error>(model.error());
+  axis.model = std::move(*model);
+  Result<compensation::ModelPtr> fallback = load_model(setup, config.fallback_model, keys + "/fallback_model", own);
+  if (!fallback) return tl::unexpected<Error>(fallback.error());
+  axis.fallback = std::move(*fallback);
   compensation::CompensationEngine trial(axis.engine);
   if (auto taken = trial.use(axis.model, axis.fallback); !taken)
     return make_error(config.fallback_model, taken.error().what);
@@ -195,13 +200,13 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   setup.notes = setup.frames->warnings;
   setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
   for (const config::SensorLineConfig& line : setup.config.sensor_lines) {
-    Result<Setup::SensorLine> loaded = load_sensor_line(line);
+    Result<Setup::SensorLine> loaded = load_sensor_line(line, setup.config.path);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     setup.sensor_lines.push_back(std::move(*loaded));
   }
   setup.sensors = all_sensors(setup);
   for (std::size_t i = 0; i < setup.config.axes.size(); ++i) {
-    Result<Setup::Axis> loaded = load_axis(setup, i);
+    Result<Setup::Axis> loaded = load_axis(setup, i, overrides);
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     setup.axes.push_back(std::move(*loaded));
   }

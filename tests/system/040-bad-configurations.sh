@@ -16,10 +16,12 @@ printf '{\n "line": {,}\n}' >"$dir/gyro.json"; refused "invalid JSON" "gyro.json
 long=$(printf 'n%.0s' $(seq 250))
 echo "{\"name\": \"$long\", \"socket\": {\"path\": \"\"}}" >"$dir/gyro.json"; refused "name too long" "expected 1 to 90 bytes of printable text"
 echo '{"name": "a\nb"}' >"$dir/gyro.json"; refused "newline in the name" 'gyro.json:/name: found "a\nb", expected 1 to 90 bytes of printable text'
-echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" "frames/nope.json: cannot be read: No such file or directory; looked in $dir/frames, "
-echo '{"frames": "kvh175"}' >"$dir/gyro.json"; refused "mistyped frames" 'No such file or directory; did you mean "kvh1750"? Looked in '
+echo '{"frames": "nope"}' >"$dir/gyro.json"; refused "missing frames" 'gyro.json:/frames: found "nope", expected one of ascii-columns, '
+contains "searched directories" "$(cat "$dir/e")" "; looked for nope.json in $dir/frames, "
+echo '{"frames": "./nope.json"}' >"$dir/gyro.json"; refused "missing path" "gyro.json:/frames: $dir/nope.json: cannot be read: No such file or directory"
+echo '{"frames": "kvh175"}' >"$dir/gyro.json"; refused "mistyped frames" 'gyro.json:/frames: found "kvh175", did you mean "kvh1750"? Looked for kvh175.json in '
 echo '{"model": "tao2019-model3"}' >"$dir/gyro.json"; refused "mistyped model" 'did you mean "tao2019-model'
-echo '{"model": "nope"}' >"$dir/gyro.json"; refused "missing model" "models/nope.json: cannot be read"
+echo '{"model": "nope"}' >"$dir/gyro.json"; refused "missing model" 'gyro.json:/model: found "nope", expected one of tao2019-model1, '
 echo '{}' >"$dir/gyro.json"; refused "no device" "gyro.json:/line/device: is missing"
 code=0; prismd --check "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?; same "exit code of --check" "$code" 78
 model=$PRISM_SOURCE/config/models/tao2019-model2.json

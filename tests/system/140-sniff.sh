@@ -42,7 +42,7 @@ code=0; prismd --sniff "$dir/c.pcap" kvh1750 >"$dir/o" || code=$?
 same "another description given by name: exit code" "$code" 1
 code=0; prismd --sniff "$dir/c.pcap" kvh175 >"$dir/o" 2>"$dir/e" || code=$?
 same "a mistyped name: exit code" "$code" 1
-contains "a mistyped name" "$(cat "$dir/e")" 'did you mean "kvh1750"? Looked in '
+contains "a mistyped name" "$(cat "$dir/e")" 'DESCRIPTION: found "kvh175", did you mean "kvh1750"? Looked for kvh175.json in '
 
 # One or two frames are too few to be sure; the message differs from that for no frames.
 prismsim --profile steady --hours 0.01 --frames kvh1750 --out "$dir/k.pcap" 2>/dev/null

@@ -109,7 +109,7 @@ void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
 
 std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   const std::string path = config::find_data_file(line.frames, "frames", ".");
-  const auto text = config::read_data_file(path, "frames");
+  const auto text = config::read_data_file(path, "frames", "--frames");
   if (!text) return complain(kBadConfiguration, text.error().text());
   wire::GyroChoice choice;
   if (!line.axes.empty()) choice.axes.clear();

@@ -70,8 +70,10 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     const Result<void> read = load_web_config(config, settings);
     if (!read) return exit_with(kExitConfig, read.error().text());
   }
-  if (!listen.empty() && !parse_listen(listen, settings))
-    return exit_with(kExitUsage, fmt::format("--listen: found \"{}\", expected ADDRESS:PORT", listen));
+  if (!listen.empty()) {
+    const Result<void> parsed = parse_listen(listen, settings);
+    if (!parsed) return exit_with(kExitUsage, "--listen: " + parsed.error().what);
+  }
   if (!socket.empty()) {
     settings.address.clear();
     settings.unix_socket = socket;

@@ -22,9 +22,7 @@ std::string path_of(const Section& section, const char* key, const fs::path& bas
 
 void read_listen(const Section& section, Settings& settings) {
   const std::string listen = section.text("listen");
-  if (!parse_listen(listen, settings))
-    section.fail("listen", fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or \"[::1]:8467\"",
-                                       shown(Json(listen))));
+  if (const auto parsed = parse_listen(listen, settings); !parsed) section.fail("listen", parsed.error().what);
 }
 
 void read_tls(const Section& section, const fs::path& base, Settings& settings) {
@@ -36,9 +34,11 @@ void read_tls(const Section& section, const fs::path& base, Settings& settings) 
 PlotJugglerSettings read_plotjuggler(const Section& section) {
   Settings parsed;
   const std::string to = section.text("send_to");
-  if (section.good() && (!parse_listen(to, parsed) || parsed.port == 0))
-    section.fail("send_to",
-                 fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:9870\"", shown(Json(to))));
+  if (const auto good = parse_listen(to, parsed, "\"127.0.0.1:9870\""); !good) {
+    section.fail("send_to", good.error().what);
+  } else if (parsed.port == 0) {
+    section.fail("send_to", fmt::format("found {}, expected a port within 1 to 65535", shown(Json(to))));
+  }
   return {parsed.address, parsed.port, section.boolean("samples", false)};
 }
 
@@ -54,22 +54,27 @@ FoxgloveSettings read_foxglove(const Section& section) {
 
 }  // namespace
 
-bool parse_listen(std::string_view text, Settings& settings) {
+Result<void> parse_listen(std::string_view text, Settings& settings, std::string_view example) {
+  const auto wrong = make_error(
+      "", fmt::format("found {}, expected ADDRESS:PORT, such as {}", shown(Json(std::string(text))), example));
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string_view::npos) return false;
+  if (colon == std::string_view::npos) return wrong;
   std::string_view address = text.substr(0, colon);
   const std::string_view port = text.substr(colon + 1);
-  if (address.starts_with('[') != address.ends_with(']')) return false;
+  if (address.starts_with('[') != address.ends_with(']')) return wrong;
   const bool bracketed = address.starts_with('[');
   if (bracketed) address = address.substr(1, address.size() - 2);
-  if (bracketed != (address.find(':') != std::string_view::npos) || !is_loopback(std::string(address))) return false;
+  if (bracketed != (address.find(':') != std::string_view::npos) || !is_loopback(std::string(address))) return wrong;
   std::uint16_t number = 0;
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
-  if (port.empty() || error != std::errc() || end != port.data() + port.size()) return false;
+  if (port.empty() || end != port.data() + port.size()) return wrong;
+  if (error == std::errc::result_out_of_range)
+    return make_error("", fmt::format("found the port {}, expected at most 65535", shown(Json(std::string(port)))));
+  if (error != std::errc()) return wrong;
   settings.address = address;
   settings.port = number;
   settings.unix_socket.clear();
-  return true;
+  return {};
 }
 
 Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings) {

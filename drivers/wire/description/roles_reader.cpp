@@ -153,7 +153,10 @@ void read_wrap(const Section& s, FrameDescription& description) {
 
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   GyroRule& rule = description.gyro;
-  rule.meaning = static_cast<RateEncoding>(s.choice("meaning", {"rate", "increment", "accumulated"}));
+  rule.meaning =
+      static_cast<RateEncoding>(s.explained_choice("meaning", {{"rate", "angular rate"},
+                                                               {"increment", "angle since the last frame"},
+                                                               {"accumulated", "running total of the angle"}}));
   description.axes.resize(choice.axes.size());
   for (MessageType& kind : description.kinds) kind.roles.axes.resize(choice.axes.size());
   read_unit(s, choice, description);

@@ -164,6 +164,11 @@ const Row kRows[] = {
      "gyro.json:/ns/1: found 2, expected a number within 0 to 1"},
     {R"({"ts": ["a", 1]})", [](Section& s) { s.texts("ts"); },
      "gyro.json:/ts: found [\"a\",1], expected a string or an array of at least one"},
+    {R"({"c": "blue"})",
+     [](Section& s) {
+       s.explained_choice("c", {{"red", "of fire"}, {"green", "of grass"}, {"white", "of snow"}});
+     },
+     "gyro.json:/c: found \"blue\", expected \"red\" (of fire), \"green\" (of grass) or \"white\" (of snow)"},
     {R"({"c": "blue"})", [](Section& s) { s.choice("c", kColours); },
      "gyro.json:/c: found \"blue\", expected \"red\" or \"green\""},
     {R"({"o": 1})", [](Section& s) { s.object("o"); }, "gyro.json:/o: found 1, expected an object {...}"},

@@ -44,7 +44,7 @@ struct Damage {
 
 // clang-format off
 const Damage kDamages[] = {
-    {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model")"},
+    {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model": a model made by prismcal train)"},
     {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a string in quotes)"},
     {[](json& f) { f.erase("format"); }, R"(m.json: "format" is missing)"},
     {[](json& f) { f["version"] = 2, f["novelty"] = 1; },
@@ -124,6 +124,7 @@ TEST(ModelText, InvalidJsonIsReportedWithLineAndColumn) {
       "m.json:2:27: not valid JSON: syntax error while parsing object key - unexpected ','; expected string literal");
   EXPECT_EQ(refusal("{\"format\": \"prism-model\", \"format\": \"prism-model\"}"),
             "m.json: the key \"format\" is given twice");
+  EXPECT_EQ(refusal("\nt,T,U,y\n0,20,5,1\n"), "m.json: found no JSON object, expected a model made by prismcal train");
   EXPECT_EQ(refusal("[]"), "m.json: found [], expected a JSON object");
   EXPECT_EQ(refusal("{}"), "m.json: \"format\" is missing");
 }

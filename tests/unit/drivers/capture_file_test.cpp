@@ -212,7 +212,7 @@ TEST(CaptureFile, RejectsOtherFilesInOneLine) {
       "ethernet.pcap: found a capture of link type 1 (EN10MB), expected 250 (serial line); to extract bytes of TCP: "
       "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES");
   EXPECT_EQ(refusal("absent.pcap"), "absent.pcap: cannot be read: No such file or directory");
-  EXPECT_EQ(refusal("."), ".: is a directory, expected a regular file");
+  EXPECT_EQ(refusal("."), ".: is a directory, expected a capture (a .pcap file, or raw bytes)");
 }
 
 TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {

@@ -48,6 +48,10 @@ TEST(WebConfig, ErrorsNameTheKey) {
   EXPECT_EQ(error_of(R"({"listen": "localhost:80"})"),
             "/etc/prism/web.json:/listen: found \"localhost:80\", expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
             "\"[::1]:8467\"");
+  EXPECT_EQ(error_of(R"({"listen": "127.0.0.1:65536"})"),
+            "/etc/prism/web.json:/listen: found the port \"65536\", expected at most 65535");
+  EXPECT_EQ(error_of(R"({"plotjuggler": {"send_to": "127.0.0.1:0"}})"),
+            "/etc/prism/web.json:/plotjuggler/send_to: found \"127.0.0.1:0\", expected a port within 1 to 65535");
   EXPECT_NE(error_of(R"({"lisen": "127.0.0.1:80"})"), "");
   EXPECT_NE(error_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
   EXPECT_NE(error_of(R"({"tls": {"certificate": "a"}})"), "");

@@ -23,7 +23,7 @@ struct ConvertChoice {
 
 Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
   const std::string path = config::find_data_file(frames, "frames", ".");
-  const auto text = read_text_file(path, kMaxTableBytes);
+  const auto text = config::read_data_file(path, "frames", "--frames");
   if (!text) return tl::unexpected(text.error());
   auto description = wire::parse_frame_description(*text, path);
   if (description && !(*description)->carries_gyro()) return make_error(path, "found no gyro, expected one");

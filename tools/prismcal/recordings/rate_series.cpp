@@ -29,10 +29,10 @@ std::string unit_by_name(const std::string& column) {
 }
 
 /// Sets the unit of the series and returns its factor to deg/h.
-Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const std::string& path) {
+Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice) {
   series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
   if (const Unit* unit = find_unit("rate", series.unit)) return unit->factor;
-  return make_error(path, fmt::format("found unit \"{}\", expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
+  return make_error("--unit", fmt::format("found \"{}\", expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
 }
 
 /// The columns to read.
@@ -127,7 +127,7 @@ double median_step(const std::vector<double>& times) {
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
-  const auto factor = set_unit(series, choice, path);
+  const auto factor = set_unit(series, choice);
   if (!factor) return tl::unexpected(factor.error());
   const auto folder = LogFolder::read(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
@@ -160,7 +160,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   const auto& [layout, rates, times] = *columns;
   RateSeries series;
   series.column = layout.names[layout.rate];
-  const auto factor = set_unit(series, choice, path);
+  const auto factor = set_unit(series, choice);
   if (!factor) return tl::unexpected(factor.error());
   series.rows = rates.size();
 
