@@ -51,6 +51,18 @@ sql "DROP TABLE prism.rows_$(date -u +%Y%m%d)"
 grow good other
 same "refused rows after a dropped partition" "$(sql "SELECT count(*) FROM prism.refused_rows WHERE gyro NOT IN ('lab/bad', 'lab/worse')")" 0
 
+# Every row of a log with a backlog is refused: the other gyros are not delayed by more than the division of a small page.
+sql "ALTER TABLE prism.rows ADD CONSTRAINT nothing CHECK (gyro <> 'lab/worst')"
+gyro worst 20000
+wait_for 10 sql_above "SELECT count(*) FROM prism.refused_rows WHERE gyro = 'lab/worst'" 0
+late=0
+for ((i = 0; i < 20; i++)); do
+  sql_is "SELECT max(arrival) > now() - interval '4 s' FROM prism.rows WHERE gyro = 'lab/good'" t || late=$((late + 1))
+  sleep 0.2
+done
+[ "$late" -le 2 ] || fail "the rows of a good gyro were late in $late of 20 checks"
+sql_is "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/worst'" 0 || fail "rows of the log \"worst\""
+
 # A trigger refuses every row for a reason that is not in the data: the rows wait, the pause grows, the status has the error all the time.
 sql "CREATE FUNCTION prism.no() RETURNS trigger LANGUAGE plpgsql AS \$\$ BEGIN RAISE EXCEPTION 'closed for today'; END \$\$;
 CREATE TRIGGER no BEFORE INSERT ON prism.rows FOR EACH ROW EXECUTE FUNCTION prism.no()"

@@ -23,7 +23,7 @@ def page(params):
     while available() <= begin and time.time() < until:
         time.sleep(0.05)
     end = min(available(), begin + params["limit"])
-    time_of = lambda i: "2505599.9999994994" if kind == "rounding" else f"{start - stored + i:.6f}"
+    time_of = lambda i: "2505599.9999994994" if kind == "rounding" else f"{start + (i - stored) / (5 if i > stored else 1):.6f}"
     rows = [f"{time_of(i)},{i},{8.5 + i % 7},good,{time_of(i)}" for i in range(begin + 1, end + 1)]
     first = 2**31 - 2 if kind == "position" else begin + 1
     segment = {"segment": 1, "file": "log.csv", "metadata": {"model": "m"}, "columns": "time_s,samples,rate_deg_per_h,quality,arrival_s",

@@ -87,7 +87,9 @@ void append_refused(CopyTexts& texts, const BatchItem& item, const Record& recor
   refused += fmt::format("{},{},{},{},", item.key, item.log_id, record.segment, record.row);
   append_quoted(refused, reason, kMaxFieldBytes);
   refused += ',';
-  append_quoted(refused, record.table == Table::kRows ? item.line_of(record) : item.csv_of(record), kMaxFieldBytes);
+  std::string_view line = record.table == Table::kRows ? item.line_of(record) : item.csv_of(record);
+  if (line.ends_with('\n')) line.remove_suffix(1);
+  append_quoted(refused, line, kMaxFieldBytes);
   refused += '\n';
 }
 

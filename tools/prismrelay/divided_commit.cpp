@@ -37,6 +37,7 @@ class DividedCommit {
   Result<void> store_item(std::size_t index, const std::string& reason) {
     const BatchItem& item = batch_.items()[index];
     std::vector<RefusedRecord> refused;
+    attempts_left_ = kMaxAttempts;
     if (item.records.size() == 1) {
       refused.push_back({&item.records.front(), reason});
     } else if (!item.records.empty()) {
@@ -44,16 +45,22 @@ class DividedCommit {
       if (auto done = store_records(item, 0, middle, refused); !done) return done;
       if (auto done = store_records(item, middle, item.records.size(), refused); !done) return done;
     }
-    report(refusals_[index], refused);
-    if (item.cursor.empty()) return {};
+    Refusal& refusal = refusals_[index];
+    report(refusal, refused);
+    if (attempts_left_ < 0) {
+      refusal.too_many = true;
+      refusal.error = "too many refused rows in a page";
+    }
+    if (item.cursor.empty() || refusal.too_many) return {};
     const auto rejected = transaction_(cursor_texts(item, refused));
     if (!rejected) return tl::unexpected<Error>(rejected.error());
-    if (*rejected) refusals_[index].error = **rejected;
+    if (*rejected) refusal.error = **rejected;
     return {};
   }
 
   Result<void> store_records(const BatchItem& item, std::size_t first, std::size_t last,
                              std::vector<RefusedRecord>& refused) {
+    if (attempts_left_ < 0 || --attempts_left_ < 0) return {};
     CopyTexts texts;
     for (std::size_t i = first; i < last; ++i)
       texts[static_cast<std::size_t>(item.records[i].table)] += item.csv_of(item.records[i]);
@@ -102,6 +109,7 @@ class DividedCommit {
   const Batch& batch_;
   const Transaction& transaction_;
   std::vector<Refusal> refusals_;
+  int attempts_left_ = 0;  ///< of the current item; below 0: exceeded
 };
 
 }  // namespace

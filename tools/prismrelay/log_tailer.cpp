@@ -54,7 +54,7 @@ void LogTailer::request_page() {
   requested_ = true;
   requested_at_ = steady_clock::now();
   json params = {{"after", cursor_},
-                 {"limit", behind_ ? kLargePage : kSmallPage},
+                 {"limit", behind_ && !many_refusals_ ? kLargePage : kSmallPage},
                  {"wait_s", behind_ ? 0 : kWait_s},
                  {"name", traffic_.consumer}};
   if (!axis_.empty()) params["axis"] = axis_;
@@ -107,6 +107,8 @@ void LogTailer::fail(const std::string& reason) {
 
 void LogTailer::committed(const Refusal& refusal) {
   if (!std::exchange(in_batch_, false)) return;
+  const bool was_large = !std::exchange(many_refusals_, refusal.too_many || (many_refusals_ && refusal.rows > 0));
+  if (refusal.too_many && was_large) return request_page();  // the same rows, in smaller pages
   if (!refusal.first.empty()) log_refusal(refusal);
   if (!refusal.error.empty()) return fail("PostgreSQL refused the cursor: " + refusal.error);
   if (refusal.rows > 0) {

@@ -105,6 +105,26 @@ TEST_F(LogTailerTest, RequestsAPageAgainIfTheDatabaseIsDown) {
   EXPECT_EQ(prismd.available(), 0u) << "one request at a time";
 }
 
+TEST_F(LogTailerTest, RequestsSmallPagesAfterManyRefusedRows) {
+  tailer->resume("c1");
+  const auto answer = [&](const char* cursor, const Refusal& refusal) {
+    const json request = next_request();
+    json large = page(cursor, 2);
+    large["more"] = true;
+    respond(request, large);
+    batch = {};
+    tailer->committed(refusal);
+    return std::to_string(request["params"]["limit"].get<int>()) + " after " +
+           request["params"]["after"].get<std::string>();
+  };
+  EXPECT_EQ(answer("c2", {0, "row 1", "too many", true}), "2000 after c1");
+  EXPECT_EQ(answer("c2", {1, "row 1", "", false}), "50 after c1") << "the same rows";
+  EXPECT_EQ(state.view().logs.at({"lab/g", "z"}).invalid, 1u);
+  EXPECT_EQ(answer("c3", {}), "50 after c2");
+  EXPECT_EQ(answer("c4", {0, "row 1", "refused", false}), "2000 after c3");
+  EXPECT_EQ(state.view().logs.at({"lab/g", "z"}).fault(), "PostgreSQL refused the cursor: refused");
+}
+
 TEST_F(LogTailerTest, RequestsAPageAgainAfterAFailedCommit) {
   tailer->resume("c1");
   respond(next_request(), page("c2", 2));
