@@ -91,9 +91,24 @@ asio::awaitable<void> discard_input(Stream& stream) {
   }
 }
 
+// Returns false if the connection must be closed.
+template <class Stream>
+asio::awaitable<bool> send(Stream& stream, WebServer& server, Connection& connection, const Fields& request,
+                           Answer& answer) {
+  constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
+  const http::response<http::string_body> response = response_of(request, std::move(answer), kIsTls);
+  UnsentMemory::Part unsent(server.unsent_memory(), [&stream, &connection] {
+    connection.fd = -1;
+    beast::get_lowest_layer(stream).close();
+  });
+  unsent.add(response.body().size());
+  beast::get_lowest_layer(stream).expires_after(kNextRequest);
+  const auto [error, size] = co_await http::async_write(stream, response, kUse);
+  co_return !error && response.keep_alive();
+}
+
 template <class Stream>
 asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
-  constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
   beast::flat_buffer buffer(kMaxHeaderBytes * 2);
   auto timeout = kRequest;
   bool is_rejected = false;
@@ -106,9 +121,7 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
     if (read_error && !rejection) break;
     const Fields fields = parser.release();
     if (rejection) {
-      const http::response<http::string_body> response = response_of(fields, std::move(*rejection), kIsTls);
-      beast::get_lowest_layer(stream).expires_after(kNextRequest);
-      co_await http::async_write(stream, response, kUse);
+      co_await send(stream, server, *connection, fields, *rejection);
       is_rejected = true;
       break;
     }
@@ -139,12 +152,8 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
     } else {
       answer = co_await server.answer(request, admission.is_authenticated);
     }
-    const http::response<http::string_body> response = response_of(fields, std::move(answer), kIsTls);
-    UnsentMemory::Part unsent(server.unsent_memory(), [&stream] { beast::get_lowest_layer(stream).close(); });
-    unsent.add(response.body().size());
-    beast::get_lowest_layer(stream).expires_after(kNextRequest);
-    const auto [write_error, written] = co_await http::async_write(stream, response, kUse);
-    if (write_error || !response.keep_alive()) break;
+    const bool is_open = co_await send(stream, server, *connection, fields, answer);
+    if (!is_open) break;
   }
   boost::system::error_code ignored;
   beast::get_lowest_layer(stream).socket().shutdown(asio::socket_base::shutdown_send, ignored);
