@@ -108,7 +108,7 @@ deaf() {
 }
 api 'range?seconds=7000&points=5000' >range.json  # the first large response also fills the caches of the store
 deaf short 20 16
-deaf mixed 20 72   # 16 MiB of responses per client, and intermediate results
-deaf http 12 136   # 128 MiB in total
+deaf mixed 20 96  # 16 MiB of responses per client, and intermediate results
+deaf http 12 144  # 128 MiB in total, and intermediate results
 same "prismweb serves others" "$(api status | jq -r .state)" "$(field .state status)"
 ! grep -q "Traceback" deaf.out || fail "$(cat deaf.out)"
