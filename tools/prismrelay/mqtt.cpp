@@ -85,9 +85,8 @@ std::string Mqtt::run_connection() {
 
 // Creates the client. Returns an error, e.g. of the password file, which may be temporary.
 std::string Mqtt::prepare() {
-  const std::lock_guard lock(mutex_);
-  client_.reset(mosquitto_new(settings_.client_id.c_str(), true, this));
-  mosquitto* const client = client_.get();
+  std::unique_ptr<mosquitto, Free> created(mosquitto_new(settings_.client_id.c_str(), true, this));
+  mosquitto* const client = created.get();
   if (client == nullptr) return std::strerror(errno);
   if (!settings_.user.empty()) {
     std::string password;
@@ -108,13 +107,15 @@ std::string Mqtt::prepare() {
   mosquitto_will_set(client, (base_ + "relay").c_str(), static_cast<int>(will.size()), will.data(), kAtLeastOnce, true);
   mosquitto_threaded_set(client, true);
   mosquitto_max_inflight_messages_set(client, 100);
-  set_callbacks();
+  set_callbacks(client);
+  const std::lock_guard lock(
+      mutex_);  // not before: libmosquitto has its own lock for the callbacks, which take this one
+  client_.swap(created);
   last_ack_ = Clock::now();
   return "";
 }
 
-void Mqtt::set_callbacks() {
-  mosquitto* const client = client_.get();
+void Mqtt::set_callbacks(mosquitto* client) {
   mosquitto_connect_callback_set(client,
                                  [](mosquitto*, void* self, int code) { static_cast<Mqtt*>(self)->connected(code); });
   mosquitto_disconnect_callback_set(

@@ -61,7 +61,7 @@ class Mqtt {
   void loop();
   std::string run_connection();
   std::string prepare();
-  void set_callbacks();
+  static void set_callbacks(mosquitto* client);
   void connected(int code);
   void disconnected(int code);
   void acknowledged();
