@@ -23,6 +23,8 @@ class OwnSocketFile {
       : path_(std::move(other.path_)), own_(std::exchange(other.own_, std::nullopt)) {}
   OwnSocketFile& operator=(OwnSocketFile&&) = delete;
   ~OwnSocketFile();
+  /// False if another file, or none, is at the path: clients cannot reach this process any more.
+  bool is_in_place() const { return !own_ || FileId::of(path_) == own_; }
 
  private:
   std::string path_;

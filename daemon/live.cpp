@@ -206,6 +206,7 @@ class Live {
       watch_disk();
       follow_clock();
       publisher_.release_late();
+      if (server_) server_->watch_file();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = socket::summary(sources()); now != shown) notify_status(shown = std::move(now));
       const auto& line = setup().config.line;

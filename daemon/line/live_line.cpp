@@ -10,6 +10,7 @@
 
 #include "base/host_time.hpp"
 #include "daemon/awaiting.hpp"
+#include "drivers/transport/device_users.hpp"
 
 namespace prism::line {
 namespace {
@@ -166,7 +167,9 @@ asio::awaitable<void> LiveLine::watch() {
     count_hardware();
     // Unread bytes: the line has data, but this process did not run (stopped, swapped out, no CPU time).
     if (Clock::now() - last_data_ < silence || open_->transport->has_unread()) continue;
-    const std::string why = fmt::format("no data for {} s", config().silence_s);
+    std::string why = fmt::format("no data for {} s", config().silence_s);
+    if (const std::string others = transport::other_users_of(settings().device); !others.empty())
+      why += fmt::format("; another program may be reading this device: {}", others);
     set(LineState::kSilent, why);
     lose("line_silent", why);
   }

@@ -105,6 +105,14 @@ asio::awaitable<void> Server::serve() {
   }
 }
 
+void Server::watch_file() {
+  if (own_.is_in_place() == in_place_) return;
+  in_place_ = !in_place_;
+  if (in_place_) return tell_(Severity::kInfo, "socket", settings_.path + ": clients can connect again");
+  tell_(Severity::kWarning, "socket",
+        settings_.path + ": the socket's file was removed or replaced, new clients cannot connect; restart prismd");
+}
+
 std::string Server::admit(const Client& client) {
   const auto most = static_cast<std::size_t>(settings_.max_clients);
   const auto& all = publisher_.all();

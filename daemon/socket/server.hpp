@@ -30,6 +30,8 @@ class Server {
 
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();
+  /// Reports once if the socket's file was removed or replaced, and once if it is back. Call once a second.
+  void watch_file();
 
  private:
   Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
@@ -41,6 +43,7 @@ class Server {
   Acceptor acceptor_;
   config::SocketSettings settings_;
   const OwnSocketFile own_;
+  bool in_place_ = true;  ///< as reported
   Publisher& publisher_;
   const pipeline::Tell tell_;
   RequestQueue requests_;
