@@ -20,6 +20,7 @@
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/service.hpp"
 #include "daemon/socket/server.hpp"
@@ -186,9 +187,8 @@ class Replay {
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    const wire::FrameDescription& frames = *acquisition_.setup().frames;
-    const drivers::RawByteStream bare{std::max(frames.rate_hz * frames.max_frame_bytes, 1.0), 0};
-    Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(file, bare);
+    pipeline::Setup setup = acquisition_.setup();
+    Result<drivers::CaptureReader> reader = pipeline::open_capture(file, setup);
     if (!reader) {
       fault_ = reader.error().text();
       co_return;
@@ -287,6 +287,12 @@ class Replay {
 }  // namespace
 
 int run_replay(const Options& options, pipeline::Setup setup) {
+  for (const std::string& file : options.replay) {
+    if (const auto reader = pipeline::open_capture(file, setup); !reader) {
+      spdlog::error("{}", reader.error().text());
+      return kExitFailed;
+    }
+  }
   return std::make_unique<Replay>(options, setup)->run();
 }
 

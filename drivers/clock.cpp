@@ -18,6 +18,8 @@ constexpr std::uint64_t kLeastPoints = 20;
 constexpr double kOverflowS = 0.1;
 /// A larger step back of a stamp means that a clock was set.
 constexpr std::int64_t kClockSetNs = 1'000'000'000;
+/// An interval is longer than usual above this ratio.
+constexpr double kLonger = 1.5;
 
 }  // namespace
 
@@ -25,31 +27,43 @@ Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
     : description_(std::move(description)),
       settings_(settings),
       steps_(description_, settings.source == ClockSource::kHost),
-      turns_(description_->axes.size()) {
+      axes_(description_->axes.size()) {
   tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
   byte_time_ns_ = description_->wire.byte_time_ns();
   status_.period_s = description_->period_s();
+  const double gyro_types =
+      static_cast<double>(std::count_if(description_->kinds.begin(), description_->kinds.end(),
+                                        [](const auto& kind) { return kind.roles.carries_gyro(); }));
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const wire::AxisRule& rule = description_->axes[i];
+    const double half_wrap_s = 0.5 * rule.wrap * std::abs(rule.scale) / settings_.max_rate_deg_per_h;
+    axes_[i].longest_s = rule.wrap > 0 ? std::min(settings_.max_difference_s, half_wrap_s) : settings_.max_difference_s;
+    axes_[i].usual_s = description_->period_s() * std::max(gyro_types, 1.0);
+  }
 }
 
 void Clock::reset() {
   running_ = false;
   steps_.reset();
-  turns_.assign(turns_.size(), {});
+  for (AxisState& axis : axes_) {
+    axis.missing = 0;
+    axis.has_angle = false;
+  }
   last_time_ns_ = 0;
   status_.residual_s = 0;
 }
 
 /// When the device measured the reading: arrival minus latency and wire time.
-std::int64_t Clock::left_device_ns(const wire::DecodedMessage& reading) const {
+std::int64_t Clock::measured_ns(const wire::DecodedMessage& reading) const {
   return reading.arrival_ns - std::llround(byte_time_ns_ * reading.length + 1e9 * reading.latency_s);
 }
 
 void Clock::start(const wire::DecodedMessage& reading) {
   running_ = true;
   forget_angles();
-  origin_ns_ = left_device_ns(reading);
+  origin_ns_ = measured_ns(reading);
   ticks_ = x_ = 0;
-  for (Turn& turn : turns_) turn.x = 0;
+  for (AxisState& axis : axes_) axis.x = 0;
   active_.clear();
   next_.clear();
   active_.push(0, 0);
@@ -58,18 +72,27 @@ void Clock::start(const wire::DecodedMessage& reading) {
   points_ = 1;
   late_since_y_ = -1;
   slope_ = 1;
+  device_check_.begin();
+  last_y_ = 0;
   status_.period_s = description_->period_s();
   status_.period_is_estimated = false;
 }
 
 // Integer ticks over integer milli-ticks per second: exact, so that one day of fast replay ends on the nanosecond.
-std::int64_t Clock::stamp_device(const CounterStep& step) {
-  if (step.restarted) {
+std::int64_t Clock::stamp_device(const wire::DecodedMessage& reading, const CounterStep& step) {
+  const double x = (ticks_ + step.ticks) * tick_s_;
+  const double y = 1e-9 * static_cast<double>(measured_ns(reading) - origin_ns_);
+  const bool waited = waited_to_be_read(reading, description_->period_s(), y - last_y_);
+  last_y_ = y;
+  if (step.restarted || (settings_.arrivals_are_measured && !device_check_.agrees(x, y, waited))) {
     ++status_.resets;
-    forget_angles();
+    began_session_ = true;
+    last_time_ns_ = 0;
+    start(reading);
+    return origin_ns_;
   }
   ticks_ += step.ticks;
-  x_ = ticks_ * tick_s_;
+  x_ = x;
   const double ticks_per_s = description_->counter ? description_->counter->ticks_per_s : description_->rate_hz;
   const auto milli = static_cast<__int128>(std::llround(1000 * ticks_per_s));
   if (static_cast<double>(milli) != 1000 * ticks_per_s) return origin_ns_ + std::llround(1e9 * x_);
@@ -132,7 +155,7 @@ void Clock::fit(double y, double residual_s) {
 }
 
 std::int64_t Clock::stamp_host(const wire::DecodedMessage& reading, const CounterStep& step) {
-  const double y = 1e-9 * static_cast<double>(left_device_ns(reading) - origin_ns_);
+  const double y = 1e-9 * static_cast<double>(measured_ns(reading) - origin_ns_);
   ticks_ += step.ticks;
   x_ = ticks_ * tick_s_;
   const LowerHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
@@ -150,17 +173,18 @@ std::int64_t Clock::stamp_host(const wire::DecodedMessage& reading, const Counte
 }
 
 void Clock::forget_angles() {
-  for (Turn& turn : turns_) turn.has_angle = false;
+  for (AxisState& axis : axes_) axis.has_angle = false;
 }
 
 void Clock::miss(const CounterStep& step) {
-  for (Turn& turn : turns_) turn.missing += step.missing;
+  for (AxisState& axis : axes_) axis.missing += step.missing;
   status_.missing_frames += step.missing;
   status_.missing_by_arrival += step.by_arrival;
 }
 
 bool Clock::push(const wire::DecodedMessage& reading) {
   std::int64_t time_ns;
+  began_session_ = false;
   const CounterStep step = steps_.push(reading, slope_);
   if (!running_) {
     start(reading);
@@ -171,7 +195,7 @@ bool Clock::push(const wire::DecodedMessage& reading) {
       return false;
     }
     const std::uint64_t resets = status_.resets;
-    time_ns = settings_.source == ClockSource::kDevice ? stamp_device(step) : stamp_host(reading, step);
+    time_ns = settings_.source == ClockSource::kDevice ? stamp_device(reading, step) : stamp_host(reading, step);
     if (status_.resets == resets) {
       if (step.missing != 0) miss(step);
     } else if (settings_.source == ClockSource::kHost && last_time_ns_ - time_ns > kClockSetNs) {
@@ -184,32 +208,40 @@ bool Clock::push(const wire::DecodedMessage& reading) {
   return reading.has_gyro;
 }
 
-/// Sets the angle in the reading's unit (or the rate), and the nominal seconds of its interval.
-std::optional<double> Clock::turned(const wire::AxisReading& reading, std::size_t axis, double& nominal_s) {
-  const wire::GyroRule& gyro = description_->gyro;
-  Turn& turn = turns_[axis];
-  const double since_last_s = x_ - std::exchange(turn.x, x_);
-  const bool varies =
-      description_->counter && description_->counter->step_varies && gyro.meaning == wire::RateEncoding::kIncrement;
-  nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
-  if (gyro.meaning != wire::RateEncoding::kAccumulated)
-    return reading.valid ? std::optional(reading.value) : std::optional(kUnknown);
-  if (!reading.valid) return turn.has_angle ? std::optional(kUnknown) : std::nullopt;
-  const double before = std::exchange(turn.angle, reading.value);
-  const double x_before = std::exchange(turn.angle_x, x_);
-  if (!std::exchange(turn.has_angle, true)) return std::nullopt;
-  nominal_s = x_ - x_before;
+/// Difference of the accumulated angle to the one before, in the reading's unit, and the interval between them.
+std::optional<double> Clock::angle_difference(const wire::AxisReading& reading, std::size_t axis, double& nominal_s) {
+  AxisState& state = axes_[axis];
+  if (!reading.valid) return state.has_angle ? std::optional(kUnknown) : std::nullopt;
+  const double before = std::exchange(state.angle, reading.value);
+  nominal_s = x_ - std::exchange(state.angle_x, x_);
+  if (!std::exchange(state.has_angle, true)) return std::nullopt;
+  if (nominal_s > std::max(state.longest_s, kLonger * state.usual_s)) return std::nullopt;
+  if (nominal_s > 0) state.usual_s = std::min(state.usual_s, nominal_s);
   double difference = reading.value - before;
   const double wrap = description_->axes[axis].wrap;
   if (wrap > 0) difference -= wrap * std::round(difference / wrap);
   return difference;
 }
 
+/// The angle in the reading's unit (or the rate); sets the nominal seconds of its interval.
+std::optional<double> Clock::difference(const wire::AxisReading& reading, std::size_t axis, double& nominal_s) {
+  const wire::GyroRule& gyro = description_->gyro;
+  AxisState& state = axes_[axis];
+  const double since_last_s = x_ - std::exchange(state.x, x_);
+  const bool varies =
+      description_->counter && description_->counter->step_varies && gyro.meaning == wire::RateEncoding::kIncrement;
+  nominal_s = gyro.interval_s > 0 ? gyro.interval_s : varies ? since_last_s : description_->period_s();
+  if (gyro.meaning == wire::RateEncoding::kAccumulated) return angle_difference(reading, axis, nominal_s);
+  // a lost frame took its increment with it, so that the interval of this one is unknown
+  if (varies && gyro.interval_s <= 0 && since_last_s > settings_.max_difference_s) return std::nullopt;
+  return reading.valid ? reading.value : kUnknown;
+}
+
 std::optional<Sample> Clock::sample(const wire::DecodedMessage& reading, std::size_t axis) {
   const wire::AxisReading& gyro = reading.gyro[axis];
   if (!gyro.carried) return std::nullopt;
   double nominal_s = 0;
-  const std::optional<double> number = turned(gyro, axis, nominal_s);
+  const std::optional<double> number = difference(gyro, axis, nominal_s);
   if (!number || !(nominal_s > 0)) return std::nullopt;
   Sample sample;
   sample.time_ns = last_time_ns_;
@@ -219,7 +251,7 @@ std::optional<Sample> Clock::sample(const wire::DecodedMessage& reading, std::si
   const int own = description_->axes[axis].thermometer;
   sample.temperature_degc = own < 0 ? reading.temperature_degc : reading.sensors[static_cast<std::size_t>(own)];
   sample.uhfo_v = reading.uhfo_v;
-  sample.missing_frames = std::exchange(turns_[axis].missing, 0);
+  sample.missing_frames = std::exchange(axes_[axis].missing, 0);
   sample.status = reading.status;
   sample.out_of_bounds = reading.out_of_bounds;
   sample.out_of_bounds.rate = gyro.out_of_bounds;

@@ -8,6 +8,7 @@
 
 #include "compensation/sample.hpp"
 #include "drivers/counter_unwrapper.hpp"
+#include "drivers/device_time_check.hpp"
 #include "drivers/lower_hull.hpp"
 #include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -16,22 +17,28 @@ namespace prism::drivers {
 
 enum class ClockSource {
   kHost,    ///< arrival times of this machine, de-jittered by the device's counter
-  kDevice,  ///< first arrival + counter x nominal period: fast replays, and devices with an accurate clock
+  kDevice,  ///< first arrival + counter x nominal tick: fast replays, and devices with an accurate clock
 };
 
 struct ClockSettings {
   ClockSource source = ClockSource::kHost;
   double switch_s = 100;            ///< host: the two windows of the fit alternate after this many seconds; 10 to 3600
-  double residual_limit_s = 0.020;  ///< host: a stamp with a larger error restarts the fit; > 0
+  double residual_limit_s = 0.020;  ///< host: largest distance of a reading from the line, see Clock; > 0
+  /// Device: false for raw bytes, whose arrival times are computed from their number; then only the counter counts.
+  bool arrivals_are_measured = true;
+  /// An accumulated angle may have wrapped unseen after half a wrap at this rate; > 0.
+  double max_rate_deg_per_h = 3.6e7;
+  /// Longest interval over which the difference of two accumulated angles is a rate, s, unless frames come more slowly.
+  double max_difference_s = 2;
 };
 
 struct ClockStatus {
-  std::uint64_t samples = 0;
+  std::uint64_t samples = 0;  ///< readings that gave a sample on at least one axis
   std::uint64_t missing_frames = 0;
   std::uint64_t missing_by_arrival = 0;  ///< of these: derived from arrival times, because the counter may have wrapped
   std::uint64_t duplicates = 0;          ///< frames with the counter of the frame before: no sample
-  std::uint64_t resets = 0;          ///< restarts of the fit: counter reset or residual over the limit (not reset())
-  double period_s = 0;               ///< the frame period in use: estimated (host) or nominal
+  std::uint64_t resets = 0;  ///< new starts from an arrival time, because counter and arrivals disagree (not reset())
+  double period_s = 0;       ///< the frame period in use: estimated (host) or nominal
   bool period_is_estimated = false;  ///< false: still the nominal one
   double residual_s = 0;             ///< host: delay of the last frame relative to the fitted line
 };
@@ -43,25 +50,30 @@ struct ClockStatus {
 /// below all points (lower_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
 /// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
 /// that the line always uses the last one to two times switch_s. A reading that is earlier than the line by more than
-/// the limit, or later than it for a second, shows that the counter or a clock was set: the fit restarts. If all
-/// readings are late by full periods of the counter (by frames, without a counter), frames were lost while the line was
-/// not read: they are counted as missing by arrival, and the fit continues.
+/// the limit, or readings that are all later by more than the limit for a second, show that the counter or a clock was
+/// set: the fit restarts. If all readings are late by full periods of the counter (by frames, without a counter),
+/// frames were lost while the line was not read: they are counted as missing by arrival, and the fit continues.
 ///
-/// Device: first arrival + counter x nominal tick. If the counter jumps back by less than half its modulus, it was
-/// restarted; time advances by one frame. Depends only on the first arrival and the counters.
+/// Device: first arrival + counter x nominal tick. A session with a new first arrival begins if the counter goes back
+/// by less than half its modulus (the device restarted), and if device time and arrivals disagree (DeviceTimeCheck).
 ///
 /// Without a counter (in this stream) each frame is one period after the previous one; frames lost on the line are
 /// derived from the bytes skipped there (if the stream has one message type).
 ///
-/// The first reading of an axis's accumulated angle gives no sample, because it has no predecessor.
+/// An accumulated angle gives no sample if its difference is unknown: for the first reading of an axis, and after a gap
+/// of more than max_difference_s or in which the angle may have wrapped. docs/time.md has all rules.
 class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  /// Computes the time of the reading. Returns false if it is a repeated frame or has no rate.
+  /// Computes the time of the reading. Returns false for a repeated frame and for a message without gyro data, which
+  /// give no sample.
   bool push(const wire::DecodedMessage& reading);
-  /// The sample of an axis (index into FrameDescription::axes) of the reading last accepted by push(). Call once for
-  /// each.
+  /// True if the last push() began a session, because the device's time before it is not comparable.
+  bool began_session() const { return began_session_; }
+  /// The sample of an axis (index into FrameDescription::axes) of the reading last accepted by push(). Call exactly
+  /// once for each: it consumes the axis's missing frames and angle. Returns nullopt if the rate or its interval is
+  /// unknown.
   std::optional<Sample> sample(const wire::DecodedMessage& reading, std::size_t axis);
 
   /// The line was reopened: a new session. Stamps may start at any time.
@@ -73,13 +85,14 @@ class Clock {
   void start(const wire::DecodedMessage& reading);
   void forget_angles();
   void miss(const CounterStep& step);
-  std::int64_t stamp_device(const CounterStep& step);
+  std::int64_t stamp_device(const wire::DecodedMessage& reading, const CounterStep& step);
   std::int64_t stamp_host(const wire::DecodedMessage& reading, const CounterStep& step);
   bool out_of_step(double residual_s, double y, std::uint32_t behind);
   bool recount(double& residual_s);
   void fit(double y, double residual_s);
-  std::optional<double> turned(const wire::AxisReading& reading, std::size_t axis, double& nominal_s);
-  std::int64_t left_device_ns(const wire::DecodedMessage& reading) const;
+  std::optional<double> difference(const wire::AxisReading& reading, std::size_t axis, double& nominal_s);
+  std::optional<double> angle_difference(const wire::AxisReading& reading, std::size_t axis, double& nominal_s);
+  std::int64_t measured_ns(const wire::DecodedMessage& reading) const;
 
   wire::FrameDescriptionPtr description_;
   ClockSettings settings_;
@@ -92,7 +105,7 @@ class Clock {
   std::int64_t origin_ns_ = 0;     ///< host time where x and y are 0
   double ticks_ = 0;               ///< unwrapped, since origin
   double x_ = 0;                   ///< the same in nominal seconds
-  std::int64_t last_time_ns_ = 0;  ///< of the last sample or stamp: stamps never go below
+  std::int64_t last_time_ns_ = 0;  ///< of the last stamp; goes back only with a session, or if a clock was set
 
   LowerHull active_, next_;
   double next_since_x_ = 0;
@@ -102,16 +115,20 @@ class Clock {
   double least_late_s_ = 0;   ///< minimum delay in this time
   double slope_ = 1;          ///< estimated host seconds per nominal device second
 
-  /// State of an axis.
-  struct Turn {
+  struct AxisState {
     std::uint32_t missing = 0;  ///< frames lost since its last sample
     double x = 0;               ///< of the last reading with this axis
     bool has_angle = false;     ///< accumulated: a previous angle is known
     double angle = 0;
     double angle_x = 0;
+    double usual_s = 0;    ///< shortest interval between two readings with this axis
+    double longest_s = 0;  ///< accumulated: no difference over a longer interval, except the usual one
   };
-  std::vector<Turn> turns_;  ///< as FrameDescription::axes
-  bool counted_ = false;     ///< the last reading is counted in ClockStatus::samples
+  std::vector<AxisState> axes_;  ///< as FrameDescription::axes
+  DeviceTimeCheck device_check_;
+  double last_y_ = 0;  ///< device: arrival of the last frame, s since origin
+  bool began_session_ = false;
+  bool counted_ = false;  ///< the last reading is counted in ClockStatus::samples
 };
 
 }  // namespace prism::drivers

@@ -19,6 +19,11 @@ std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llro
 
 }  // namespace
 
+bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, double elapsed_s) {
+  const double waited_s = static_cast<double>(reading.behind) / reading.length * period_s;
+  return reading.behind >= kBacklogBytes || waited_s > elapsed_s / 2;
+}
+
 CounterUnwrapper::CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival)
     : description_(std::move(description)), by_arrival_(by_arrival) {}
 
@@ -61,8 +66,7 @@ double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, doubl
   const wire::CounterRule& rule = *description_->counter;
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
   if (rule.modulus == 0 || !by_arrival_ || elapsed_s <= kWrapUnseenS) return 0;
-  const double waited_s = static_cast<double>(reading.behind) / reading.length * description_->period_s();
-  if (reading.behind >= kBacklogBytes || waited_s > elapsed_s / 2) return 0;
+  if (waited_to_be_read(reading, description_->period_s(), elapsed_s)) return 0;
   return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));
 }
 

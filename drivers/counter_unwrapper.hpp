@@ -25,6 +25,10 @@ struct CounterStep {
 ///
 /// Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes skipped
 /// there, if the stream has one message type. An uncounted frame between counted ones takes no step.
+/// True if the reading waited to be read since the one before, which arrived elapsed_s earlier: its chunk contains
+/// more than the line delivers at once.
+bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, double elapsed_s);
+
 class CounterUnwrapper {
  public:
   CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace prism::pipeline {
@@ -110,6 +111,7 @@ void Acquisition::begin_session(std::size_t line, std::int64_t now_ns) {
   if (line != kGyroLine) return pipeline_->begin_sensor_session(line - 1, now_ns);
   ++sessions_;
   rate_watch_.begin();
+  stages_.begin();
   end_session(pipeline_->begin_session(now_ns));
 }
 
@@ -118,6 +120,7 @@ void Acquisition::feed(std::size_t line, std::span<const std::uint8_t> bytes, st
   if (!captures_.empty()) captures_[line]->data(bytes, arrival_ns);
   if (line != kGyroLine) return pipeline_->feed_sensors(line - 1, bytes, arrival_ns);
   keep(pipeline_->feed(bytes, arrival_ns));
+  watch_stages(arrival_ns);
 }
 
 // With sensor lines, writes two marks to every capture, so that a replay finds the same points in all of them, even if
@@ -168,7 +171,8 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
     end_session(pipeline_->finish());
     frames_before_ = frames();
     pipeline_ = std::make_unique<Pipeline>(setup);
-    told_by_arrival_ = 0;
+    reported_by_arrival_ = reported_resets_ = 0;
+    stages_ = {};
   }
   setup_ = std::move(setup);
   rate_watch_ = RateMonitor(setup_.frames->rate_hz);
@@ -205,17 +209,33 @@ void Acquisition::watch(const Rows& rows) {
     if (const auto wrong = rate_watch_.push(window.row.window.second_mean.samples))
       tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
   }
-  if (!rows.windows.empty()) watch_losses();
+  if (!rows.windows.empty()) watch_clock();
 }
 
-void Acquisition::watch_losses() {
-  const std::uint64_t lost = pipeline_->clock().status().missing_by_arrival;
-  if (lost == told_by_arrival_) return;
-  tell_(Severity::kWarning, "frames_lost",
-        fmt::format("{} frames lost, counted by arrival times: prismd did not run, or no data came, for longer than "
-                    "the gyro's counter can count",
-                    lost - told_by_arrival_));
-  told_by_arrival_ = lost;
+void Acquisition::watch_stages(std::int64_t now_ns) {
+  if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
+  stages_checked_ns_ = now_ns;
+  const auto notice = stages_.push(*pipeline_, now_ns);
+  if (notice) tell_(notice->entered ? Severity::kWarning : Severity::kInfo, "no_rate", notice->text);
+}
+
+void Acquisition::watch_clock() {
+  const drivers::ClockStatus& clock = pipeline_->clock().status();
+  if (const std::uint64_t lost = clock.missing_by_arrival; lost != reported_by_arrival_) {
+    tell_(Severity::kWarning, "frames_lost",
+          fmt::format("{} frames lost, counted by arrival times: prismd did not run, or no data came, for longer than "
+                      "the gyro's counter can count",
+                      lost - reported_by_arrival_));
+    reported_by_arrival_ = lost;
+  }
+  if (clock.resets == reported_resets_) return;
+  reported_resets_ = clock.resets;
+  tell_(
+      Severity::kWarning, "time_restarted",
+      setup_.config.device_clock
+          ? "the gyro's counter and the arrival times disagree (gyro restarted, or data missing for longer than it can "
+            "count): a session begins at the arrival time"
+          : "the gyro's counter or a clock jumped: time is measured from arrivals again");
 }
 
 }  // namespace prism::pipeline

@@ -15,6 +15,7 @@
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/rate_monitor.hpp"
+#include "daemon/pipeline/stage_monitor.hpp"
 
 namespace prism::pipeline {
 
@@ -80,6 +81,8 @@ class Acquisition {
   LineStatus& line(std::size_t line) { return lines_[line]; }
   const LineStatus& line(std::size_t line) const { return lines_[line]; }
   std::size_t lines() const { return lines_.size(); }
+  /// Why the gyro's data give no rate now; empty: they do, or no data arrive.
+  const std::string& starved() const { return stages_.problem(); }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
@@ -88,7 +91,8 @@ class Acquisition {
   void keep(const Rows& rows);
   void end_session(const Rows& rows);
   void watch(const Rows& rows);
-  void watch_losses();
+  void watch_clock();
+  void watch_stages(std::int64_t now_ns);
 
   Setup setup_;
   const Publish publish_;
@@ -99,8 +103,10 @@ class Acquisition {
   std::vector<AxisRecord> records_;  ///< in order of the pipeline's axes
   const LogCounters* log_counters_ = nullptr;
   RateMonitor rate_watch_;
+  StageMonitor stages_;
+  std::int64_t stages_checked_ns_ = 0;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
-  std::uint64_t told_by_arrival_ = 0;  ///< reported part of the pipeline's ClockStatus::missing_by_arrival
+  std::uint64_t reported_by_arrival_ = 0, reported_resets_ = 0;  ///< of the pipeline's ClockStatus
 };
 
 }  // namespace prism::pipeline

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <utility>
 
 namespace prism::pipeline {
 
-Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
+Pipeline::Pipeline(const Setup& setup)
+    : decoder_(setup.frames), counter_check_(setup.frames), clock_(setup.frames, setup.clock) {
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
     axes_.push_back({.name = setup.frames->axes[i].name,
                      .engine = compensation::CompensationEngine(setup.axes[i].engine, setup.sensors),
@@ -53,6 +55,9 @@ const Rows& Pipeline::finish() {
   readings_.clear();
   decoder_.finish(readings_);
   pass();
+  checked_.clear();
+  counter_check_.finish(checked_);
+  for (const wire::DecodedMessage& reading : checked_) handle(reading);
   end_axes();
   return rows_;
 }
@@ -131,24 +136,40 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
 
 const Rows& Pipeline::pass() {
   for (const wire::DecodedMessage& reading : readings_) {
-    if (!clock_.push(reading)) continue;
-    const std::span<const double> sensors = sensors_at(reading);
-    const std::size_t before = rows_.samples.size();
-    for (std::size_t i = 0; i < axes_.size(); ++i) {
-      std::optional<Sample> sample = clock_.sample(reading, i);
-      if (!sample) continue;
-      if (axes_[i].thermometer >= 0) {
-        sample->temperature_degc = values_[static_cast<std::size_t>(axes_[i].thermometer)];
-        sample->out_of_bounds.temperature = false;
-      }
-      if (rows_.samples.size() == before) enter_second(*sample, reading.arrival_ns);  // the same for all axes
-      Rows::Sample& made = rows_.samples.emplace_back();
-      made.axis = i;
-      if (const auto window = axes_[i].engine.push(*sample, made.row, sensors)) close_second(i, before, *window);
-      axes_[i].last_ns = reading.arrival_ns;
+    if (counter_check_.passes(reading)) {
+      handle(reading);
+      continue;
     }
+    checked_.clear();
+    counter_check_.take(reading, checked_);
+    for (const wire::DecodedMessage& passed : checked_) handle(passed);
   }
   return rows_;
+}
+
+void Pipeline::handle(const wire::DecodedMessage& reading) {
+  const bool measured = clock_.push(reading);
+  if (clock_.began_session()) {
+    end_axes();
+    begin_axes(reading.arrival_ns);
+  }
+  if (!measured) return;
+  const std::span<const double> sensors = sensors_at(reading);
+  const std::size_t before = rows_.samples.size();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    std::optional<Sample> sample = clock_.sample(reading, i);
+    if (!sample) continue;
+    if (axes_[i].thermometer >= 0) {
+      sample->temperature_degc = values_[static_cast<std::size_t>(axes_[i].thermometer)];
+      sample->out_of_bounds.temperature = false;
+    }
+    if (rows_.samples.size() == before) enter_second(*sample, reading.arrival_ns);  // the same for all axes
+    Rows::Sample& made = rows_.samples.emplace_back();
+    made.axis = i;
+    if (const auto window = axes_[i].engine.push(*sample, made.row, sensors)) close_second(i, before, *window);
+    axes_[i].last_ns = reading.arrival_ns;
+    axes_[i].rates += !std::isnan(sample->rate_deg_per_h);
+  }
 }
 
 }  // namespace prism::pipeline

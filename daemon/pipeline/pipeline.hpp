@@ -13,6 +13,7 @@
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/counter_check.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::pipeline {
@@ -42,14 +43,16 @@ struct Axis {
   std::string name;  ///< as in the frame description
   compensation::CompensationEngine engine;
   std::int64_t last_ns = 0;  ///< arrival of its last frame
+  std::uint64_t rates = 0;   ///< samples with a known rate
   int thermometer = -1;      ///< index into Setup::sensors; -1: as in the frame description
 };
 
 /// Synchronous and deterministic: the rows depend only on the bytes, their arrival times and the set-up. The rows that
 /// a call returns are valid until the next call.
 ///
-/// Within a session the seconds increase. A session begins with begin_session(), else with the first bytes, and with a
-/// frame whose second is before the last one (after an undetected clock step).
+/// Within a session the seconds increase. A session begins with begin_session(), else with the first bytes, with a
+/// frame whose second is before the last one (after an undetected clock step), and if the device's time starts again
+/// (Clock::began_session()).
 class Pipeline {
  public:
   explicit Pipeline(const Setup& setup);
@@ -74,6 +77,7 @@ class Pipeline {
 
   const wire::FrameDecoder& decoder() const { return decoder_; }
   const drivers::Clock& clock() const { return clock_; }
+  std::uint64_t rejected_counters() const { return counter_check_.rejected(); }
   const std::vector<Axis>& axes() const { return axes_; }
   const std::vector<SensorFeed>& sensor_feeds() const { return feeds_; }
   /// Values of all sensors, as Setup::sensors; kUnknown: not known at that time.
@@ -81,6 +85,7 @@ class Pipeline {
 
  private:
   const Rows& pass();
+  void handle(const wire::DecodedMessage& reading);
   void begin_axes(std::int64_t now_ns);
   void end_axes();
   void close_second(std::size_t axis, std::size_t samples_before, const compensation::CompensatedWindow& row);
@@ -88,10 +93,11 @@ class Pipeline {
   std::span<const double> sensors_at(const wire::DecodedMessage& reading);
 
   wire::FrameDecoder decoder_;
+  drivers::CounterCheck counter_check_;
   drivers::Clock clock_;
   std::vector<Axis> axes_;
   std::vector<SensorFeed> feeds_;
-  std::vector<wire::DecodedMessage> readings_;
+  std::vector<wire::DecodedMessage> readings_, checked_;
   std::vector<double> values_;  ///< of all sensors: the device's, then the lines'
   std::uint32_t stride_ = 1,
                 waiting_ =

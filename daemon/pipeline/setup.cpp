@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -218,6 +220,13 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   }
   setup.line = {setup.config.line.device, setup.frames->wire};
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
+  setup.clock.max_rate_deg_per_h = 0;
+  for (const Setup::Axis& axis : setup.axes) {
+    const compensation::SensorLimits& rate = axis.engine.plausibility.rate;
+    setup.clock.max_rate_deg_per_h =
+        std::max({setup.clock.max_rate_deg_per_h, std::abs(rate.low), std::abs(rate.high)});
+    setup.clock.max_difference_s = std::min<double>(setup.clock.max_difference_s, axis.features().max_gap_s);
+  }
   return setup;
 }
 

@@ -189,7 +189,8 @@ ordered_json status_answer(const Sources& sources) {
   if (one) json["axis"] = acquisition.axis_name(0);
   if (one) put_models(json, setup.axes.front());
   json["line"] = counters_json(acquisition.pipeline().decoder().counters());
-  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  json["timing"] = clock_json(acquisition.pipeline());
+  json["no_rate"] = acquisition.starved().empty() ? ordered_json() : ordered_json(acquisition.starved());
   if (one) json["quality"] = quality_of(sources, 0);
   json["age_s"] = age_json(sources);
   if (one) put_rows(json, sources, 0, current(sources, 0));

@@ -43,11 +43,13 @@ ordered_json counters_json(const wire::DecoderCounters& c) {
           {"out_of_range", c.out_of_range}};
 }
 
-ordered_json clock_json(const drivers::ClockStatus& c) {
+ordered_json clock_json(const pipeline::Pipeline& pipeline) {
+  const drivers::ClockStatus& c = pipeline.clock().status();
   return {{"samples", c.samples},
           {"missing_frames", c.missing_frames},
           {"missing_by_arrival", c.missing_by_arrival},
           {"duplicates", c.duplicates},
+          {"rejected_counters", pipeline.rejected_counters()},
           {"resets", c.resets},
           {"period_s", known(c.period_s)},
           {"period_is_estimated", c.period_is_estimated},
@@ -61,7 +63,7 @@ ordered_json line_answer(const Sources& sources) {
                        {"detail", sources.gyro_line().detail}, {"sessions", acquisition.sessions()},
                        {"baud", setup.line.format.baud},       {"notes", sources.gyro_line().notes}};
   json["decoder"] = counters_json(acquisition.pipeline().decoder().counters());
-  json["timing"] = clock_json(acquisition.pipeline().clock().status());
+  json["timing"] = clock_json(acquisition.pipeline());
   json["nominal_period_s"] = setup.frames->period_s();
   json["hardware"] = hardware_json(sources.gyro_line().hardware);
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;

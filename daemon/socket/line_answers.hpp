@@ -9,7 +9,7 @@
 namespace prism::socket {
 
 nlohmann::ordered_json counters_json(const wire::DecoderCounters& counters);
-nlohmann::ordered_json clock_json(const drivers::ClockStatus& clock);
+nlohmann::ordered_json clock_json(const pipeline::Pipeline& pipeline);
 
 nlohmann::ordered_json line_answer(const Sources& sources);
 /// By name; empty without sensor lines.

@@ -6,23 +6,12 @@
 # usage: shipped.sh NAME | shipped.sh NAME FILE-OF-REAL-BYTES (in ../shared/frames, or where PRISM_SHARED says)
 # PRISM_REGENERATE=1 rewrites the expected logs, PRISM_REGENERATE=captures the captures too; read the diff as code.
 . "$(dirname "$0")/../system/lib.sh"
+. "$(dirname "$0")/slow_motion.sh"
 name=$1
 here=$PRISM_SOURCE/tests/replay/frames
 description=$PRISM_SOURCE/config/frames/$name.json
 damage=5e-4
 [ -e "$description" ] || { description=$here/described/$name.json; damage=5e-3; }
-
-# The rate, and the ticks of a counter with it, divided by what brings the rate to 10 a second.
-slow_motion() {
-  awk -v most=10 '
-    function number(line) { sub(/.*: */, "", line); return line + 0 }
-    /^  "rate_hz": / { rate = number($0); slower = rate > most ? rate / most : 1; sub(/: *[0-9.e]+/, ": " rate / slower) }
-    match($0, /"ticks_per_s": *[0-9.e]+/) {
-      ticks = number(substr($0, RSTART, RLENGTH))
-      $0 = substr($0, 1, RSTART - 1) sprintf("\"ticks_per_s\": %.12g", ticks / slower) substr($0, RSTART + RLENGTH)
-    }
-    { print }' "$description"
-}
 
 # A model of 5 s that takes in what the description has: T and U, T, or no model at all.
 model() {
@@ -41,7 +30,7 @@ if [ $# -eq 2 ]; then
 else
   capture=$here/$name.pcap
   expected=$here/$name.expected
-  slow_motion >"$dir/frames.json"
+  slow_motion "$description" >"$dir/frames.json"
   if [ "${PRISM_REGENERATE:-}" = captures ]; then
     prismsim --profile second --hours 0.0034 --lose-frames 0.02 --damage-bytes "$damage" --frames "$dir/frames.json" \
       --out "$capture" 2>"$dir/prismsim.err" || fail "prismsim: exit code $?"

@@ -75,6 +75,8 @@ class FrameDecoder {
     return waiting() && !chunk_ends_.empty() ? std::optional(chunk_ends_.front().arrival_ns) : std::nullopt;
   }
   const DecoderCounters& counters() const { return counters_; }
+  /// MessageDecoder::unread_text().
+  const std::string& unread_text() const { return maker_.unread_text(); }
   const FrameDescription& description() const { return *description_; }
   const FrameDescriptionPtr& description_ptr() const { return description_; }
   /// Bytes that are not decided yet.

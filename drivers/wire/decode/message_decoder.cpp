@@ -126,6 +126,14 @@ void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& v
   last_counter_ = reading.counter;
 }
 
+void MessageDecoder::keep_unread(const FrameView& view) {
+  constexpr std::size_t kShown = 60;
+  if (!unread_text_.empty() || !view.is_text()) return;
+  for (const std::uint8_t byte : view.frame().first(std::min(kShown, view.frame().size()))) {
+    if (byte >= ' ' && byte < 0x7F) unread_text_ += static_cast<char>(byte);
+  }
+}
+
 void MessageDecoder::read_axis(const AxisRoles& roles, const FrameView& view, AxisReading& reading) {
   reading.carried = !roles.gyro.empty();
   for (const int field : roles.gyro) {
@@ -134,6 +142,7 @@ void MessageDecoder::read_axis(const AxisRoles& roles, const FrameView& view, Ax
     const double value = view.scaled(field, raw);
     if (std::isnan(value)) {
       ++out_of_range_;
+      if (std::isnan(raw)) keep_unread(view);
       reading.out_of_bounds = !std::isnan(raw);
     }
     bool valid = !std::isnan(value);
@@ -142,6 +151,7 @@ void MessageDecoder::read_axis(const AxisRoles& roles, const FrameView& view, Ax
     reading.value = value;
     return;
   }
+  if (reading.carried) keep_unread(view);
 }
 
 bool MessageDecoder::sensors_turn(std::int32_t kind) {

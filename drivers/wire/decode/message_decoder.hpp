@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "drivers/wire/decode/decoded_message.hpp"
@@ -57,15 +58,19 @@ class MessageDecoder {
   bool make(std::int32_t kind, const FrameView& view, bool contiguous, DecodedMessage& reading);
   /// Number of field values out of range so far.
   std::uint64_t out_of_range() const { return out_of_range_; }
+  /// The first text message whose rate was not a number, at most 60 printable characters; or empty.
+  const std::string& unread_text() const { return unread_text_; }
   void reset();
 
  private:
+  void keep_unread(const FrameView& view);
   void read_sensors(const MessageFields& roles, const FrameView& view, DecodedMessage& reading);
   bool sensors_turn(std::int32_t kind);
   void read_counter(const MessageFields& roles, const FrameView& view, bool contiguous, DecodedMessage& reading);
   void read_axis(const AxisRoles& roles, const FrameView& view, AxisReading& reading);
 
   FrameDescriptionPtr description_;
+  std::string unread_text_;
   std::vector<char> tells_;  ///< by message type: whether it contains data
   SlowValue temperature_;
   std::vector<SlowValue> sensors_;

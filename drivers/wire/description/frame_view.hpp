@@ -23,6 +23,8 @@ class FrameView {
     return kind.structure == Structure::kPlain || locate();
   }
 
+  std::span<const std::uint8_t> frame() const { return frame_; }
+  bool is_text() const { return kind_->structure == Structure::kColumns; }
   /// The first byte of a field outside columns; null if this frame does not contain the field, or if a character of a
   /// field in hexadecimal digits is not one.
   const std::uint8_t* find(const Field& field) const;

@@ -15,6 +15,7 @@
 #include "base/sha256.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
@@ -60,11 +61,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
     return make_error(path, "is a capture; expected --config PRISMD.JSON, which names its frame description");
   pipeline::Overrides overrides;
   overrides.without_models = true;
-  const auto setup = pipeline::load_setup(options.config, overrides);
+  auto setup = pipeline::load_setup(options.config, overrides);
   if (!setup) return tl::unexpected<Error>(setup.error());
-  const wire::FrameDescription& frames = *setup->frames;
-  const drivers::RawByteStream raw{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
-  auto reader = drivers::CaptureReader::open(path, raw);
+  auto reader = pipeline::open_capture(path, *setup);
   if (!reader) return tl::unexpected<Error>(reader.error());
   const auto axis = axis_index(*setup, options.axis);
   if (!axis) return tl::unexpected<Error>(axis.error());

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/raw_bytes.hpp"
+
+#include <algorithm>
+
+namespace prism::pipeline {
+namespace {
+
+bool has_one_length(const wire::FrameDescription& frames) {
+  return std::all_of(frames.kinds.begin(), frames.kinds.end(), [&](const wire::MessageType& kind) {
+    return kind.length.min == frames.max_frame_bytes && kind.length.max == frames.max_frame_bytes;
+  });
+}
+
+}  // namespace
+
+drivers::RawByteStream raw_byte_stream(const wire::FrameDescription& frames) {
+  return {std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
+}
+
+Result<drivers::CaptureReader> open_capture(const std::string& path, Setup& setup) {
+  auto reader = drivers::CaptureReader::open(path, raw_byte_stream(*setup.frames));
+  if (!reader || !reader->is_bare() || has_one_length(*setup.frames)) return reader;
+  if (!setup.sensor_lines.empty())
+    return make_error(path, "found raw bytes without arrival times, expected a capture (pcap): sensor lines need them");
+  setup.clock.source = drivers::ClockSource::kDevice;
+  setup.clock.arrivals_are_measured = false;
+  return reader;
+}
+
+}  // namespace prism::pipeline

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// A line that receives and gives no rate: the alarm names the stage, with an example, and ends when rates come.
+#include "daemon/pipeline/stage_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace prism::pipeline {
+namespace {
+
+constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kPeriod_ns = 100'000'000;
+
+/// Lines at 10 Hz with a rate in column 1 and, with `tagged`, a time tag of ms in column 0.
+std::string lines_description(bool tagged) {
+  return std::string(R"({"format": "prism-frames", "version": 1, "name": "lines", "line": {"baud": 9600}, "rate_hz": 10,
+    "kinds": [{"name": "data", "length": {"terminator": "0D 0A", "min": 6, "max": 40}, "text": {"separators": " "},
+    "fields": {"tag": {"column": 0, "type": "decimal"}, "rate": {"column": 1, "type": "decimal", "unit": "deg/h"}}}],
+    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}})") +
+         (tagged ? R"(, "counter": {"field": "tag", "modulus": 1000000, "ticks_per_s": 1000}})" : "}");
+}
+
+struct StageMonitorTest : testing::Test {
+  void load(bool tagged) {
+    std::ofstream(folder.file("lines.json")) << lines_description(tagged);
+    std::ofstream(folder.file("gyro.json")) << R"({"frames": ")" << folder.file("lines.json")
+                                            << R"(", "line": {"device": "/dev/null"}, "socket": {"path": ""}})";
+    const auto setup = load_setup(folder.file("gyro.json"));
+    ASSERT_TRUE(setup) << setup.error().text();
+    pipeline.emplace(*setup);
+  }
+  /// Sends the text each 0.1 s for `seconds`; '#' is the number of the line. Returns the notices.
+  std::vector<StageMonitor::Notice> run(const std::string& text, int seconds) {
+    std::vector<StageMonitor::Notice> notices;
+    for (int i = 0; i < 10 * seconds; ++i, ++number) {
+      std::string line = text;
+      if (const auto at = line.find('#'); at != std::string::npos) line.replace(at, 1, std::to_string(100 * number));
+      line += "\r\n";
+      now_ns += kPeriod_ns;
+      pipeline->feed({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()}, now_ns);
+      if (i % 10 != 9) continue;
+      if (auto notice = monitor.push(*pipeline, now_ns)) notices.push_back(*notice);
+    }
+    return notices;
+  }
+
+  test::TemporaryFolder folder;
+  std::optional<Pipeline> pipeline;
+  StageMonitor monitor;
+  std::int64_t now_ns = kStart_ns;
+  int number = 0;
+};
+
+TEST_F(StageMonitorTest, ReportsAColumnThatIsNeverANumber) {
+  load(false);
+  const auto notices = run("# 1,25", 30);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_TRUE(notices[0].entered);
+  EXPECT_NE(notices[0].text.find("frames and no number for axis z, for example \"0 1,25\""), std::string::npos)
+      << notices[0].text;
+  const auto after = run("# 1.25", 3);
+  ASSERT_EQ(after.size(), 1U);
+  EXPECT_FALSE(after[0].entered);
+  EXPECT_EQ(monitor.problem(), "");
+}
+
+TEST_F(StageMonitorTest, ReportsTimeTagsThatAreEqual) {
+  load(true);
+  EXPECT_TRUE(run("# 1.25", 3).empty());
+  const auto notices = run("7 1.25", 30);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].text.find("frames and no rate:"), std::string::npos) << notices[0].text;
+  EXPECT_NE(notices[0].text.find("have the counter or time tag of the frame before"), std::string::npos)
+      << notices[0].text;
+}
+
+TEST_F(StageMonitorTest, ReportsBytesOfAnotherDevice) {
+  load(false);
+  const auto notices = run("$", 30);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].text.find("bytes and no frame of lines"), std::string::npos) << notices[0].text;
+}
+
+TEST_F(StageMonitorTest, IsSilentWhileRatesComeAndWithoutData) {
+  load(true);
+  EXPECT_TRUE(run("# 1.25", 60).empty());
+  now_ns += 3'600'000'000'000;
+  EXPECT_TRUE(run("# 1.25", 20).empty());
+  monitor.begin();
+  EXPECT_TRUE(run("# 1.25", 20).empty());
+}
+
+}  // namespace
+}  // namespace prism::pipeline
