@@ -80,7 +80,7 @@ CompensatedWindow CompensationEngine::complete(const SecondMean& second_mean) {
     window_ = row.window;
   }
   row.correction = correction_;
-  row.corrected_deg_per_h = corrected_rate(believed(second_mean).rate_deg_per_h, row.correction);
+  row.corrected_deg_per_h = corrected_rate(without_implausible(second_mean).rate_deg_per_h, row.correction);
   row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
   if (!std::isfinite(second_mean.rate_deg_per_h)) row.correction.quality |= kRateInvalid;
   if (second_mean.implausible.any()) row.correction.quality |= kImplausible;

@@ -63,7 +63,7 @@ double slope_of(const std::deque<SecondMean>& history, Quantity value_of, const 
   if (definition.slope == SlopeMethod::kLeastSquares) {
     const MeanValue all = values(first, last);
     return all.longest_gap_s > definition.max_gap_s ? kUnknown
-                                                     : least_squares_slope(history, value_of, first, last, all);
+                                                    : least_squares_slope(history, value_of, first, last, all);
   }
   const MeanValue now = values(last - definition.end_mean_s + 1, last);
   const MeanValue before = values(first - definition.end_mean_s, first - 1);
@@ -91,8 +91,8 @@ Window FeatureExtractor::push(const SecondMean& second_mean) {
   Window window;
   window.second_mean = second_mean;
   window.sensors.resize(definition_.sensors.size());
-  if (known_list_ != second_mean.sensor_list) know(second_mean);
-  const SecondMean taken = believed(second_mean);
+  if (known_list_ != second_mean.sensor_list) use_sensor_list(second_mean);
+  const SecondMean taken = without_implausible(second_mean);
   admit(taken, window);
   update_lags(taken, window);
   const std::int64_t warm_s = second_mean.second - warm_since_ + 1;
@@ -102,7 +102,7 @@ Window FeatureExtractor::push(const SecondMean& second_mean) {
 }
 
 // If the positions of the sensors in the new list differ, the history does not fit it and is cleared.
-void FeatureExtractor::know(const SecondMean& second_mean) {
+void FeatureExtractor::use_sensor_list(const SecondMean& second_mean) {
   const std::vector<SensorName>& list = sensors_of_list(second_mean.sensor_list);
   std::vector<std::size_t> places;
   for (const SensorName& sensor : definition_.sensors) places.push_back(sensor_index(list, sensor.name));

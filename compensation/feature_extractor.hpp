@@ -35,7 +35,7 @@ class FeatureExtractor {
   void measure(Window& window) const;
   void update_lags(const SecondMean& second_mean, Window& window);
   double quantity(const SecondMean& second_mean, std::size_t sensor) const;
-  void know(const SecondMean& second_mean);
+  void use_sensor_list(const SecondMean& second_mean);
 
   FeatureDefinition definition_;
   std::deque<SecondMean> history_;

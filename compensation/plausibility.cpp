@@ -26,7 +26,7 @@ void PlausibilityLimits::take(const SensorStatements& stated) {
 
 std::string rejection_text(const Rejection& rejection, const char* unit) {
   switch (rejection.reason) {
-    case Rejection::Reason::kOutOfRange:
+    case Rejection::Reason::kOutsideLimits:
       return fmt::format("found {:.6g} {}, expected {:.6g} to {:.6g}", rejection.found, unit, rejection.low,
                          rejection.high);
     case Rejection::Reason::kTooFast:
@@ -35,7 +35,7 @@ std::string rejection_text(const Rejection& rejection, const char* unit) {
     case Rejection::Reason::kStuck:
       return fmt::format("found {:.6g} {} for {:.6g} s, expected it to change", rejection.found, unit,
                          rejection.seconds);
-    case Rejection::Reason::kOutOfBounds:
+    case Rejection::Reason::kOutsideField:
       return "found a value outside the min or max of its field, expected one within";
     case Rejection::Reason::kNone:
       break;
@@ -48,8 +48,8 @@ SensorCheck::SensorCheck(const SensorLimits& limits)
       has_slope_(std::isfinite(limits.greatest_slope_per_s)),
       may_stick_(std::isfinite(limits.stuck_s)) {}
 
-bool SensorCheck::out_of_range(double value) {
-  rejection_ = {Rejection::Reason::kOutOfRange, value, limits_.low, limits_.high};
+bool SensorCheck::outside_limits(double value) {
+  rejection_ = {Rejection::Reason::kOutsideLimits, value, limits_.low, limits_.high};
   return false;
 }
 
@@ -84,9 +84,9 @@ Plausibility::Plausibility(const PlausibilityLimits& limits)
     : rate_(limits.rate), temperature_(limits.temperature), uhfo_(limits.uhfo) {}
 
 void Plausibility::explain(const Sample& sample, QuantitySet implausible, Rejections& rejections) const {
-  const auto note = [](bool doubted, bool out_of_bounds, const SensorCheck& check, Rejection& rejection) {
-    if (doubted && !rejection)
-      rejection = out_of_bounds ? Rejection{Rejection::Reason::kOutOfBounds} : check.rejection();
+  const auto note = [](bool is_implausible, bool out_of_bounds, const SensorCheck& check, Rejection& rejection) {
+    if (is_implausible && !rejection)
+      rejection = out_of_bounds ? Rejection{Rejection::Reason::kOutsideField} : check.rejection();
   };
   note(implausible.rate, sample.out_of_bounds.rate, rate_, rejections.rate);
   note(implausible.temperature, sample.out_of_bounds.temperature, temperature_, rejections.temperature);

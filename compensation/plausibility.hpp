@@ -40,10 +40,10 @@ struct PlausibilityLimits {
 
 /// Why a value was rejected.
 struct Rejection {
-  enum class Reason : std::uint8_t { kNone, kOutOfRange, kTooFast, kStuck, kOutOfBounds };
+  enum class Reason : std::uint8_t { kNone, kOutsideLimits, kTooFast, kStuck, kOutsideField };
   Reason reason = Reason::kNone;
-  double found = kUnknown;                 ///< kUnknown for kOutOfBounds, which the decoder found
-  double low = kUnknown, high = kUnknown;  ///< kOutOfRange, kTooFast: the range of plausible values
+  double found = kUnknown;                 ///< kUnknown for kOutsideField, which the decoder found
+  double low = kUnknown, high = kUnknown;  ///< kOutsideLimits, kTooFast: the range of plausible values
   double seconds = 0;  ///< kTooFast: since the reference value; kStuck: how long the value has been constant
 
   explicit operator bool() const { return reason != Reason::kNone; }
@@ -66,10 +66,11 @@ class SensorCheck {
  public:
   explicit SensorCheck(const SensorLimits& limits);
 
-  /// Values come in order of time. Inline, because most values need only two comparisons.
-  bool is_plausible(double value, std::int64_t time_ns) {
+  /// Returns true if the value is plausible, and stores what the next checks need. Values come in order of time.
+  /// Inline, because most values need only two comparisons.
+  bool check(double value, std::int64_t time_ns) {
     if (std::isnan(value)) return true;
-    if (!(value >= limits_.low && value <= limits_.high)) return out_of_range(value);
+    if (!(value >= limits_.low && value <= limits_.high)) return outside_limits(value);
     return (!has_slope_ || slope_holds(value, time_ns)) && (!may_stick_ || moves(value, time_ns));
   }
   /// Reason for the last rejected value.
@@ -77,7 +78,7 @@ class SensorCheck {
 
  private:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
-  bool out_of_range(double value);
+  bool outside_limits(double value);
   bool slope_holds(double value, std::int64_t time_ns);
   bool moves(double value, std::int64_t time_ns);
 
@@ -96,9 +97,9 @@ class Plausibility {
   /// The implausible quantities of the sample.
   QuantitySet implausible(const Sample& sample) {
     const QuantitySet& out = sample.out_of_bounds;
-    return {out.rate || !rate_.is_plausible(sample.rate_deg_per_h, sample.time_ns),
-            out.temperature || !temperature_.is_plausible(sample.temperature_degc, sample.time_ns),
-            out.uhfo || !uhfo_.is_plausible(sample.uhfo_v, sample.time_ns)};
+    return {out.rate || !rate_.check(sample.rate_deg_per_h, sample.time_ns),
+            out.temperature || !temperature_.check(sample.temperature_degc, sample.time_ns),
+            out.uhfo || !uhfo_.check(sample.uhfo_v, sample.time_ns)};
   }
   /// Adds to `doubts` the reasons found in the last sample, for quantities without a reason yet.
   void explain(const Sample& sample, QuantitySet implausible, Rejections& rejections) const;

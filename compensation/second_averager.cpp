@@ -19,24 +19,24 @@ std::int64_t second_number(std::int64_t time_ns) {
   return time_ns / kNanosecondsPerSecond - (time_ns % kNanosecondsPerSecond > 0 ? 0 : 1);
 }
 
-SecondMean believed(SecondMean second_mean) {
+SecondMean without_implausible(SecondMean second_mean) {
   if (second_mean.all_implausible.rate) second_mean.rate_deg_per_h = kUnknown;
   if (second_mean.all_implausible.temperature) second_mean.temperature_degc = kUnknown;
   if (second_mean.all_implausible.uhfo) second_mean.uhfo_v = kUnknown;
   return second_mean;
 }
 
-void SecondAverager::Mean::add(double value, double weight, bool implausible) {
-  any_invalid = any_invalid || implausible;
+void SecondAverager::Mean::add(double value, double weight, bool is_implausible) {
+  any_implausible = any_implausible || is_implausible;
   if (!std::isfinite(value)) return;
-  WeightedSum& to = implausible ? doubted : believed;
+  WeightedSum& to = is_implausible ? implausible : plausible;
   to.sum += value * weight;
   to.weight += weight;
 }
 
 double SecondAverager::Mean::value() const {
-  if (believed.weight > 0) return believed.sum / believed.weight;
-  return doubted.weight > 0 ? doubted.sum / doubted.weight : kUnknown;
+  if (plausible.weight > 0) return plausible.sum / plausible.weight;
+  return implausible.weight > 0 ? implausible.sum / implausible.weight : kUnknown;
 }
 
 std::optional<SecondMean> SecondAverager::push(const Sample& sample, QuantitySet implausible,
@@ -103,8 +103,8 @@ SecondMean SecondAverager::close() const {
   closed.sensor_list = list_;
   for (const WeightedSum& sensor : sensors_)
     closed.sensors.push_back(sensor.weight > 0 ? sensor.sum / sensor.weight : kUnknown);
-  closed.implausible = {rate_.any_invalid, temperature_.any_invalid, uhfo_.any_invalid};
-  closed.all_implausible = {rate_.all_invalid(), temperature_.all_invalid(), uhfo_.all_invalid()};
+  closed.implausible = {rate_.any_implausible, temperature_.any_implausible, uhfo_.any_implausible};
+  closed.all_implausible = {rate_.all_implausible(), temperature_.all_implausible(), uhfo_.all_implausible()};
   return closed;
 }
 

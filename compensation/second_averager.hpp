@@ -38,7 +38,7 @@ struct SecondMean {
 };
 
 /// Returns the mean with each quantity that is entirely implausible set to kUnknown, for windows.
-SecondMean believed(SecondMean second_mean);
+SecondMean without_implausible(SecondMean second_mean);
 
 /// push() takes samples in order of time and returns a mean when a sample of a later second arrives; finish() ends the
 /// session and returns the open second. Seconds without samples return no mean: the feature extraction detects the gap.
@@ -60,11 +60,11 @@ class SecondAverager {
     double sum = 0, weight = 0;
   };
   struct Mean {
-    WeightedSum believed, doubted;
-    bool any_invalid = false;
-    void add(double value, double weight, bool implausible);
+    WeightedSum plausible, implausible;
+    bool any_implausible = false;
+    void add(double value, double weight, bool is_implausible);
     double value() const;
-    bool all_invalid() const { return any_invalid && !(believed.weight > 0); }
+    bool all_implausible() const { return any_implausible && !(plausible.weight > 0); }
   };
 
   void open(const Sample& sample, std::int64_t second);

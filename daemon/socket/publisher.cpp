@@ -44,7 +44,7 @@ void Publisher::update() {
 }
 
 // A new pipeline may have other axis names.
-void Publisher::know(const pipeline::Rows& rows) {
+void Publisher::use_axes(const pipeline::Rows& rows) {
   const bool same = axes_ && *axes_ == *rows.axes;
   axes_ = rows.axes;
   if (same) return;
@@ -56,7 +56,7 @@ void Publisher::know(const pipeline::Rows& rows) {
 
 void Publisher::rows(const pipeline::Rows& rows, bool unwritten) {
   if (!rows.axes) return;  // not from a pipeline: no rows
-  if (axes_ != rows.axes) know(rows);
+  if (axes_ != rows.axes) use_axes(rows);
   const bool hold = unwritten && !disk_late_;
   std::size_t next = 0;
   for (std::size_t i = 0; i < rows.windows.size(); ++i) {

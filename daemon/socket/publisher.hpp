@@ -67,7 +67,7 @@ class Publisher {
   void sample(const pipeline::Rows::Sample& sample);
   void window(const pipeline::Rows::Window& window);
   void send_held(const Choice& choice);
-  void know(const pipeline::Rows& rows);
+  void use_axes(const pipeline::Rows& rows);
   void flush();
 
   std::vector<std::shared_ptr<Client>> clients_;

@@ -46,7 +46,7 @@ void LogTailer::resume(const std::string& cursor) {
 void LogTailer::request_page() {
   if (!traffic_.database_up || requested_ || in_batch_ || !client_->is_open() || cursor_.empty()) return;
   if (steady_clock::now() < retry_at_) return;
-  if (behind_ && !has_slot_) {
+  if (is_behind_ && !has_slot_) {
     if (traffic_.large >= RowTraffic::kMaxLarge) return;  // retried when another tailer releases its slot
     has_slot_ = true;
     ++traffic_.large;
@@ -54,8 +54,8 @@ void LogTailer::request_page() {
   requested_ = true;
   requested_at_ = steady_clock::now();
   json params = {{"after", cursor_},
-                 {"limit", behind_ && !many_refusals_ ? kLargePage : kSmallPage},
-                 {"wait_s", behind_ ? 0 : kWait_s},
+                 {"limit", is_behind_ && !many_refusals_ ? kLargePage : kSmallPage},
+                 {"wait_s", is_behind_ ? 0 : kWait_s},
                  {"name", traffic_.consumer}};
   if (!axis_.empty()) params["axis"] = axis_;
   client_->call("rows", params, [weak = weak_from_this()](const json& message) {
@@ -71,9 +71,9 @@ void LogTailer::on_response(const json& message) {
   const json& segments = member(page, "segments");
   const bool empty = segments.is_array() && segments.empty() && member(page, "missing") == 0;
   if (empty) {  // the cursor is unchanged
-    behind_ = flag_member(page, "more");
-    if (!behind_) release_slot();
-    if (!behind_)
+    is_behind_ = flag_member(page, "more");
+    if (!is_behind_) release_slot();
+    if (!is_behind_)
       traffic_.state->change_log(log_, [](LogState& state) { state.caught_up = true, state.error.clear(); });
     return request_page();
   }
@@ -117,7 +117,7 @@ void LogTailer::committed(const Refusal& refusal) {
     page_.error = refusal.first;
   }
   cursor_ = page_.cursor;
-  behind_ = page_.more;
+  is_behind_ = page_.more;
   const bool all_invalid = page_.rows == 0 && page_.invalid > 0;
   const std::string error = all_invalid ? "no valid row; last error: " + page_.error : "";
   bool is_new = false;
@@ -127,14 +127,14 @@ void LogTailer::committed(const Refusal& refusal) {
     state.rows += page_.rows;
     state.invalid += page_.invalid;
     state.missing += page_.missing;
-    state.caught_up = !behind_;
+    state.caught_up = !is_behind_;
     state.error.clear();
     if (page_.arrival_s == 0) return;
     state.arrival_s = page_.arrival_s;
     state.lag_s = host_time_s() - page_.arrival_s;
   });
   if (is_new) log_line(Level::kWarning, fmt::format("{} {}: {}", log_.gyro, log_.axis, error));
-  if (!behind_ || !client_->is_open()) release_slot();
+  if (!is_behind_ || !client_->is_open()) release_slot();
   request_page();
 }
 

@@ -65,7 +65,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   std::chrono::steady_clock::time_point requested_at_, retry_at_;
   std::chrono::steady_clock::time_point refusal_logged_at_;
   std::size_t unlogged_refusals_ = 0;
-  bool requested_ = false, in_batch_ = false, behind_ = true, has_slot_ = false;
+  bool requested_ = false, in_batch_ = false, is_behind_ = true, has_slot_ = false;
   bool many_refusals_ = false;  ///< then the next page is small, until a page without a refused row
 };
 

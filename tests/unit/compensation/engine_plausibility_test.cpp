@@ -155,8 +155,8 @@ TEST_F(EnginePlausibility, AnImplausibleRowIsNotUsedAfterReadingBack) {
   const auto row = parse_csv(text, "row");
   ASSERT_TRUE(row) << row.error().text();
   EXPECT_DOUBLE_EQ(row->window.second_mean.temperature_degc, -273);
-  EXPECT_TRUE(std::isnan(believed(row->window.second_mean).temperature_degc));
-  EXPECT_TRUE(std::isnan(believed(row->window.second_mean).rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(without_implausible(row->window.second_mean).temperature_degc));
+  EXPECT_TRUE(std::isnan(without_implausible(row->window.second_mean).rate_deg_per_h));
 }
 
 }  // namespace

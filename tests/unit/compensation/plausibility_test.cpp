@@ -58,59 +58,59 @@ TEST(Plausibility, UnknownValuesAreNotChecked) {
 }
 
 TEST(SensorCheck, ASpikeRejectsOnlyItself) {
-  SensorCheck check(PlausibilityLimits().temperature);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(check.is_plausible(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
+  SensorCheck sensor(PlausibilityLimits().temperature);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(sensor.check(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
 }
 
 // The thermometer could have reached this: 20 degC minus the step of 2 take 18 s at 1 degC/s.
 TEST(SensorCheck, AJumpThatStaysIsAcceptedOnceTheSensorCouldHaveReachedIt) {
-  SensorCheck check(PlausibilityLimits().temperature);
+  SensorCheck sensor(PlausibilityLimits().temperature);
   std::int64_t time_ns = 0;
-  for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(check.is_plausible(25, time_ns));
+  for (; time_ns <= 60 * kSecondNs; time_ns += kSecondNs / 10) ASSERT_TRUE(sensor.check(25, time_ns));
   const std::int64_t jump_ns = time_ns;
-  while (!check.is_plausible(45, time_ns)) time_ns += kSecondNs / 10;
+  while (!sensor.check(45, time_ns)) time_ns += kSecondNs / 10;
   EXPECT_NEAR(1e-9 * static_cast<double>(time_ns - jump_ns), 18, 1.1);
-  EXPECT_TRUE(check.is_plausible(45, time_ns + kSecondNs / 10));
+  EXPECT_TRUE(sensor.check(45, time_ns + kSecondNs / 10));
 }
 
 // Many small steps are also a steep slope.
 TEST(SensorCheck, ASteepRampIsDetectedWithAnyStepSize) {
-  SensorCheck check(PlausibilityLimits().temperature);
+  SensorCheck sensor(PlausibilityLimits().temperature);
   int refused = 0;
-  for (int i = 0; i < 200; ++i) refused += !check.is_plausible(25 + 0.1 * i, i * kSecondNs / 100);
+  for (int i = 0; i < 200; ++i) refused += !sensor.check(25 + 0.1 * i, i * kSecondNs / 100);
   EXPECT_GT(refused, 60) << "10 degC/s, with a step of 2 degC allowed";
 }
 
 // The manual of a KVH 1775 shows three frames of 40, 29 and 29 degC, 0.4 ms apart: the wrong one is unknown.
 TEST(SensorCheck, TheFirstSecondHasNoReference) {
-  SensorCheck check(PlausibilityLimits().temperature);
-  EXPECT_TRUE(check.is_plausible(40, 0));
-  EXPECT_TRUE(check.is_plausible(29, kSecondNs / 2500));
-  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(check.is_plausible(29, i * kSecondNs / 10));
-  EXPECT_FALSE(check.is_plausible(40, 2 * kSecondNs));
+  SensorCheck sensor(PlausibilityLimits().temperature);
+  EXPECT_TRUE(sensor.check(40, 0));
+  EXPECT_TRUE(sensor.check(29, kSecondNs / 2500));
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(sensor.check(29, i * kSecondNs / 10));
+  EXPECT_FALSE(sensor.check(40, 2 * kSecondNs));
 }
 
 TEST(SensorCheck, AConstantSensorIsStuckIfConfigured) {
   SensorLimits limits = PlausibilityLimits().temperature;
   SensorCheck usual(limits);
   limits.stuck_s = 60;
-  SensorCheck check(limits);
-  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(check.is_plausible(25, i * kSecondNs)) << i;
-  EXPECT_FALSE(check.is_plausible(25, 61 * kSecondNs));
-  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found 25 degC for 61 s, expected it to change");
-  EXPECT_TRUE(check.is_plausible(25.1, 62 * kSecondNs));
-  EXPECT_TRUE(check.is_plausible(25.1, 122 * kSecondNs));
-  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.is_plausible(25, i * kSecondNs)) << "off unless configured";
+  SensorCheck sensor(limits);
+  for (int i = 0; i <= 60; ++i) EXPECT_TRUE(sensor.check(25, i * kSecondNs)) << i;
+  EXPECT_FALSE(sensor.check(25, 61 * kSecondNs));
+  EXPECT_EQ(rejection_text(sensor.rejection(), "degC"), "found 25 degC for 61 s, expected it to change");
+  EXPECT_TRUE(sensor.check(25.1, 62 * kSecondNs));
+  EXPECT_TRUE(sensor.check(25.1, 122 * kSecondNs));
+  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(usual.check(25, i * kSecondNs)) << "off unless configured";
 }
 
 TEST(SensorCheck, ReportsFoundAndExpectedValues) {
-  SensorCheck check(PlausibilityLimits().temperature);
-  EXPECT_TRUE(check.is_plausible(25, 0));
-  EXPECT_TRUE(check.is_plausible(25, kSecondNs));
-  EXPECT_FALSE(check.is_plausible(-273, 2 * kSecondNs));
-  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found -273 degC, expected -90 to 200");
-  EXPECT_FALSE(check.is_plausible(45, 3 * kSecondNs));
-  EXPECT_EQ(rejection_text(check.rejection(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
+  SensorCheck sensor(PlausibilityLimits().temperature);
+  EXPECT_TRUE(sensor.check(25, 0));
+  EXPECT_TRUE(sensor.check(25, kSecondNs));
+  EXPECT_FALSE(sensor.check(-273, 2 * kSecondNs));
+  EXPECT_EQ(rejection_text(sensor.rejection(), "degC"), "found -273 degC, expected -90 to 200");
+  EXPECT_FALSE(sensor.check(45, 3 * kSecondNs));
+  EXPECT_EQ(rejection_text(sensor.rejection(), "degC"), "found 45 degC, expected 21 to 29: it was 25 2 s before");
   EXPECT_EQ(rejection_text({}, "degC"), "");
 }
 
@@ -145,8 +145,8 @@ TEST(SecondAverager, MeansIncludeOnlyPlausibleValues) {
   EXPECT_DOUBLE_EQ(none.temperature_degc, -273);
   EXPECT_DOUBLE_EQ(none.rate_deg_per_h, 8);
   EXPECT_EQ(none.all_implausible, (QuantitySet{false, true, false}));
-  EXPECT_TRUE(std::isnan(believed(none).temperature_degc));
-  EXPECT_DOUBLE_EQ(believed(none).uhfo_v, 5);
+  EXPECT_TRUE(std::isnan(without_implausible(none).temperature_degc));
+  EXPECT_DOUBLE_EQ(without_implausible(none).uhfo_v, 5);
 }
 
 TEST(FeatureExtractor, IgnoresImplausibleMeans) {

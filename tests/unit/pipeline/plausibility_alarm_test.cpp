@@ -16,7 +16,7 @@ CompensatedWindow watched_row(double degc, bool implausible) {
   made.window.second_mean.rate_deg_per_h = 8;
   made.window.second_mean.temperature_degc = degc;
   made.window.second_mean.implausible.temperature = implausible;
-  if (implausible) made.rejections.temperature = {Rejection::Reason::kOutOfRange, degc, -90, 200};
+  if (implausible) made.rejections.temperature = {Rejection::Reason::kOutsideLimits, degc, -90, 200};
   return made;
 }
 
@@ -55,7 +55,7 @@ TEST(PlausibilityAlarm, EachSensorHasItsOwn) {
   EXPECT_EQ(told(watch, 10, -273, true).size(), 1u);
   CompensatedWindow both = watched_row(-273, true);
   both.window.second_mean.implausible.rate = true;
-  both.rejections.rate = {Rejection::Reason::kOutOfRange, 3.4e38, -3.6e7, 3.6e7};
+  both.rejections.rate = {Rejection::Reason::kOutsideLimits, 3.4e38, -3.6e7, 3.6e7};
   const auto notices = watch.push(both);
   ASSERT_EQ(notices.size(), 1u);
   EXPECT_EQ(notices[0].text, "rate is implausible: found 3.4e+38 deg/h, expected -3.6e+07 to 3.6e+07");

@@ -123,7 +123,7 @@ Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> se
     if (!seconds.precedes(second_mean.second)) {
       return make_error(name, fmt::format("found second {} out of order", second_mean.second));
     }
-    seconds.add(compensation::believed(second_mean));
+    seconds.add(compensation::without_implausible(second_mean));
     const compensation::Window window = extractor.push(second_mean);
     if (window.state != compensation::WindowState::kReady) {
       table.warming.push_back(window);
