@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace prism::compensation {
 namespace {
 
 constexpr std::int64_t kBaselineNs = 1'000'000'000;
+constexpr int kAgreeing = 2, kEnough = 3;  // values that the first reference needs: these agree, or that many in all
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) { return static_cast<double>(to_ns - from_ns) / 1e9; }
 
@@ -54,18 +57,39 @@ bool SensorCheck::outside_limits(double value) {
 }
 
 bool SensorCheck::slope_holds(double value, std::int64_t time_ns) {
-  if (before_ns_ == kNever) before_ns_ = time_ns;  // start of the session
-  if (!std::isnan(before_)) {
-    const double elapsed_s = seconds_between(before_ns_, time_ns);
+  if (!has_reference_) return find_reference(value, time_ns);
+  const double elapsed_s = seconds_between(reference_ns_, time_ns);
+  if (!follows(value, elapsed_s)) {
     const double most = limits_.step + limits_.greatest_slope_per_s * elapsed_s;
-    if (!(std::fabs(value - before_) <= most)) {
-      rejection_ = {Rejection::Reason::kTooFast, value, before_ - most, before_ + most, elapsed_s};
-      return false;
-    }
+    rejection_ = {Rejection::Reason::kTooFast, value, reference_ - most, reference_ + most, elapsed_s};
+    return false;
   }
-  if (time_ns - before_ns_ < kBaselineNs) return true;
-  before_ = value;
-  before_ns_ = time_ns;
+  if (time_ns - reference_ns_ < kBaselineNs) return true;
+  reference_ = value;
+  reference_ns_ = time_ns;
+  return true;
+}
+
+bool SensorCheck::follows(double value, double elapsed_s) const {
+  return std::fabs(value - reference_) <= limits_.step + limits_.greatest_slope_per_s * elapsed_s;
+}
+
+// Majority vote (Boyer and Moore 1981) over the first second: a fast frame repeats a thermometer's spike many times.
+bool SensorCheck::find_reference(double value, std::int64_t time_ns) {
+  if (start_ns_ == kNever) start_ns_ = time_ns;
+  if (votes_ == 0) {
+    reference_ = value;
+    reference_ns_ = time_ns;
+  }
+  const bool agrees = follows(value, std::max(1.0, seconds_between(reference_ns_, time_ns)));
+  votes_ += agrees ? 1 : -1;
+  ++values_;
+  if (time_ns - start_ns_ < kBaselineNs) return true;
+  if (votes_ < kAgreeing && values_ < kEnough) return true;
+  has_reference_ = true;
+  if (!agrees) return slope_holds(value, time_ns);
+  reference_ = value;
+  reference_ns_ = time_ns;
   return true;
 }
 

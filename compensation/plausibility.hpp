@@ -12,17 +12,17 @@
 
 namespace prism::compensation {
 
-/// Limits of one sensor, in the unit of its quantity. An infinite limit is not checked.
+/// Limits of one sensor, in the unit of its quantity. The range is closed. An infinite limit is not checked.
 struct SensorLimits {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-  /// Between two values, above `step`, which noise and a coarse quantiser may cause at once.
+  /// Maximum slope, units/s: |v − v₀| <= step + slope · (t − t₀).
   double greatest_slope_per_s = std::numeric_limits<double>::infinity();
-  double step = 0;
+  double step = 0;  ///< difference that is always allowed (noise, quantisation)
   /// A value that is constant for longer is the last one of a failed sensor. Off by default, because a quantised value
   /// may be constant in a soak.
   double stuck_s = std::numeric_limits<double>::infinity();
 
-  /// Replaces the limits that are given.
+  /// Replaces the limits that are given. `step` cannot be given.
   void take(const SensorStatement& stated);
   bool operator==(const SensorLimits&) const = default;
 };
@@ -44,7 +44,7 @@ struct Rejection {
   Reason reason = Reason::kNone;
   double found = kUnknown;                 ///< kUnknown for kOutsideField, which the decoder found
   double low = kUnknown, high = kUnknown;  ///< kOutsideLimits, kTooFast: the range of plausible values
-  double seconds = 0;  ///< kTooFast: since the reference value; kStuck: how long the value has been constant
+  double seconds = 0;                      ///< kTooFast: s since v₀; kStuck: s for which the value has been constant
 
   explicit operator bool() const { return reason != Reason::kNone; }
 };
@@ -54,20 +54,25 @@ struct Rejections {
   Rejection rate, temperature, uhfo;
 };
 
-/// "found -273 degC, expected -90 to 200": one human-readable line, without the sensor's name.
+/// "found -273 degC, expected -90 to 200": one human-readable line, without the sensor's name. Empty for kNone.
 std::string rejection_text(const Rejection& rejection, const char* unit);
 
-/// Checks one sensor during one session. Unknown values are not checked.
+/// Checks one sensor during one session. Unknown values (NaN) are plausible and change nothing.
 ///
-/// Slope: a value is plausible if |v − v₀| <= step + slope · (t − t₀). v₀ is the last plausible value at least a second
-/// after the v₀ before it. So a spike affects only itself, and a sensor that stays at another value is accepted again
-/// once it could have reached it. In the first second of a session there is no v₀, because one value proves nothing.
+/// Slope: a value is plausible if |v − v₀| <= step + slope · (t − t₀). The first plausible value at least 1 s after v₀
+/// becomes the next v₀. So a spike affects only itself, and a sensor that stays at another value is accepted again once
+/// it could have reached it.
+///
+/// The first v₀ is the first value at least 1 s after the session's first one, if it agrees with the majority of the
+/// values so far (by the formula, with t − t₀ of at least 1 s). If it does not agree, it is rejected, and the
+/// majority's value is v₀. This needs two values that agree, or three values. Values before the first v₀ pass the slope
+/// check.
 class SensorCheck {
  public:
   explicit SensorCheck(const SensorLimits& limits);
 
-  /// Returns true if the value is plausible, and stores what the next checks need. Values come in order of time.
-  /// Inline, because most values need only two comparisons.
+  /// Returns true if the value is plausible, and stores what the next checks need. Times must not go back. Inline,
+  /// because most values need only two comparisons.
   bool check(double value, std::int64_t time_ns) {
     if (std::isnan(value)) return true;
     if (!(value >= limits_.low && value <= limits_.high)) return outside_limits(value);
@@ -80,12 +85,17 @@ class SensorCheck {
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
   bool outside_limits(double value);
   bool slope_holds(double value, std::int64_t time_ns);
+  bool find_reference(double value, std::int64_t time_ns);
+  bool follows(double value, double elapsed_s) const;
   bool moves(double value, std::int64_t time_ns);
 
   SensorLimits limits_;
   bool has_slope_, may_stick_;
-  double before_ = kUnknown, still_ = kUnknown;
-  std::int64_t before_ns_ = kNever, still_since_ns_ = 0;
+  double reference_ = kUnknown, still_ = kUnknown;  ///< v₀; before the first v₀ the candidate for it
+  std::int64_t reference_ns_ = 0, still_since_ns_ = 0;
+  bool has_reference_ = false;
+  std::int64_t start_ns_ = kNever;  ///< time of the first value
+  int values_ = 0, votes_ = 0;      ///< before the first v₀: values so far; votes for the candidate
   Rejection rejection_;
 };
 
@@ -94,14 +104,16 @@ class Plausibility {
  public:
   explicit Plausibility(const PlausibilityLimits& limits);
 
-  /// The implausible quantities of the sample.
+  /// Returns the implausible quantities of the sample, also those outside their field (Sample::out_of_bounds). Takes
+  /// the samples of one session in order of time.
   QuantitySet implausible(const Sample& sample) {
     const QuantitySet& out = sample.out_of_bounds;
     return {out.rate || !rate_.check(sample.rate_deg_per_h, sample.time_ns),
             out.temperature || !temperature_.check(sample.temperature_degc, sample.time_ns),
             out.uhfo || !uhfo_.check(sample.uhfo_v, sample.time_ns)};
   }
-  /// Adds to `doubts` the reasons found in the last sample, for quantities without a reason yet.
+  /// Call after implausible(sample), with its result. Sets the reason of each implausible quantity in `rejections` that
+  /// has none yet.
   void explain(const Sample& sample, QuantitySet implausible, Rejections& rejections) const;
 
  private:

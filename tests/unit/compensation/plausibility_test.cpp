@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "compensation/feature_extractor.hpp"
@@ -60,6 +61,46 @@ TEST(Plausibility, UnknownValuesAreNotChecked) {
 TEST(SensorCheck, ASpikeRejectsOnlyItself) {
   SensorCheck sensor(PlausibilityLimits().temperature);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(sensor.check(i == 50 ? 45 : 25, i * kSecondNs / 10), i != 50) << i;
+}
+
+// Regression: a spike exactly 1 s after the start became the reference, and the good values of 78 s were rejected.
+TEST(SensorCheck, ASpikeAtTheStartIsNeverTheReference) {
+  for (const int hz : {1, 2, 3, 10}) {
+    for (int spike = 0; spike <= 3 * hz; ++spike) {
+      SensorCheck sensor(PlausibilityLimits().temperature);
+      for (int i = 0; i <= 100 * hz; ++i) {
+        const bool is_plausible = sensor.check(i == spike ? 100 : 20, i * kSecondNs / hz);
+        const bool has_reference = i >= std::max(hz, 2);
+        ASSERT_EQ(is_plausible, i != spike || !has_reference) << hz << " Hz, spike " << spike << ", value " << i;
+      }
+    }
+  }
+}
+
+// Each value of the thermometer is in 200 frames.
+TEST(SensorCheck, ARepeatedSpikeAtTheStartIsNotTheReference) {
+  SensorCheck sensor(PlausibilityLimits().temperature);
+  for (int i = 0; i <= 20'000; ++i) {
+    const bool is_spike = i / 200 == 10;  // from 1.0 to 1.1 s
+    ASSERT_EQ(sensor.check(is_spike ? 100 : 20, i * kSecondNs / 2000), !is_spike) << i;
+  }
+}
+
+// Without agreement the check begins, too: with the value after the first second.
+TEST(SensorCheck, ASensorThatAlternatesIsRejected) {
+  SensorCheck sensor(PlausibilityLimits().temperature);
+  int rejected = 0;
+  for (int i = 0; i <= 110; ++i) rejected += sensor.check(i % 2 == 0 ? 20 : 100, i * kSecondNs / 10) ? 0 : 1;
+  EXPECT_EQ(rejected, 50);
+}
+
+// A ramp of 1 degC/s is the limit, also from the first value on and with few values.
+TEST(SensorCheck, ASteadyRampAtTheLimitIsPlausible) {
+  for (const double period_s : {0.1, 1.0, 7.0}) {
+    SensorCheck sensor(PlausibilityLimits().temperature);
+    for (int i = 0; period_s * i < 100; ++i)
+      ASSERT_TRUE(sensor.check(20 + period_s * i, std::llround(1e9 * period_s * i))) << period_s << " s, value " << i;
+  }
 }
 
 // The thermometer could have reached this: 20 degC minus the step of 2 take 18 s at 1 degC/s.
