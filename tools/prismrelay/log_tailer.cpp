@@ -40,6 +40,7 @@ void LogTailer::close() {
 void LogTailer::resume(const std::string& cursor) {
   cursor_ = cursor.empty() ? "earliest" : cursor;
   in_batch_ = false;
+  ++generation_;
   request_page();
 }
 
@@ -58,14 +59,18 @@ void LogTailer::request_page() {
                  {"wait_s", is_behind_ ? 0 : kWait_s},
                  {"name", traffic_.consumer}};
   if (!axis_.empty()) params["axis"] = axis_;
-  client_->call("rows", params, [weak = weak_from_this()](const json& message) {
-    if (const auto self = weak.lock()) self->on_response(message);
+  client_->call("rows", params, [weak = weak_from_this(), generation = generation_](const json& message) {
+    if (const auto self = weak.lock()) self->on_response(generation, message);
   });
 }
 
-void LogTailer::on_response(const json& message) {
+void LogTailer::on_response(std::uint64_t generation, const json& message) {
   requested_ = false;
   if (!traffic_.database_up) return release_slot();  // discarded: resume() gives the position
+  if (generation != generation_) {                   // not after cursor_, which resume() may have set back
+    release_slot();
+    return request_page();
+  }
   if (const auto error = message.find("error"); error != message.end()) return on_error(*error);
   const json& page = member(message, "result");
   const json& segments = member(page, "segments");

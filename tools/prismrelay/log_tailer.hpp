@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -35,7 +36,8 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
 
   void open(const std::string& socket, LineClient::OnDisconnect on_disconnect);
   void close();
-  /// Continues after `cursor`, the one in the database; from the start of the log if it is empty.
+  /// Continues after `cursor`, the one in the database; from the start of the log if it is empty. The response to an
+  /// earlier request is ignored.
   void resume(const std::string& cursor);
   /// Call after the batch was committed, or discarded because of an error. `refusal`: the part of the page that the
   /// server refused.
@@ -49,7 +51,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   bool is_unresponsive(std::chrono::steady_clock::time_point now) const;
 
  private:
-  void on_response(const nlohmann::json& message);
+  void on_response(std::uint64_t generation, const nlohmann::json& message);
   void on_error(const nlohmann::json& error);
   /// Reports why no rows are sent, and requests again later.
   void fail(const std::string& reason);
@@ -60,8 +62,9 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   const LogKey log_;
   const std::string axis_;
   std::shared_ptr<LineClient> client_;
-  std::string cursor_;  ///< after the last committed row
-  PageSummary page_;    ///< the page in the batch
+  std::string cursor_;            ///< after the last committed row
+  PageSummary page_;              ///< the page in the batch
+  std::uint64_t generation_ = 0;  ///< number of calls of resume()
   std::chrono::steady_clock::time_point requested_at_, retry_at_;
   std::chrono::steady_clock::time_point refusal_logged_at_;
   std::size_t unlogged_refusals_ = 0;

@@ -137,6 +137,24 @@ TEST_F(LogTailerTest, RequestsAPageAgainAfterAFailedCommit) {
   EXPECT_EQ(next_request()["params"]["after"], "c1");
 }
 
+// Regression: the database was replaced by an older copy during a request. The response was added after the older
+// cursor, so the rows between the two were skipped without a gap.
+TEST_F(LogTailerTest, IgnoresTheResponseToARequestBeforeResume) {
+  tailer->resume("c5");
+  const json before = next_request();
+  EXPECT_EQ(before["params"]["after"], "c5");
+  tailer->discarded();
+  tailer->resume("c1");
+  respond(before, page("c6", 6));
+  ASSERT_TRUE(batch.empty());
+  EXPECT_EQ(batch_extensions, 0);
+  const json request = next_request();
+  EXPECT_EQ(request["params"]["after"], "c1");
+  respond(request, page("c2", 2));
+  EXPECT_EQ(batch_extensions, 1);
+  EXPECT_EQ(traffic.large, 1);
+}
+
 TEST_F(LogTailerTest, ReadsANewLogFromItsStart) {
   tailer->resume("c1");
   const json request = next_request();
