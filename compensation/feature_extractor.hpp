@@ -11,21 +11,28 @@ namespace prism::compensation {
 
 /// Live, replay and training use this class for all their data; a second implementation would add bias.
 ///
-/// A window is full (warm_s == history_s()) when it contains that many seconds without a gap above max_gap_s. It is
-/// ready when it is full and its mean rate, mean temperature and slope are known. A temperature or UHFO voltage that
-/// was unknown for longer than max_gap_s within the window has no mean and no slope, so that old values of a failed
-/// sensor are not used. Devices without UHFO have ready windows with mean UHFO kUnknown. Implausible values count as
-/// unknown. Shorter gaps have no effect: means use the available seconds, slopes their true times. Cost: O(history_s)
-/// per second. No accumulated rounding: only the lag filters carry state from window to window.
+/// Means are over the last length_s seconds, slopes over the last history_s(). A window is full (warm_s == history_s())
+/// when it spans history_s() seconds, gaps of up to max_gap_s included. It is ready when it is full and its mean rate,
+/// mean temperature and temperature slope are known.
+///
+/// A temperature that was unknown for longer than max_gap_s within length_s has no mean, so that old values of a failed
+/// sensor are not used, and the window is not ready. Its slope is unknown if the seconds that it uses (kDifference: the
+/// two ends) have such a gap, or an end has no value. The UHFO voltage and the sensors follow the same rules, but do
+/// not affect "ready": devices without UHFO have ready windows with mean UHFO kUnknown. The mean rate is over the known
+/// rates, whatever their gaps. Implausible values count as unknown. Shorter gaps have no effect: means use the
+/// available seconds, slopes their true times. Cost: O(history_s) per second.
+///
+/// No accumulated rounding: only the lag filters are recursive. They restart if the last known temperature is more than
+/// max(max_gap_s + 1, shortest time constant / 10) s old, or after a step back in time.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(FeatureDefinition definition);
 
-  /// Takes means in order of time. One that is not later than the one before empties the window, as a gap does: the
-  /// clock was set back.
+  /// Takes means in order of time, but not partial ones. One that is not later than the one before empties the window,
+  /// as a gap does: the clock was set back. So does a sensor list with the definition's sensors at other positions.
   Window push(const SecondMean& second_mean);
 
-  /// Clears all state, for a new session of the device.
+  /// Clears all state except the sensor list, for a new session of the device.
   void reset();
 
   const FeatureDefinition& definition() const { return definition_; }

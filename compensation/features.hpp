@@ -43,7 +43,7 @@ enum class WindowState {
 struct SensorWindow {
   double mean = kUnknown;
   double slope_per_s = kUnknown;
-  std::vector<double> lag;  ///< value − EMA(value), one per time constant
+  std::vector<double> lag;  ///< value − EMA(value), one per time constant; empty if value or T is unknown in the second
 };
 
 /// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).
@@ -56,7 +56,7 @@ struct Window {
   double temperature_degc = kUnknown;
   double slope_degc_per_s = kUnknown;
   double uhfo_v = kUnknown;
-  std::vector<double> lag_degc;       ///< T − EMA(T), one per time constant
+  std::vector<double> lag_degc;       ///< T − EMA(T), one per time constant; empty if T is unknown in the second
   std::vector<SensorWindow> sensors;  ///< as FeatureDefinition::sensors
   bool lag_settling = false;          ///< less than three of the longest time constants since the lag filters started
 };

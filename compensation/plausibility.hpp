@@ -57,7 +57,7 @@ struct Rejections {
 /// "found -273 degC, expected -90 to 200": one human-readable line, without the sensor's name. Empty for kNone.
 std::string rejection_text(const Rejection& rejection, const char* unit);
 
-/// Checks one sensor during one session. Unknown values (NaN) are plausible and change nothing.
+/// Checks one sensor during one session. Unknown values (NaN) are plausible and not checked.
 ///
 /// Slope: a value is plausible if |v − v₀| <= step + slope · (t − t₀). The first plausible value at least 1 s after v₀
 /// becomes the next v₀. So a spike affects only itself, and a sensor that stays at another value is accepted again once

@@ -15,42 +15,45 @@ namespace prism::compensation {
 
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
-/// The second (s, s + 1] that contains a sample time; the time is the end of the sample's interval.
+/// Returns s of the second (s, s + 1] that contains time_ns, the end of a sample's interval.
 std::int64_t second_number(std::int64_t time_ns);
 
-/// Means over the plausible samples of one second. A quantity is kUnknown if no sample contained it. If all its values
-/// were implausible, the mean is over these values and `all_implausible` is set.
+/// Means over the plausible values of one second. A quantity is kUnknown if no sample contained it. For one without a
+/// plausible value see `all_implausible`.
 struct SecondMean {
-  std::int64_t second = 0;  ///< integer seconds of the sample time: covers (second, second + 1] s
-  std::uint32_t samples = 0;
+  std::int64_t second = 0;    ///< integer seconds of the sample time: covers (second, second + 1] s
+  std::uint32_t samples = 0;  ///< all, also those with unknown or implausible values
   std::uint32_t missing_frames = 0;
-  double rate_deg_per_h = kUnknown;  ///< weighted by each sample's interval
-  double temperature_degc = kUnknown;
+  double rate_deg_per_h = kUnknown;    ///< weighted by each sample's interval
+  double temperature_degc = kUnknown;  ///< unweighted, as uhfo_v and sensors
   double uhfo_v = kUnknown;
   std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
   bool partial = false;      ///< the session began or ended within this second: the means cover a part of it
   /// Arrival time of the last sample, ns since 1970 UTC by the host clock; 0: unknown. Set by the pipeline.
   std::int64_t arrival_ns = 0;
-  QuantitySet implausible = {};      ///< some samples were implausible and left out
-  QuantitySet all_implausible = {};  ///< all samples were implausible: the mean is over them
+  QuantitySet implausible = {};  ///< at least one value was implausible; left out unless all_implausible
+  /// At least one value was implausible and none was plausible: the mean is over the implausible ones; kUnknown if they
+  /// were outside their field (Sample::out_of_bounds) or infinite.
+  QuantitySet all_implausible = {};
   SensorList sensor_list = {};       ///< null: no sensors
   std::vector<double> sensors = {};  ///< in the order of sensor_list
 };
 
-/// Returns the mean with each quantity that is entirely implausible set to kUnknown, for windows.
+/// Returns the mean with each quantity of all_implausible set to kUnknown, for windows.
 SecondMean without_implausible(SecondMean second_mean);
 
-/// push() takes samples in order of time and returns a mean when a sample of a later second arrives; finish() ends the
-/// session and returns the open second. Seconds without samples return no mean: the feature extraction detects the gap.
-/// The first mean is partial if the interval of its first sample begins within the second; the last one if a further
-/// sample would have belonged to it.
+/// push() takes samples in order of time and returns a mean when a sample of another second arrives: a later one, or an
+/// earlier one after the clock was set back. finish() ends the session and returns the open second, nullopt without
+/// samples; then the averager is as new. Seconds without samples return no mean: the feature extraction detects the
+/// gap. The first mean is partial if the interval of its first sample begins after the start of the second, by more
+/// than 1 % of the interval; the last one if the next sample would still end within it.
 class SecondAverager {
  public:
   explicit SecondAverager(SensorList sensors = nullptr)
       : sensors_(sensors ? sensors->size() : 0), list_(std::move(sensors)) {}
 
-  /// `implausible`: quantities of the sample to leave out. `sensors`: in the order of the list; empty: not read with
-  /// this sample.
+  /// `sample.interval_s` must be > 0. `implausible`: quantities of the sample to leave out. `sensors`: in the order of
+  /// the list, and as long; empty: not read with this sample.
   std::optional<SecondMean> push(const Sample& sample, QuantitySet implausible = {},
                                  std::span<const double> sensors = {});
   std::optional<SecondMean> finish();

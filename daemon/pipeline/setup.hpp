@@ -18,14 +18,15 @@ namespace prism::pipeline {
 struct Setup {
   /// One input axis: models and settings of its engine.
   struct Axis {
-    compensation::ModelPtr model, fallback;
-    int thermometer = -1;  ///< configured thermometer, index into Setup::sensors; -1: not configured
+    compensation::ModelPtr model, fallback;  ///< null: none
+    int thermometer = -1;                    ///< configured thermometer, index into Setup::sensors; -1: not configured
     compensation::CompensationSettings
         engine;  ///< plausibility limits combine defaults, frame description and configuration
 
     compensation::FeatureDefinition features() const {
       return model ? model->info().features : compensation::FeatureDefinition{};
     }
+    /// Compares models by pointer: a model that was loaded again is another one.
     bool operator==(const Axis&) const = default;
   };
 
@@ -41,7 +42,7 @@ struct Setup {
   wire::FrameDescriptionPtr frames;
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes
-  SensorList sensors;                    ///< frames->sensors, then those of each line; null: no sensors
+  SensorList sensors;                    ///< frames->sensors, then those of each line, named LINE.SENSOR; null: none
   transport::Settings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< warnings, one line each
@@ -57,7 +58,7 @@ struct Setup {
 
 /// Command-line settings that replace those of the configuration. Empty: as configured.
 struct Overrides {
-  std::string model;   ///< path, or bare name as in the configuration
+  std::string model;   ///< path, or bare name, searched in ./models first; an error with several axes
   std::string device;  ///< path of a tty
   std::string socket;  ///< path
   std::string
@@ -66,13 +67,17 @@ struct Overrides {
 };
 
 /// Reads the configuration, its frame descriptions (and runs their test vectors) and its models. Overrides are applied
-/// before any check. Errors: among others, a model of another gyro, or one with inputs that the frames do not have.
+/// after the configuration was checked, before its files are read. Errors: among others, a model of another gyro, or
+/// one with inputs that the frames do not have.
 Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides = {});
 
-/// Metadata at the top of each log segment of an axis: all that the rows depend on; no time of writing.
+/// Metadata at the top of each log segment of an axis: instance, gyro, frames, clock, models, site, window and sensors.
+/// They identify the decoding and the models, but no other setting of the correction (plausibility, max_bias, slew,
+/// extrapolation), and no time of writing.
 std::string log_metadata(const Setup& setup, std::size_t axis);
 
-/// Short text of the models in use: start of the id and name; with axis names if there are several.
+/// Short text of the models in use, without the fallback models: start of the id and name; with axis names if there are
+/// several.
 std::string models_text(const Setup& setup);
 
 /// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".

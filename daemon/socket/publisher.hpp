@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sends notifications to all clients; each text is written once for all of them.
+// Sends notifications to subscribed clients; one text per distinct subscription.
 #pragma once
 
 #include <compare>
@@ -17,9 +17,12 @@
 namespace prism::socket {
 
 /// Samples of one call are sent together: one send for many rows at high rates, no delay at low rates. Windows and
-/// events are sent at once after the samples before them, those of several axes in one send. Windows are held until
-/// they are in the log, so that every published window survives a kill; events about rows (quality, implausible) wait
-/// with them. If the disk does not respond for more than a second, windows are sent without waiting.
+/// events are sent at once after the samples before them, those of several axes in one send. While rows are not in the
+/// log yet (`unwritten`), windows are held until rows_written(), so that every published window survives a kill of
+/// prismd, but not a power cut. Events about rows (quality, implausible) wait with them; other events may overtake
+/// them. If the disk does not respond for 1 to 2 s, windows are sent without waiting.
+///
+/// Use only on the thread of the clients' io_context.
 class Publisher {
  public:
   void add(std::shared_ptr<Client> client);
@@ -27,11 +30,12 @@ class Publisher {
   /// Call after a client's subscription changed.
   void update();
 
-  /// `unwritten`: rows of the log are not written yet; holds the windows until rows_written().
+  /// Axis indices must be below 32. If `unwritten` (rows of the log are not written yet), windows are held until
+  /// rows_written(); else sent at once.
   void rows(const pipeline::Rows& rows, bool unwritten = false);
   /// All rows passed to the log are written, or were dropped and counted.
   void rows_written();
-  /// Call once a second. Sends the held windows if some were held at the last call, too.
+  /// Call once a second. If windows are held at two successive calls, sends them, and holds none until rows_written().
   void release_late();
   /// Sends the held windows and events.
   void release();
@@ -40,7 +44,7 @@ class Publisher {
   std::size_t clients() const { return clients_.size(); }
   const std::vector<std::shared_ptr<Client>>& all() const { return clients_; }
   std::uint64_t lost_rows() const;
-  /// `axis`: index in the pipeline.
+  /// `axis`: index in the pipeline. Empty before the first row, and for an axis that does not exist.
   const History& history(std::size_t axis) const;
 
  private:

@@ -17,33 +17,39 @@ namespace prism::prismrelay {
 
 class LogTailer;
 
-/// State that all log tailers share: the current batch, and the limit of large pages.
+/// State that all log tailers share: the current batch, and the limit of large pages. The functions are called within
+/// the tailers' member functions.
 struct RowTraffic {
   Batch* batch = nullptr;
   RelayState* state = nullptr;
   std::string consumer;                  ///< the name under which prismd stores the relay's cursor
   std::function<void()> batch_extended;  ///< called after an addition to the batch
-  std::function<void()> slot_released;   ///< called when another large page may be requested
+  std::function<void()> slot_released;   ///< another large page may be requested; must post its calls of request_page()
   bool database_up = false;
   int large = 0;                        ///< large pages in progress
   static constexpr int kMaxLarge = 24;  // of 256 KiB: limits the memory if a thousand logs are behind
 };
 
+/// Create with std::make_shared; use only on the thread of `context`. `traffic` must outlive it.
 class LogTailer : public std::enable_shared_from_this<LogTailer> {
  public:
   /// `axis`: the parameter of requests, required if the device has several axes, else empty.
   LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log, std::string axis);
 
+  /// Connects to prismd. Failures are reported by `on_disconnect` only.
   void open(const std::string& socket, LineClient::OnDisconnect on_disconnect);
+  /// Ends the connection and its request. A page in the batch stays in it.
   void close();
   /// Continues after `cursor`, the one in the database; from the start of the log if it is empty. The response to an
   /// earlier request is ignored.
   void resume(const std::string& cursor);
-  /// Call after the batch was committed, or discarded because of an error. `refusal`: the part of the page that the
-  /// server refused.
+  /// The batch was committed: stores the cursor, requests the next page. `refusal`: the part of the page that the
+  /// server refused; if it refused the cursor, the page is requested again after 5 s.
   void committed(const Refusal& refusal = {});
+  /// The batch was lost: resume() must follow.
   void discarded();
-  /// Requests the next page, unless a page is in progress or no request is allowed now.
+  /// Requests the next page if the database is connected, resume() was called, the connection is open, no page is in
+  /// progress, the last error is 5 s ago, and, for a large page, fewer than kMaxLarge are in progress.
   void request_page();
 
   const LogKey& log() const { return log_; }
@@ -53,7 +59,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
  private:
   void on_response(std::uint64_t generation, const nlohmann::json& message);
   void on_error(const nlohmann::json& error);
-  /// Reports why no rows are sent, and requests again later.
+  /// Reports the reason; request_page() does nothing for 5 s.
   void fail(const std::string& reason);
   void log_refusal(const Refusal& refusal);
   void release_slot();

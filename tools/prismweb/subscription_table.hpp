@@ -24,37 +24,41 @@ struct Subscription {
   bool operator==(const Subscription&) const = default;
 };
 
-/// An unsolicited line of prismd: {"jsonrpc":"2.0","method":"sample","params":{"axis":"z",…}}.
+/// An unsolicited line of prismd: {"jsonrpc":"2.0","method":"sample","params":{"axis":"z",…}}. Views of the text that
+/// was parsed.
 struct Notification {
   std::string_view method;
   std::string_view axis;  ///< empty: not of an axis
   std::string_view line;  ///< complete, without the newline
 };
 
-/// Parses the start of a line, in the form that prismd writes. `method` is empty for any other line.
+/// Parses the start of a line, in the form that prismd writes. `method` is empty for any other line. The result is
+/// valid as long as the text of `line`.
 Notification notification_of(std::string_view line);
 
 class Subscriber {
  public:
   virtual ~Subscriber() = default;
-  /// Delivers a batch of `rows` notifications.
+  /// Delivers a batch of `rows` notifications. Within SubscriptionTable::flush() it may end subscriptions and destroy
+  /// subscribers, also itself; within set() it must not destroy the subscriber.
   virtual void deliver(const std::string& instance, const Text& text, std::uint64_t rows) = 0;
 };
 
-/// The subscriptions to one instance.
+/// The subscriptions to one instance. Does not own the subscribers: each must unsubscribe before its destruction.
 class SubscriptionTable {
  public:
   explicit SubscriptionTable(std::string instance) : instance_(std::move(instance)) {}
 
-  /// Replaces the subscription of `subscriber`; an empty one removes it. Otherwise first delivers the pending batch, so
-  /// that notifications are neither lost nor repeated.
+  /// Replaces the subscription of `subscriber`. If it changed, first delivers the subscriber's pending batch, so that
+  /// notifications are neither lost nor repeated. An empty subscription removes the subscriber and discards its batch.
   void set(Subscriber* subscriber, const Subscription& subscription);
   Subscription subscription_of(const Subscriber* subscriber) const;
 
   /// Greatest common divisor of the subscribers' sample_every; 0 without sample subscribers.
   std::uint32_t sample_every() const;
 
-  /// Adds a notification to the batches. Samples must be every sample_every()-th one.
+  /// Adds a notification to the batches: samples and windows by axis, events to all that want events, other methods
+  /// ("lost") to all subscribers. prismd must be subscribed with `every` = sample_every().
   void put(const Notification& notification);
   bool pending() const;
   /// Delivers the batches {"instance":…,"batch":[…]}, serialised once per distinct subscription.

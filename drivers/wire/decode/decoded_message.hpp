@@ -17,14 +17,15 @@ struct AxisReading {
   double value = kUnknown;
   bool carried = false;        ///< this message type contains the axis
   bool valid = false;          ///< the number is present, finite, in range, and the frame marks it as valid
-  bool out_of_bounds = false;  ///< present, but outside the min and max of its field
+  bool out_of_bounds = false;  ///< present, but outside the min and max of its field, or not convertible
 };
 
 struct DecodedMessage {
-  /// `sensors` stays uninitialised: zeroing it costs time.
-  DecodedMessage() {}  // the default constructor would zero the arrays
+  /// User-provided, so that emplace_back() does not zero `sensors`, which costs time.
+  DecodedMessage() {}
 
-  /// Arrival of the frame's last byte: arrival of its chunk minus the wire time of the bytes after it in the chunk.
+  /// Arrival of the frame's last byte, ns since 1970 UTC by the host clock: arrival of its chunk minus the wire time of
+  /// the bytes after it in the chunk.
   std::int64_t arrival_ns = 0;
   std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was created
   std::uint32_t length = 0;  ///< bytes
@@ -33,14 +34,17 @@ struct DecodedMessage {
   bool has_gyro = false;     ///< this message type contains an axis (others may contain the counter or temperature)
   bool has_counter = false;
   std::uint32_t status = 0;                ///< the device's status bits as sent
-  std::uint64_t counter = 0;               ///< as sent; less than CounterRule::modulus
+  std::uint64_t counter = 0;               ///< modulo CounterRule::modulus (0: 2^64); only if has_counter
   std::array<AxisReading, kMaxAxes> gyro;  ///< as FrameDescription::axes
-  double temperature_degc = kUnknown;      ///< kUnknown: absent, out of range, or too old
-  double uhfo_v = kUnknown;
+  /// The last received value, possibly of an earlier frame, up to SlowChannel::stale_after_s. kUnknown: absent, out of
+  /// bounds, or too old.
+  double temperature_degc = kUnknown;
+  double uhfo_v = kUnknown;                 ///< the same rules
   std::array<double, kMaxSensors> sensors;  ///< as FrameDescription::sensors; others are uninitialised
-  bool sensors_read =
-      false;  ///< false: values of an earlier frame, because sensors of fast frames are not read each time
-  /// Recently received, but outside the min and max of its field; for the rate see each axis.
+  /// False: values of an earlier frame, because sensors of fast frames are not read each time.
+  bool sensors_read = false;
+  /// The last value, not older than stale_after_s, was outside the min and max of its field, or not convertible. `rate`
+  /// is always false: see AxisReading::out_of_bounds.
   QuantitySet out_of_bounds;
   double latency_s = 0;  ///< from the end of the measured interval to the frame's first bit
 };
