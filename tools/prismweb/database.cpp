@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/database.hpp"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <boost/crc.hpp>
 #include <cerrno>
@@ -44,6 +46,17 @@ void checked(sqlite3_context* context, int count, sqlite3_value** values) {
   sqlite3_result_error_code(context, SQLITE_CORRUPT);
 }
 
+// SQLite opens a file that it cannot create once more, to read it, and reports the second error, ENOENT. Returns the
+// disk's reason, such as ENOSPC without a free inode: that of another new file in the directory.
+int reason_not_created(const std::string& path) {
+  const std::string probe = path + "-probe";
+  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+  if (file < 0) return errno == EEXIST ? ENOENT : errno;
+  ::close(file);
+  ::unlink(probe.c_str());
+  return ENOENT;
+}
+
 struct Bind {
   sqlite3_stmt* statement;
   int index;
@@ -74,10 +87,12 @@ std::string Database::Row::text(int column) const {
 // sqlite3_system_errno() has no reason for a commit. SQLITE_ERROR and SQLITE_READONLY mean
 // that another program changed the schema or the mode of the file.
 tl::unexpected<Error> Database::make_error() {
-  const int cause = disk_errno(), code = sqlite3_errcode(database_.get());
+  int cause = disk_errno();
+  const int code = sqlite3_errcode(database_.get());
   is_damaged_ = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR || code == SQLITE_READONLY;
   if (code == SQLITE_BUSY) return prism::make_error(path_, "is in use by another process");
   if (code == SQLITE_FULL) return prism::make_error(path_, std::strerror(ENOSPC));
+  if (code == SQLITE_CANTOPEN && cause == ENOENT) cause = reason_not_created(path_);
   const bool by_disk = (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && cause != 0;
   return prism::make_error(path_, by_disk ? std::strerror(cause) : sqlite3_errmsg(database_.get()));
 }
