@@ -98,4 +98,24 @@ std::string utc_file_text(std::int64_t second) {
   return text;
 }
 
+std::optional<std::int64_t> parse_utc_file_text(std::string_view text) {
+  constexpr std::string_view kForm = "00000000T000000Z";
+  if (text.size() < kForm.size()) return std::nullopt;
+  for (std::size_t i = 0; i < kForm.size(); ++i) {
+    const bool digit = text[i] >= '0' && text[i] <= '9';
+    if (kForm[i] == '0' ? !digit : text[i] != kForm[i]) return std::nullopt;
+  }
+  const auto number = [&](std::size_t at, std::size_t size) {
+    int value = 0;
+    for (const char c : text.substr(at, size)) value = 10 * value + (c - '0');
+    return value;
+  };
+  const std::chrono::year_month_day date(std::chrono::year(number(0, 4)),
+                                         std::chrono::month(static_cast<unsigned>(number(4, 2))),
+                                         std::chrono::day(static_cast<unsigned>(number(6, 2))));
+  if (!date.ok()) return std::nullopt;
+  const std::int64_t midnight = std::chrono::sys_days(date).time_since_epoch().count() * std::int64_t{86'400};
+  return midnight + 3600 * number(9, 2) + 60 * number(11, 2) + number(13, 2);
+}
+
 }  // namespace prism

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace prism {
 
@@ -29,5 +31,8 @@ std::string utc_nano_text(std::int64_t time_ns);
 
 /// The same time as utc_text in a form for file names: 20261121T091100Z.
 std::string utc_file_text(std::int64_t second);
+
+/// Reads the first 16 characters of utc_file_text (year 0000 to 9999). Returns nullopt for any other text.
+std::optional<std::int64_t> parse_utc_file_text(std::string_view text);
 
 }  // namespace prism

@@ -160,9 +160,11 @@ class Live {
 
   // Reports events of the disk thread on the live thread.
   log::SegmentPolicy segment_policy() {
-    return {[this](Severity severity, const std::string& kind, const std::string& text) {
+    log::SegmentPolicy policy;
+    policy.tell = [this](Severity severity, const std::string& kind, const std::string& text) {
       asio::post(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
-    }};
+    };
+    return policy;
   }
 
   // One directory per line: a capture directory contains one line only.
@@ -172,7 +174,8 @@ class Live {
     const auto add = [&](const std::string& folder, const std::string& name) {
       config::LogSegmentSettings settings = *setup.config.capture;
       settings.directory += folder;
-      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, disk_teller()));
+      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, disk_teller(),
+                                                           log::CaptureLog::kMostHeld, segment_policy()));
     };
     add("", setup.config.name);
     for (const auto& line : setup.sensor_lines) add("/" + line.name, setup.config.name + "-" + line.name);

@@ -159,7 +159,7 @@ class Replay {
     const auto counters = std::make_shared<pipeline::LogCounters>();
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       auto rows = std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata),
-                                                         counters, log::SegmentPolicy{events_.teller()});
+                                                         counters, log::SegmentPolicy{events_.teller(), false});
       logs_.push_back(rows.get());
       return rows;
     });

@@ -27,11 +27,12 @@ constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the reco
 // sync it truncates the file at the last successful sync and writes the batches again to a new segment.
 class CaptureLog::Writer {
  public:
-  Writer(config::LogSegmentSettings settings, std::string name, std::size_t most_held, WriteErrorReporter::Tell tell)
+  Writer(config::LogSegmentSettings settings, std::string name, std::size_t most_held, WriteErrorReporter::Tell tell,
+         SegmentPolicy policy)
       : most_held_(most_held),
         tell_(tell),
         fault_("capture", "bytes", dropped_, std::move(tell)),
-        segments_(std::move(settings), std::move(name), ".pcap") {}
+        segments_(std::move(settings), std::move(name), ".pcap", std::move(policy)) {}
 
   ~Writer() {
     if (!held_.empty()) try_held();  // last attempt, even during a pause
@@ -59,6 +60,7 @@ class CaptureLog::Writer {
   }
 
   std::uint64_t dropped() const { return dropped_; }
+  std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
 
  private:
   void try_held() {
@@ -72,6 +74,7 @@ class CaptureLog::Writer {
     held_bytes_ = 0;
     pause_.end();
     fault_.synced();
+    segments_.retain();
   }
 
   bool put_held() {
@@ -161,9 +164,10 @@ class CaptureLog::Writer {
 };
 
 CaptureLog::CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk,
-                       WriteErrorReporter::Tell tell, std::size_t most_held)
+                       WriteErrorReporter::Tell tell, std::size_t most_held, SegmentPolicy policy)
     : disk_(disk),
-      writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell))) {}
+      writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell),
+                                       std::move(policy))) {}
 
 CaptureLog::~CaptureLog() {
   flush();
@@ -171,6 +175,8 @@ CaptureLog::~CaptureLog() {
 }
 
 std::uint64_t CaptureLog::dropped_bytes() const { return writer_->dropped(); }
+
+std::optional<pipeline::RetentionStatus> CaptureLog::retention() const { return writer_->retention(); }
 
 void CaptureLog::mark_opened(std::int64_t time_ns) { batch_.chunks.push_back({time_ns, batch_.bytes.size(), true}); }
 

@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/disk_thread.hpp"
 #include "config/config.hpp"
+#include "daemon/log/segments.hpp"
 #include "daemon/log/write_error_reporter.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 
@@ -21,10 +23,12 @@ namespace prism::log {
 /// a new segment; the old segment is truncated at that sync.
 class CaptureLog : public pipeline::CaptureSink {
  public:
+  static constexpr std::size_t kMostHeld = 16 << 20;
+
   /// `tell` is called on any thread, at the start and at the end of an error. `most_held`: max. bytes kept in memory
   /// while the disk fails; above it, the oldest batches are dropped.
   CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk, WriteErrorReporter::Tell tell,
-             std::size_t most_held = 16 << 20);
+             std::size_t most_held = kMostHeld, SegmentPolicy policy = {});
   ~CaptureLog() override;
 
   void mark_opened(std::int64_t time_ns) override;
@@ -32,6 +36,7 @@ class CaptureLog : public pipeline::CaptureSink {
   void flush() override;
 
   std::uint64_t dropped_bytes() const override;
+  std::optional<pipeline::RetentionStatus> retention() const override;
 
  private:
   class Writer;

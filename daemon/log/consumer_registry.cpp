@@ -95,20 +95,17 @@ std::uint64_t ConsumerRegistry::unfetched(const FollowerStatus& follower, std::u
   return follower.after.segment == segment ? rows - std::min(rows, follower.after.row) : rows;
 }
 
-// A name without a request so far has fetched no rows.
-bool ConsumerRegistry::holds(std::uint64_t segment, std::uint64_t rows) {
+// A name in keep_for without a request so far has fetched no rows.
+std::optional<Hold> ConsumerRegistry::holder(std::uint64_t segment, std::uint64_t rows) {
   const std::lock_guard lock(mutex_);
   load();
   for (const std::string& name : keep_for_) {
     const auto found = followers_.find(name);
-    if (found != followers_.end() && unfetched(found->second, segment, rows) == 0) continue;
-    if (!std::exchange(held_, true))
-      tell_(fmt::format("log: segments are kept longer than keep_mib or keep_days because \"{}\" has not fetched them",
-                        name));
-    return true;
+    if (found == followers_.end() || unfetched(found->second, segment, rows) > 0) return Hold{name, false};
   }
-  held_ = false;
-  return false;
+  for (const auto& [name, follower] : followers_)
+    if (unfetched(follower, segment, rows) > 0) return Hold{name};
+  return std::nullopt;
 }
 
 void ConsumerRegistry::deleted(std::uint64_t segment, std::uint64_t rows) {

@@ -19,7 +19,8 @@ namespace prism::log {
 using pipeline::FollowerStatus, pipeline::RowCursor;
 
 /// The first user of a name owns it; root may use any name. Segments that a name in `keep_for` has not fetched are not
-/// deleted (also before its first request). Other consumers lose these rows; the loss is counted and reported.
+/// deleted (also before its first request). Other consumers hold them up to a limit (retention.hpp); after that they
+/// lose these rows, and the loss is counted and reported.
 ///
 /// Used on the disk thread only; status() is thread-safe.
 class ConsumerRegistry : public SegmentGuard {
@@ -35,7 +36,7 @@ class ConsumerRegistry : public SegmentGuard {
   /// Writes the file if it changed since the last call.
   void save();
 
-  bool holds(std::uint64_t segment, std::uint64_t rows) override;
+  std::optional<Hold> holder(std::uint64_t segment, std::uint64_t rows) override;
   void deleted(std::uint64_t segment, std::uint64_t rows) override;
 
   std::map<std::string, FollowerStatus> status() const;
@@ -49,7 +50,7 @@ class ConsumerRegistry : public SegmentGuard {
   const WriteErrorReporter::Tell tell_;
   mutable std::mutex mutex_;
   std::map<std::string, FollowerStatus> followers_;
-  bool loaded_ = false, changed_ = false, held_ = false;
+  bool loaded_ = false, changed_ = false;
 };
 
 }  // namespace prism::log

@@ -70,6 +70,7 @@ void RowLog::write_row(Row row) {
 
 void RowLog::sync() {
   followers_.save();
+  segments_.retain();
   if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
@@ -236,7 +237,8 @@ void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::
 
 void ThreadedRowWriter::sync() {
   if (!log_) return;
-  if (std::exchange(unsynced_, false) || counters_->unsynced > 0) {
+  if (std::exchange(unsynced_, false) || counters_->unsynced > 0 || ++idle_ > kIdleSyncs) {
+    idle_ = 0;
     disk_.post(0, [log = log_, synced = synced_] {
       log->sync();
       synced();

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/disk_thread.hpp"
@@ -42,7 +43,8 @@ class RowLog {
 
   /// `session_ns`: arrival time at which the row's session began. If it changes, a new segment begins.
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns);
-  /// Syncs the appended rows (fdatasync). Closes the segment if its file was deleted or moved.
+  /// Syncs the appended rows (fdatasync), and deletes old segments (Segments::retain). Closes the segment if its file
+  /// was deleted or moved. Call about once a second, also without new rows; never in a replay.
   void sync();
   /// Closes the segment. Rows that cannot be written are dropped and counted.
   void close();
@@ -51,6 +53,8 @@ class RowLog {
   /// Returns synced rows from a cursor on (LogPager).
   RowResult page(RowQuery query);
   const ConsumerRegistry& followers() const { return followers_; }
+  /// Thread-safe.
+  std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
   /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
   void lose(const std::string& why);
 
@@ -112,15 +116,21 @@ class ThreadedRowWriter : public RowWriter {
   std::map<std::string, FollowerStatus> followers() const override {
     return log_ ? log_->followers().status() : std::map<std::string, FollowerStatus>();
   }
+  std::optional<pipeline::RetentionStatus> retention() const override {
+    return log_ ? log_->retention() : std::nullopt;
+  }
   void close() override;
   const LogCounters& counters() const override { return *counters_; }
 
  private:
+  static constexpr int kIdleSyncs = 10;
+
   DiskThread& disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
   const Written written_, synced_;
   bool unsynced_ = false;
+  int idle_ = kIdleSyncs;  // calls of sync() without a sync
 };
 
 /// Waits for the disk, so that a replay loses no row. Stores the first error.

@@ -25,21 +25,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kStampChars = 16;  // 20261121T091100Z
 
-bool is_stamp(const std::string& text) {
-  return text.size() >= kStampChars && text[8] == 'T' && text[15] == 'Z' &&
-         std::all_of(text.begin(), text.begin() + 8, [](char c) { return c >= '0' && c <= '9'; });
-}
-
 // Order by name, for files without a number: "-10" after "-2", since the longer name is later.
 auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
-
-// For a log without an end line: rows begin with a digit.
-std::uint64_t count_rows(const std::string& path) {
-  auto in = FileReader::open(path);
-  std::uint64_t rows = 0;
-  for (std::string line; in && in->read_line(line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
-  return rows;
-}
 
 }  // namespace
 
@@ -63,6 +50,7 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
   if (error) return make_error(settings_.directory, "cannot be created: " + error.message());
+  measure();
   number_all();
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
@@ -72,7 +60,7 @@ Result<NewSegment> Segments::make(std::int64_t second) {
       ::flock(made.descriptor, LOCK_EX | LOCK_NB);
       current_ = made.path;
       index_.made(fs::path(current_).filename().string());
-      delete_old(second);
+      next_look_s_ = INT64_MIN;
       return made;
     }
     const int why = errno;
@@ -92,6 +80,14 @@ std::map<std::string, std::string> Segments::number_all() {
     paths[segment.file] = segment.path;
   }
   index_.refresh(files);
+  if (index_.take_damage())
+    report(pipeline::Severity::kWarning, "log_damaged",
+           fmt::format(
+               "{0}: {1}{2}.index: was damaged; there is a new one: positions of clients and ages of segments begin "
+               "again",
+               section(), name_, extension_));
+  for (const pipeline::SegmentDeletion& deletion : index_.interrupted(files))
+    record_deletion(deletion, fmt::format("{} (a power cut interrupted the deletion)", deletion.file));
   return paths;
 }
 
@@ -107,7 +103,17 @@ std::vector<NumberedSegment> Segments::numbered() {
   return segments;
 }
 
-void Segments::ended(std::uint64_t rows) { index_.ended(fs::path(current_).filename().string(), rows); }
+void Segments::ended(std::uint64_t rows) {
+  measure();
+  index_.ended(fs::path(current_).filename().string(), rows);
+}
+
+// The index's clock measures the time that prismd runs.
+void Segments::measure() {
+  const std::int64_t now_s = policy_.uptime_s();
+  index_.advance(now_s - measured_s_.value_or(now_s));
+  measured_s_ = now_s;
+}
 
 // Oldest first.
 std::vector<Segments::Segment> Segments::list() const {
@@ -117,7 +123,7 @@ std::vector<Segments::Segment> Segments::list() const {
     const std::string file = entry->path().filename().string();
     if (file.rfind(name_ + "-", 0) != 0 || entry->path().extension() != extension_) continue;
     std::string stamp = entry->path().stem().string().substr(name_.size() + 1);
-    if (!is_stamp(stamp)) continue;
+    if (!parse_utc_file_text(stamp)) continue;
     std::error_code unknown;
     const std::uintmax_t bytes = entry->file_size(unknown);
     segments.push_back(
@@ -128,44 +134,6 @@ std::vector<Segments::Segment> Segments::list() const {
   };
   std::sort(segments.begin(), segments.end(), [&](const Segment& a, const Segment& b) { return age(a) < age(b); });
   return segments;
-}
-
-std::uint64_t Segments::rows_in(const Segment& segment) const {
-  const std::uint64_t rows = index_.rows(segment.file);
-  return rows == 0 && extension_ == ".csv" ? count_rows(segment.path) : rows;
-}
-
-bool Segments::is_held(const Segment& segment) const {
-  return guard_ != nullptr && guard_->holds(index_.number(segment.file), rows_in(segment));
-}
-
-bool Segments::remove(const Segment& segment) {
-  const std::uint64_t rows = rows_in(segment);
-  std::error_code error;
-  if (!fs::remove(segment.path, error) || error) return false;
-  if (guard_ != nullptr) guard_->deleted(index_.number(segment.file), rows);
-  index_.deleted(segment.file, rows);
-  return true;
-}
-
-void Segments::delete_old(std::int64_t second) {
-  const std::string oldest_kept = utc_file_text(second - settings_.keep_days * 86400);
-  const std::vector<Segment> segments = list();
-  std::int64_t total = 0;
-  for (const Segment& segment : segments) total += segment.bytes;
-  for (const Segment& segment : segments) {
-    if (total <= settings_.keep_bytes && segment.stamp >= oldest_kept) continue;
-    if (segment.path != current_ && !is_held(segment) && remove(segment)) total -= segment.bytes;
-  }
-}
-
-bool Segments::make_room() {
-  if (!settings_.delete_when_full) return false;
-  const std::vector<Segment> segments = list();
-  const auto removed = [this](const Segment& segment) { return segment.path != current_ && remove(segment); };
-  return std::any_of(segments.begin(), segments.end(),
-                     [&](const Segment& segment) { return !is_held(segment) && removed(segment); }) ||
-         std::any_of(segments.begin(), segments.end(), removed);  // new data have priority over held segments
 }
 
 bool Segments::in_place(int descriptor) const {

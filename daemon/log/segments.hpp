@@ -3,13 +3,19 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/host_time.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
+#include "daemon/log/retention.hpp"
 #include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/retention_status.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 
 namespace prism::log {
@@ -32,8 +38,8 @@ struct NumberedSegment {
 class SegmentGuard {
  public:
   virtual ~SegmentGuard() = default;
-  /// Returns true if the segment must be kept unless the disk is full. `rows`: its number of rows.
-  virtual bool holds(std::uint64_t segment, std::uint64_t rows) = 0;
+  /// Returns a consumer that has not fetched all `rows` of the segment; one whose hold has no limit first.
+  virtual std::optional<Hold> holder(std::uint64_t segment, std::uint64_t rows) = 0;
   /// Called after the segment was deleted.
   virtual void deleted(std::uint64_t segment, std::uint64_t rows) = 0;
 };
@@ -41,6 +47,9 @@ class SegmentGuard {
 /// How segments are kept.
 struct SegmentPolicy {
   pipeline::Tell tell = nullptr;  ///< gets events, on the thread that uses the segments; null: no events
+  bool deletes = true;            ///< false: a replay, which deletes no segment, also if the disk is full
+  std::int64_t notice_s = 60;     ///< a deletion is due for this time before it happens, so that `status` announces it
+  std::function<std::int64_t()> uptime_s = prism::uptime_s;
 };
 
 /// True for an errno that means a full disk or an exceeded quota.
@@ -62,12 +71,19 @@ class Segments {
   /// the first call). Uses data time only, so that a replay splits its segments as the live run did.
   bool begins_new(std::int64_t second, std::int64_t bytes);
 
-  /// Creates the segment that begins at `second`, and its directory if needed; then deletes the oldest segments above
-  /// keep_bytes or keep_days. Never writes to an existing file or link. Errors: cannot create the directory or file.
+  /// Creates the segment that begins at `second`, and its directory if needed. Never writes to an existing file or
+  /// link. Errors: cannot create the directory or file.
   Result<NewSegment> make(std::int64_t second);
 
   /// The newest segment was closed, complete, with `rows` rows.
   void ended(std::uint64_t rows);
+
+  /// Call about once a second, never by a replay. Deletes the oldest segment if it exceeds keep_bytes or keep_days for
+  /// notice_s; at most one per call, so that the caller's other work continues. The age is the index's, not the date.
+  /// Never deletes the newest segment, or one that another process writes. Each deletion is an event.
+  void retain();
+  /// As of the last retain(); nullopt before it. Thread-safe.
+  std::optional<pipeline::RetentionStatus> retention() const;
 
   /// Deletes the oldest segment except the newest one, because the disk is full. Returns false if it deleted no file,
   /// also if the configuration forbids it (when_full).
@@ -76,7 +92,7 @@ class Segments {
   /// Returns all segments that were made and not deleted, in order. Reads the index, or creates it if missing.
   std::vector<NumberedSegment> numbered();
   /// Stores the number of complete rows of a segment without an end line.
-  void found(const std::string& file, std::uint64_t rows) { index_.ended(file, rows); }
+  void found(const std::string& file, std::uint64_t rows) { index_.found(file, rows); }
   /// Id of the index at the last numbered(); empty: it could not be created.
   const std::string& id() const { return index_.id(); }
   std::uint64_t deleted_rows() const { return index_.deleted_rows(); }
@@ -95,12 +111,16 @@ class Segments {
     std::int64_t bytes;
   };
   std::vector<Segment> list() const;
-  /// Numbers all files; returns their paths by file name.
+  /// Numbers all files and records deletions that a power cut interrupted; returns the paths by file name.
   std::map<std::string, std::string> number_all();
-  bool remove(const Segment& segment);
-  std::uint64_t rows_in(const Segment& segment) const;
-  bool is_held(const Segment& segment) const;
-  void delete_old(std::int64_t second);
+  void measure();
+  bool remove(const Segment& segment, pipeline::NextDeletion::Why why);
+  void record_deletion(const pipeline::SegmentDeletion& deletion, const std::string& text);
+  std::uint64_t rows_in(const Segment& segment);
+  std::optional<Hold> hold_on(const Segment& segment);
+  std::optional<pipeline::NextDeletion> plan(const std::vector<Segment>& segments, pipeline::RetentionStatus& status);
+  bool delete_due(const std::vector<Segment>& segments, pipeline::NextDeletion& next);
+  const char* section() const { return extension_ == ".csv" ? "log" : "capture"; }
 
   config::LogSegmentSettings settings_;
   std::string name_, extension_, current_;
@@ -108,6 +128,14 @@ class Segments {
   pipeline::SegmentIndex index_;
   SegmentGuard* guard_ = nullptr;
   std::int64_t period_ = INT64_MIN;
+  std::optional<std::int64_t> measured_s_;                  // uptime when the index's clock was advanced last
+  std::int64_t next_look_s_ = INT64_MIN;                    // uptime
+  std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
+  std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
+  std::string told_hold_, told_failure_;
+  std::map<std::uint64_t, std::uint64_t> counted_;  // rows of segments without an end line, by number
+  mutable std::mutex status_mutex_;
+  std::optional<pipeline::RetentionStatus> status_;
 };
 
 }  // namespace prism::log

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
 
 #include "compensation/compensated.hpp"
+#include "daemon/pipeline/retention_status.hpp"
 #include "daemon/pipeline/row_cursor.hpp"
 
 namespace prism::pipeline {
@@ -76,6 +78,8 @@ class RowWriter {
   virtual void read(const RowQuery& query, Pages done) = 0;
   /// By name; empty if not known.
   virtual std::map<std::string, FollowerStatus> followers() const { return {}; }
+  /// Thread-safe. nullopt: not known yet, or a replay, which deletes nothing.
+  virtual std::optional<RetentionStatus> retention() const { return std::nullopt; }
   /// Closes the last segment; later rows are ignored.
   virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
@@ -89,6 +93,8 @@ class CaptureSink {
   virtual void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
   virtual void flush() = 0;
   virtual std::uint64_t dropped_bytes() const = 0;
+  /// As RowWriter::retention().
+  virtual std::optional<RetentionStatus> retention() const { return std::nullopt; }
 };
 
 }  // namespace prism::pipeline

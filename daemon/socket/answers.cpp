@@ -12,6 +12,7 @@
 #include "config/version.hpp"
 #include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/line_answers.hpp"
+#include "daemon/socket/retention_answer.hpp"
 
 namespace prism::socket {
 namespace {
@@ -209,12 +210,16 @@ ordered_json status_answer(const Sources& sources) {
                    {"unsynced", log->unsynced.load()}};
     if (const ordered_json followers = followers_json(acquisition); !followers.empty())
       json["log"]["followers"] = followers;
+    if (const ordered_json retention = log_retention_json(acquisition); !retention.empty())
+      json["log"]["retention"] = retention;
   }
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
   if (setup.sensors) json["sensors"] = sensors_answer(sources);
   if (const auto* const capture = acquisition.capture(pipeline::kGyroLine))
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
                        {"dropped_bytes", capture->dropped_bytes()}};
+  if (const auto* const capture = acquisition.capture(pipeline::kGyroLine); capture && capture->retention())
+    json["capture"]["retention"] = retention_json(*capture->retention());
   json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
   return json;
 }

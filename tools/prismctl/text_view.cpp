@@ -64,6 +64,38 @@ std::string sensors_text(const json& sensors) {
   return row.empty() ? text : text + line(text.empty() ? "sensors" : "", row);
 }
 
+// "gyro-….csv (86400 rows) in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB"; empty if no deletion is expected.
+std::string deletion_line(const json& retention) {
+  constexpr double kMiB = 1 << 20, kDay = 86400;
+  const json& next = at(retention, "next");
+  if (!next.is_object()) return {};
+  std::string text = text_of(at(next, "file"), "-");
+  if (integer_of(at(next, "rows")) > 0) text += fmt::format(" ({} rows)", count_text(at(next, "rows")));
+  const std::string consumer = text_of(at(next, "held_by"), "");
+  if (at(next, "in_s").is_number()) {
+    text += fmt::format(" in {}, {}", span_text(at(next, "in_s").get<double>()), utc(at(next, "time_s")));
+  } else {
+    text += " when " + consumer + " has fetched it";
+  }
+  const auto limit = [&](const char* key, double unit) {
+    return at(retention, key).is_number() ? at(retention, key).get<double>() / unit : 0;
+  };
+  text += at(next, "why") == "age" ? fmt::format(": older than {:.0f} days", limit("keep_s", kDay))
+                                   : fmt::format(": more than {:.1f} MiB", limit("keep_bytes", kMiB));
+  if (!consumer.empty() && at(next, "in_s").is_number()) text += "; " + consumer + " has not fetched it";
+  return line("deletes next", text);
+}
+
+// Of the log, of each axis's log, and of the capture.
+std::string deletions_text(const json& status) {
+  const json& log = at(at(status, "log"), "retention");
+  std::string text = deletion_line(log);
+  if (log.is_object() && !log.contains("next")) {
+    for (const json& axis : log) text += deletion_line(axis);
+  }
+  return text + deletion_line(at(at(status, "capture"), "retention"));
+}
+
 // "receiving, last value 0.4 s old"
 std::string line_state(const json& l) {
   std::string state = text_of(at(l, "state"));
@@ -99,6 +131,7 @@ std::string status_view(const json& s) {
     text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
                                     count_text(at(log, "rows")), count_text(at(log, "dropped"))));
   }
+  text += deletions_text(s);
   const json& clients = at(s, "clients");
   return text +
          line("clients", fmt::format("{} connected, {} rows lost by slow clients", count_text(at(clients, "connected")),

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/log/retention.hpp"
 #include "daemon/log/row_log.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -71,15 +72,40 @@ TEST_F(FollowersTest, WhatIsDeletedUnfetchedIsCountedForEach) {
   EXPECT_EQ(followers.status().at("quick").lost_rows, 0u);
 }
 
-TEST_F(FollowersTest, OnlyANameThatIsKeptForHoldsASegment) {
+TEST_F(FollowersTest, AConsumerHoldsASegmentUpToALimitAndANameThatIsKeptForWithoutOne) {
   auto followers = open({"relay"});
-  EXPECT_TRUE(followers.holds(1, 5)) << "it has not fetched any row yet";
+  ASSERT_TRUE(followers.holder(1, 5)) << "it has not fetched any row yet";
   followers.remember("relay", 1, behind(2, 60), 0);
+  EXPECT_FALSE(followers.holder(2, 60));
+  const auto hold = followers.holder(2, 61);
+  ASSERT_TRUE(hold);
+  EXPECT_EQ(hold->consumer, "relay");
+  EXPECT_FALSE(hold->limited);
   followers.remember("other", 1, behind(1, 0), 0);
-  EXPECT_FALSE(followers.holds(2, 60));
-  EXPECT_TRUE(followers.holds(2, 61));
-  EXPECT_THAT(told, ElementsAre(HasSubstr("because \"relay\" has not fetched them"),
-                                HasSubstr("because \"relay\" has not fetched them")));
+  const auto limited = followers.holder(2, 60);
+  ASSERT_TRUE(limited);
+  EXPECT_EQ(limited->consumer, "other");
+  EXPECT_TRUE(limited->limited);
+}
+
+// 7 days and a tenth of the bytes beyond the limits.
+TEST(Retention, AConsumerDelaysADeletionUpToALimit) {
+  config::LogSegmentSettings settings;
+  settings.keep_bytes = 1000;
+  settings.keep_days = 10;
+  Stored stored{.file = "a", .rows = 1, .bytes = 100, .age_s = 10 * 86400, .all_bytes = 1050};
+  EXPECT_TRUE(exceeds_limits(settings, stored));
+  EXPECT_EQ(next_deletion(settings, stored)->in_s, 0);
+  EXPECT_EQ(next_deletion(settings, stored)->why, NextDeletion::Why::kBytes);
+  stored.hold = Hold{"other"};
+  EXPECT_EQ(next_deletion(settings, stored)->in_s, 7 * 86400);
+  EXPECT_EQ(next_deletion(settings, stored)->why, NextDeletion::Why::kAge);
+  EXPECT_EQ(next_deletion(settings, stored)->held_by, "other");
+  stored.all_bytes = 1101;
+  EXPECT_EQ(next_deletion(settings, stored)->in_s, 0);
+  stored.hold = Hold{"relay", false};
+  EXPECT_EQ(next_deletion(settings, stored)->in_s, std::nullopt);
+  EXPECT_EQ(reason_text(settings, NextDeletion::Why::kDiskFull, "capture"), "the disk is full (capture/when_full)");
 }
 
 // Through the log itself: what retention would delete stays until it was fetched.
@@ -90,7 +116,11 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
   settings.keep_bytes = 2000;
   settings.keep_for = {"relay"};
   LogCounters counters;
-  RowLog log(settings, "gyro", "# prism TEST data log, format 2\n", counters, [](const std::string&) {});
+  SegmentPolicy policy;
+  policy.notice_s = 0;
+  policy.tell = [this](pipeline::Severity, const std::string&, const std::string& what) { told.push_back(what); };
+  RowLog log(
+      settings, "gyro", "# prism TEST data log, format 2\n", counters, [](const std::string&) {}, policy);
   const auto files = [&] {
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(settings.directory))
@@ -107,8 +137,13 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
     log.sync();
   };
   write(100);
+  for (int i = 0; i < 100; ++i) log.sync();
   const std::size_t kept = files();
   EXPECT_GT(kept, 8u);
+  EXPECT_EQ(log.retention()->next->held_by, "relay");
+  EXPECT_THAT(told,
+              ElementsAre("log: segments are kept longer than log/keep_mib or log/keep_days because \"relay\" has not "
+                          "fetched them; until the disk is full"));
   for (std::string after = "earliest";;) {
     const auto page = log.page({.after = after, .follower = "relay"});
     ASSERT_TRUE(page) << page.error().text;
@@ -116,6 +151,7 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
     after = page->after.text();
   }
   write(30);
+  for (int i = 0; i < 100; ++i) log.sync();
   EXPECT_LT(files(), kept);
 }
 

@@ -35,8 +35,9 @@ struct LogRowsTest : testing::Test {
     return std::make_unique<RowLog>(
         settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters, [](const std::string&) {},
         SegmentPolicy{[this](pipeline::Severity, const std::string& kind, const std::string& text) {
-          events.push_back(kind + ": " + text);
-        }});
+                        events.push_back(kind + ": " + text);
+                      },
+                      true, 0});
   }
   /// Returns the seconds of a page's rows and advances the cursor.
   std::vector<std::int64_t> take(RowLog& log, std::string& cursor, std::size_t limit, std::uint64_t& missing) {
@@ -164,6 +165,8 @@ TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
     }
     EXPECT_EQ(got.size() + missing, static_cast<std::size_t>(second - first)) << "seed " << seed;
     EXPECT_GT(got.size(), 50u);
+    EXPECT_THAT(events, testing::Contains(HasSubstr("retention: log: deleted "))) << "seed " << seed;
+    events.clear();
     for (std::size_t i = 1; i < got.size(); ++i) ASSERT_LT(got[i - 1], got[i]) << "seed " << seed;
   }
 }

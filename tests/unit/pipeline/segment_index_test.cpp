@@ -43,10 +43,52 @@ TEST_F(SegmentIndexTest, NumbersGoInTheOrderOfMakingAndStayOverARestart) {
   EXPECT_EQ(index.id().size(), 32u);
 }
 
+TEST_F(SegmentIndexTest, MeasuresAgesOverRunsAndOverARewrite) {
+  {
+    SegmentIndex index = opened();
+    index.made("a.csv");
+    index.advance(100);
+    index.ended("a.csv", 7);
+    index.advance(3600);
+    index.advance(-50);
+    EXPECT_EQ(index.age_s("a.csv"), 3600);
+  }
+  SegmentIndex again = opened();
+  EXPECT_EQ(again.age_s("a.csv"), 3600);
+  again.found("a.csv", 8);
+  EXPECT_EQ(again.age_s("a.csv"), 3600);
+  again.advance(10);
+  for (int i = 0; i < 4000; ++i) {
+    again.made("b.csv");
+    again.deleted({"b.csv", 1, 77});
+  }
+  again.refresh({});
+  EXPECT_EQ(opened().age_s("a.csv"), 3610);
+  EXPECT_EQ(opened().deleted_before_s(), 77);
+  EXPECT_EQ(opened().age_s("no.csv"), 0);
+}
+
+TEST_F(SegmentIndexTest, AnInterruptedDeletionIsOneForReaders) {
+  SegmentIndex index = opened();
+  index.made("a.csv");
+  index.made("b.csv");
+  index.deleting({"a.csv", 7, 5});
+  SegmentIndex reader(path);
+  ASSERT_TRUE(reader.read());
+  reader.settle({"a.csv", "b.csv"});
+  EXPECT_EQ(reader.number("a.csv"), 1u) << "the file is still there";
+  const std::string text = test::content(path);
+  reader.settle({"b.csv"});
+  EXPECT_EQ(reader.number("a.csv"), 0u);
+  EXPECT_EQ(reader.deleted_rows(), 7u);
+  EXPECT_EQ(reader.deleted_before_s(), 5);
+  EXPECT_EQ(test::content(path), text) << "a reader does not write";
+}
+
 TEST_F(SegmentIndexTest, ANameThatComesAgainIsAnotherSegment) {
   SegmentIndex index = opened();
   index.made("a.csv");
-  index.deleted("a.csv", 5);
+  index.deleted({"a.csv", 5});
   EXPECT_EQ(index.number("a.csv"), 0u);
   index.made("a.csv");
   EXPECT_EQ(index.number("a.csv"), 2u);
@@ -112,7 +154,7 @@ TEST_F(SegmentIndexTest, DoesNotGrowForEver) {
   SegmentIndex index = opened();
   for (int i = 0; i < 4000; ++i) {
     index.made("a.csv");
-    index.deleted("a.csv", 10);
+    index.deleted({"a.csv", 10});
   }
   index.refresh({});
   EXPECT_LT(test::content(path).size(), 1000u);

@@ -53,6 +53,28 @@ TEST(StatusView, AMeanIsOfWhatIsGathered) {
   EXPECT_THAT(status_view(status), HasSubstr("quality      warming (15 of 110 s), last data 0.0 s ago\n"));
 }
 
+TEST(StatusView, AnnouncesTheNextDeletion) {
+  json status = receiving_status();
+  const json retention = json::parse(R"({"keep_bytes": 10737418240, "keep_s": 31536000, "next": {"file": "g.csv",
+    "rows": 86400, "bytes": 17000000, "why": "age", "in_s": 273600, "time_s": 1795425060, "held_by": null}})");
+  status["log"] = {{"directory", "d"}, {"rows", 5}, {"dropped", 0}, {"retention", retention}};
+  EXPECT_THAT(status_view(status),
+              HasSubstr("\ndeletes next g.csv (86400 rows) in 3 d 4 h, 2026-11-23T09:11:00Z: older than 365 days\n"));
+  json& next = status["log"]["retention"]["next"];
+  next["why"] = "bytes", next["held_by"] = "relay", next["rows"] = 0;
+  EXPECT_THAT(status_view(status),
+              HasSubstr("\ndeletes next g.csv in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB; "
+                        "relay has not fetched it\n"));
+  next["in_s"] = next["time_s"] = nullptr;
+  EXPECT_THAT(status_view(status),
+              HasSubstr("\ndeletes next g.csv when relay has fetched it: more than 10240.0 MiB\n"));
+  next = nullptr;
+  EXPECT_THAT(status_view(status), Not(HasSubstr("deletes next")));
+  status["log"]["retention"] = {{"x", retention}, {"y", retention}};
+  status["capture"] = {{"retention", 5}};
+  EXPECT_EQ(status_view(status).find("deletes next") == status_view(status).rfind("deletes next"), false);
+}
+
 TEST(StatusView, AGyroThatIsGoneHasNoNumber) {
   const std::string text = status_view(gone_status());
   EXPECT_THAT(text, HasSubstr("state        connecting: unplugged (end of file)"));

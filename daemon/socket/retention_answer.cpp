@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/socket/retention_answer.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "base/host_time.hpp"
+
+namespace prism::socket {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+const char* why_text(pipeline::NextDeletion::Why why) {
+  constexpr std::array kNames{"bytes", "age", "disk_full"};
+  return kNames[static_cast<std::size_t>(why)];
+}
+
+}  // namespace
+
+ordered_json retention_json(const pipeline::RetentionStatus& status) {
+  ordered_json json = {{"segments", status.segments},
+                       {"bytes", status.bytes},
+                       {"keep_bytes", status.keep_bytes},
+                       {"keep_s", status.keep_s},
+                       {"deleted_segments", status.deleted_segments},
+                       {"deleted_rows", status.deleted_rows},
+                       {"next", nullptr}};
+  if (!status.next) return json;
+  const pipeline::NextDeletion& next = *status.next;
+  json["next"] = {{"file", next.file}, {"rows", next.rows}, {"bytes", next.bytes}, {"why", why_text(next.why)}};
+  const std::int64_t passed_s = uptime_s() - status.uptime_s;
+  const std::int64_t in_s = std::max<std::int64_t>(next.in_s.value_or(0) - passed_s, 0);
+  json["next"]["in_s"] = next.in_s ? ordered_json(in_s) : ordered_json();
+  json["next"]["time_s"] = next.in_s ? ordered_json(host_time_ns() / 1'000'000'000 + in_s) : ordered_json();
+  json["next"]["held_by"] = next.held_by.empty() ? ordered_json() : ordered_json(next.held_by);
+  return json;
+}
+
+ordered_json log_retention_json(const pipeline::Acquisition& acquisition) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
+    const pipeline::RowWriter* const log = acquisition.record(i).log();
+    const auto status = log != nullptr ? log->retention() : std::nullopt;
+    if (status) (acquisition.axes() > 1 ? json[acquisition.axis_name(i)] : json) = retention_json(*status);
+  }
+  return json;
+}
+
+}  // namespace prism::socket
