@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -38,6 +39,12 @@ std::string axis_of(const LogSegment& segment) {
 
 // Sorts "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
+
+bool lists_any(const std::string& index_file, const std::vector<LogSegment>& segments) {
+  pipeline::SegmentIndex index(index_file);
+  return index.read() && std::any_of(segments.begin(), segments.end(),
+                                     [&](const LogSegment& segment) { return index.number(segment.file) > 0; });
+}
 
 /// Joins the rows of segments, added in order.
 class RowJoiner {
@@ -143,6 +150,19 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
   return paths;
 }
 
+std::string deletion_text(const std::string& index_file) {
+  pipeline::SegmentIndex index(index_file);
+  if (!index.read()) return {};
+  std::vector<std::string> present;
+  for (const std::string& path : files_of(fs::path(index_file).parent_path().string(), ""))
+    present.push_back(fs::path(path).filename().string());
+  index.settle(present);
+  if (index.deleted_segments() == 0) return {};
+  const std::string before = index.deleted_before_s() == 0 ? "" : ", before " + utc_text(index.deleted_before_s());
+  return fmt::format("retention deleted {}, {}{}", counted(index.deleted_segments(), "segment"),
+                     counted(index.deleted_rows(), "row"), before);
+}
+
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = salvage(path, column);
   if (!folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
@@ -154,6 +174,10 @@ Result<LogFolder> LogFolder::read(const std::string& path, const std::string& ax
     return make_error(fmt::format("{}:{}", row.path, row.line), row.why);
   }
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
+  for (const std::string& file : folder.indexes) {
+    const std::string text = lists_any(file, folder.segments) ? deletion_text(file) : "";
+    if (!text.empty()) folder.deletions.push_back(text);
+  }
   return folder;
 }
 
@@ -191,9 +215,7 @@ std::vector<LogFolder> LogFolder::by_axis() const {
   std::vector<LogFolder> folders;
   for (auto& [name, part] : parts) {
     for (const std::string& file : indexes) {
-      pipeline::SegmentIndex index(file);
-      const auto knows = [&](const LogSegment& segment) { return index.number(segment.file) > 0; };
-      if (index.read() && std::any_of(part.segments.begin(), part.segments.end(), knows)) part.indexes.push_back(file);
+      if (lists_any(file, part.segments)) part.indexes.push_back(file);
     }
     folders.push_back(std::move(part));
   }

@@ -14,11 +14,16 @@ namespace prism::recordings {
 /// Returns the paths in `folder` that end with `extension`, sorted by name; empty if the folder cannot be read.
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
 
+/// "retention deleted 3 segments, 259200 rows, before 2026-11-23T09:11:00Z"; empty without deletions. Deletions that a
+/// power cut interrupted count, if their file is not in `folder`.
+std::string deletion_text(const std::string& index_file);
+
 /// The log segments in one file or in all *.csv of a folder. Order: that of the index next to them; segments that are
 /// not in an index (version 0.1, or no index) come first, sorted by session and first second.
 struct LogFolder {
   std::vector<LogSegment> segments;
-  std::vector<std::string> indexes;  ///< index files that were read
+  std::vector<std::string> indexes;    ///< index files that were read
+  std::vector<std::string> deletions;  ///< deletion_text() of the indexes that list these segments; by read() only
   struct RejectedFile {
     std::string path;
     Error error;

@@ -146,6 +146,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   series.rows = joined.rows.size();
   series.interval_source = "one row per second";
   series.notes = joined.left_out.lines();
+  series.notes.insert(series.notes.end(), folder->deletions.begin(), folder->deletions.end());
   return series;
 }
 

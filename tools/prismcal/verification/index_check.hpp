@@ -22,14 +22,15 @@ class Indexes {
   std::uint64_t number(const std::string& file) const;
   /// Name of the first valid index file; empty: none.
   const std::string& file() const { return file_; }
-  /// Adds findings for damaged indexes, missing segments, and segments with fewer rows than in the index. `rows`:
-  /// number of rows by file name, if known.
+  /// Adds findings for damaged indexes, deletions by retention, missing segments, and segments with fewer rows than in
+  /// the index. `rows`: number of rows by file name, if known.
   void check(const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) const;
 
  private:
   std::string folder_, file_;
   std::vector<pipeline::SegmentIndex> read_;
   std::vector<std::string> damaged_;
+  std::vector<Finding> deletions_;
 };
 
 }  // namespace prism::verification

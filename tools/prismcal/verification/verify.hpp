@@ -15,6 +15,7 @@ enum class FileState {
   kOpen,        ///< prismd still writes it (flock)
   kSuperseded,  ///< rows repeated in a later segment after a disk error
   kSkipped,     ///< not a file of prism
+  kDeleted,     ///< segments of this index that retention deleted
   kTruncated,   ///< no end, or an incomplete last row or packet: prismd was killed, power was lost, or it is a copy
   kChanged,  ///< log segment that differs from its end line (row count, SHA-256), or has damaged rows or bytes after it
   kDamaged,  ///< unreadable row, index, or part of a capture
@@ -23,9 +24,9 @@ enum class FileState {
   kUnreadable,  ///< cannot be read, or has other contents than its name implies
 };
 /// Printed names; they do not change.
-inline constexpr std::array kStateNames{
-    "whole",   "open",    "superseded", "passed over", "torn",  // plain-ok: kept names
-    "changed", "damaged", "doubled",    "missing",     "refused"};
+inline constexpr std::array kStateNames{"whole",   "open",    "superseded", "passed over",  // plain-ok: kept names
+                                        "deleted", "torn",    "changed",    "damaged",
+                                        "doubled", "missing", "refused"};
 
 constexpr bool is_fault(FileState state) { return state >= FileState::kTruncated; }
 

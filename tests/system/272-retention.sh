@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+# Retention never surprises: a replay deletes nothing, the date of a row does not matter, the next deletion is in the status before it happens, each one
+# is an event, the index records them, and prismcal reports them.
+# Background: rows dated 1970 were deleted as ten years old when the right year came; a replay deleted its own output and counted its rows.
+. "$(dirname "$0")/lib.sh"
+PATH=$PATH:$PRISM_BIN/tools/prismcal
+cd "$dir"
+frames 2
+config
+rows_in() { cat "$1"/*.csv | grep -cv '^[#t]'; }
+
+# A replay of 4 hours with limits of an hour's log and of a day, with rows of 1970 and of 2026.
+jq '.log.segment_mib = 0.1 | .log.keep_mib = 1 | .log.keep_days = 1 | .log.when_full = "delete_oldest"' gyro.json >keep.json && mv keep.json gyro.json
+prismsim --profile second --hours 4 --frames frames.json --out run.pcap >sim.out 2>&1 || fail "prismsim: $(cat sim.out)"
+python3 - <<'END'
+# The second copy of the recording begins in 1970.
+import struct
+data = bytearray(open("run.pcap", "rb").read())
+at, first = 24, None
+while at < len(data):
+    seconds, _, size, _ = struct.unpack_from("<IIII", data, at)
+    first = seconds if first is None else first
+    struct.pack_into("<I", data, at, seconds - first + 60)
+    at += 16 + size
+open("1970.pcap", "wb").write(data)
+END
+prismd gyro.json --replay 1970.pcap --replay run.pcap --out log >replay.out 2>replay.err || fail "replay: $(cat replay.err)"
+left=$(rows_in log)
+same "rows in the summary" "$(sed -n 's/^log: \([0-9]*\) rows.*/\1/p' replay.out)" "$left"
+[ "$left" -gt 28000 ] || fail "found $left rows, expected those of 8 hours"
+[ -n "$(ls log/gyro-1970*.csv)" ] || fail "found no rows of 1970"
+same "deletions of a replay" "$(grep -c '"delet' <(tail -n +2 log/gyro.csv.index))" 0
+
+# Live, in the same directory: the next deletion is announced. Its reason is the bytes, not the date.
+made=$(jq -s 'map(select(.made)) | length' log/gyro.csv.index)
+oldest=$(jq -r 'select(.made == 1) | .file' log/gyro.csv.index)
+rows=$(grep -cv '^[#t]' "log/$oldest")
+start_sim --profile steady --speed 1
+start_prismd
+wait_for 15 field_is .log.retention.next.file status "$oldest"
+same "the next deletion" "$(field '.log.retention.next | "\(.rows) \(.why) \(.held_by) \(.in_s <= 60) \(.time_s - now | fabs < 70)"' status)" "$rows bytes null true true"
+contains "prismctl status" "$(prismctl status)" "deletes next $oldest ($rows rows) in "
+contains "its reason" "$(prismctl status | grep '^deletes next')" ": more than 1.0 MiB"
+same "deleted before the announcement" "$(rows_in log | awk -v left="$left" '{ print ($1 >= left) }')" 1
+
+# A consumer that has fetched no row of it delays the deletion, here by 10 % of the bytes; the log has more.
+prismctl rows --as slow --limit 1 >/dev/null 2>&1
+wait_for 90 test ! -e "log/$oldest"
+wait_for 30 field_above .log.retention.deleted_segments status 2
+wait_for 30 bash -c "prismctl events | grep -q 'deleted $oldest ($rows rows, .* MiB): more than 1.0 MiB (log/keep_mib)'"
+contains "stderr" "$(cat prismd.err)" "log: deleted $oldest ($rows rows, "
+contains "the consumer's loss" "$(prismctl events)" 'were deleted that "slow" had not fetched'
+[ "$(prismctl --json events | jq -s 'flatten | map(select(.kind == "retention" and (.text | contains(": deleted ")))) | length')" -ge 3 ] || fail "events: $(prismctl events)"
+wait_for 60 bash -c "[ \$(du -bc log/*.csv | tail -1 | cut -f1) -lt 1200000 ]"
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+gone=$(jq -s 'map(select(.deleted)) | length' log/gyro.csv.index)
+rows_gone=$(jq -s 'map(select(.deleted).rows) | add' log/gyro.csv.index)
+still=$(jq -r --argjson gone "$gone" --argjson made "$made" 'select(.made and .made > $gone and .made <= $made) | "log/" + .file' log/gyro.csv.index)
+same "rows that were deleted" "$rows_gone" "$((left - $(cat $still | grep -cv '^[#t]')))"
+
+# prismcal reports the deletions, also one that a power cut interrupted.
+next=$(jq -rs 'map(select(.deleted))[-1].before_s | todate' log/gyro.csv.index)
+text="retention deleted $gone segments, $rows_gone rows, before $next"
+prismcal verify log >verify.out || fail "verify: $(cat verify.out)"
+contains "verify" "$(cat verify.out)" "log/gyro.csv.index: deleted: $text"
+contains "train" "$(prismcal train log --inputs T --method ls --out model.json 2>&1)" "$text"
+contains "evaluate" "$(prismcal evaluate log --model "$PRISM_SOURCE/config/models/tao2019-model2.json" --any-gyro 2>&1)" "$text"
+first=$(jq -rs 'map(select(.deleted))[-1].deleted + 1' log/gyro.csv.index)
+file=$(jq -r "select(.made == $first) | .file" log/gyro.csv.index)
+count=$(grep -cv '^[#t]' "log/$file")
+echo "{\"deleting\":$first,\"rows\":$count,\"before_s\":1795262401}" >>log/gyro.csv.index
+rm "log/$file"
+prismcal verify log >verify.out || fail "verify after a power cut: $(cat verify.out)"
+contains "verify after a power cut" "$(cat verify.out)" "retention deleted $((gone + 1)) segments, $((rows_gone + count)) rows, before 2026-11-21T12:00:01Z"
