@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
-#include <sys/mount.h>
 
 #include <cerrno>
 #include <filesystem>
@@ -362,21 +361,6 @@ TEST(PeriodStore, AFailedCommitIsRolledBackAndTheNextOneIsComplete) {
     EXPECT_EQ(minutes(store), expected_minutes(4000));
   }
   EXPECT_EQ(minutes(opened(folder)), expected_minutes(4000));
-}
-
-// Earlier bug: a disk without a free inode was reported as "No such file or directory".
-TEST(PeriodStore, AFileThatCannotBeCreatedHasTheDisksReason) {
-  const test::TemporaryFolder folder;
-  const std::string full = folder.file("full");
-  for (const bool with_database : {false, true}) {  // no inode for the database, or none for its log
-    fs::create_directory(full);
-    if (::mount("tmpfs", full.c_str(), "tmpfs", 0, "size=1m,nr_inodes=2") != 0) GTEST_SKIP() << "needs root, to mount";
-    if (!with_database) std::ofstream(full + "/other") << "text";
-    const auto store = PeriodStore::open(full);
-    const std::string reason = store ? "" : store.error().text();
-    ::umount(full.c_str());
-    EXPECT_EQ(reason, full + "/periods.sqlite: No space left on device") << with_database;
-  }
 }
 
 // SQLite stores −0 as 0, which had another checksum: such a minute was always reported as damaged.
