@@ -129,6 +129,11 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
+  for (const auto& [role, loaded] : all) {
+    for (const std::string& text : loaded->recording.deletions)
+      report.sections.back().blocks.push_back(
+          report::Paragraph{loaded->recording.name + ": " + text + ".", report::Emphasis::kNone});
+  }
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {

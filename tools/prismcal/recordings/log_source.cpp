@@ -42,6 +42,7 @@ Result<Recording> read_log(const std::string& path, const std::string& axis) {
   for (const LogRow& row : joined.rows) recording.second_means.push_back(row.second_mean);
   recording.sessions = std::move(joined.sessions);
   recording.notes = joined.left_out.lines();
+  recording.deletions = folder->deletions;
   recording.notes.insert(recording.notes.end(), folder->deletions.begin(), folder->deletions.end());
   return recording;
 }

@@ -22,8 +22,9 @@ struct Recording {
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;         ///< "# key: value" lines; the first file with the key wins
   std::vector<compensation::SecondMean> second_means;  ///< in order; seconds increase within a session
-  std::vector<std::size_t> sessions;  ///< index of the first second of each session; empty: one session
-  std::vector<std::string> notes;     ///< readable lines on data left out
+  std::vector<std::size_t> sessions;   ///< index of the first second of each session; empty: one session
+  std::vector<std::string> notes;      ///< readable lines on data left out
+  std::vector<std::string> deletions;  ///< those of them on segments that retention deleted
 
   std::string value(const std::string& key) const;  ///< metadata value; empty: none
   /// Sensors whose values the seconds contain; empty if there are no seconds.
