@@ -135,7 +135,7 @@ NoiseRatio noise_ratio(std::span<const double> blocks, const std::vector<bool>& 
 
 Verdict compare(double value, const Threshold& threshold, bool at_least) {
   const double sign = at_least ? 1 : -1;
-  if (sign * value < sign * threshold.make_error) return Verdict::kRefuse;
+  if (sign * value < sign * threshold.reject) return Verdict::kRefuse;
   return sign * value < sign * threshold.warn ? Verdict::kWarn : Verdict::kPass;
 }
 
@@ -145,7 +145,7 @@ Finding find(const char* name, double value, const char* unit, const Threshold& 
   Finding finding{name, compare(value, threshold, at_least), value, unit, threshold, at_least, {}};
   finding.text = fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
                              at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above",
-                             threshold.make_error);
+                             threshold.reject);
   if (finding.verdict != Verdict::kPass) finding.text += fmt::format(": {}", meaning);
   return finding;
 }
@@ -210,7 +210,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const bool still = span_degc < settings.still_temperature_degc;
 
   DataQuality report;
-  report.nothing_to_compensate = still || explainable < settings.min_explainable.make_error;
+  report.nothing_to_compensate = still || explainable < settings.min_explainable.reject;
   auto& findings = report.findings;
   findings.push_back(find("temperature_span", span_degc, "degC", settings.min_temperature_span_degc, true,
                           "too small for a model of the gyro's range"));

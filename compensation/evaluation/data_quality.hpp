@@ -17,7 +17,7 @@ const char* verdict_text(Verdict verdict);
 
 /// Outside `warn` the result is a warning, outside `refuse` the record is rejected.
 struct Threshold {
-  double warn = 0, make_error = 0;
+  double warn = 0, reject = 0;
 };
 
 struct DataQualitySettings {

@@ -121,7 +121,7 @@ struct MessageType {
   Structure structure = Structure::kPlain;
   std::vector<CheckRule> checks;
   std::vector<BodyRule> body;
-  std::vector<RejectRule> make_error;
+  std::vector<RejectRule> rejects;
   std::vector<std::uint8_t> trailer;  ///< optional bytes after the frame (CR LF), not counted as damage
   std::vector<Field> fields;
   MessageFields roles;

@@ -78,7 +78,7 @@ void read_rules(const Section& s, MessageType& kind) {
   for (const Section& r : s.one_or_more_objects("refuse")) {
     const RejectRule rule{kind.field_index(r.text("field")), r.bits("mask"), r.bits("value")};
     if (rule.field < 0) return r.fail("field", "this message type has no such field");
-    kind.make_error.push_back(rule);
+    kind.rejects.push_back(rule);
   }
 }
 

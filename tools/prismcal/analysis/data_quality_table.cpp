@@ -50,7 +50,7 @@ nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality)
                         {"value", f.value},
                         {"unit", f.unit},
                         {f.at_least ? "warn_below" : "warn_above", f.threshold.warn},
-                        {f.at_least ? "refuse_below" : "refuse_above", f.threshold.make_error}});
+                        {f.at_least ? "refuse_below" : "refuse_above", f.threshold.reject}});
   }
   return {{"verdict", evaluation::verdict_text(quality.verdict)},
           {"nothing_to_compensate", quality.nothing_to_compensate},
