@@ -96,6 +96,12 @@ class ArrivalRate {
   std::uint64_t frames_ = 0;
 };
 
+int fail(const std::string& what) {
+  finish_logging();
+  fmt::print(stderr, "prismd: {}\n", printable(what));
+  return kExitFailed;
+}
+
 class Replay {
  public:
   Replay(const Options& options, const pipeline::Setup& setup)
@@ -137,12 +143,6 @@ class Replay {
   }
 
  private:
-  static int fail(const std::string& what) {
-    finish_logging();
-    fmt::print(stderr, "prismd: {}\n", printable(what));
-    return kExitFailed;
-  }
-
   Result<void> open_sensors() {
     const pipeline::Setup& setup = acquisition_.setup();
     if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
@@ -288,10 +288,7 @@ class Replay {
 
 int run_replay(const Options& options, pipeline::Setup setup) {
   for (const std::string& file : options.replay) {
-    if (const auto reader = pipeline::open_capture(file, setup); !reader) {
-      spdlog::error("{}", reader.error().text());
-      return kExitFailed;
-    }
+    if (const auto reader = pipeline::open_capture(file, setup); !reader) return fail(reader.error().text());
   }
   return std::make_unique<Replay>(options, setup)->run();
 }
