@@ -81,6 +81,6 @@ prismcal train "$dir/log" --force --method ls --inputs T --window 5 --end-mean 2
 prismcal evaluate "$dir/model.json" "${cal[@]}" >"$dir/evaluate.json" 2>"$dir/evaluate.txt" || fail "evaluate: $(cat "$dir/evaluate.txt")"
 prismcal allan "${cal[@]}" >"$dir/allan.json" 2>"$dir/allan.txt" || fail "allan: $(cat "$dir/allan.txt")"
 for found in train evaluate.json allan.txt; do
-  contains "$found" "$(cat "$dir/$found")" "cut by the end or the beginning of a session"
+  contains "$found" "$(cat "$dir/$found")" "partial, at the start or end of a session"
   contains "$found" "$(cat "$dir/$found")" "without an end"
 done

@@ -42,7 +42,7 @@ refused() {
 }
 refused 64 "prismsim: expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help"
 refused 64 "prismsim: --profile: found profile \"x\", expected one of paper, second, third, beyond, fast, steady, warm-up" --out x.pcap --profile x
-refused 78 "prismsim: /nowhere.json: cannot be read: No such file or directory" --out x.pcap --frames /nowhere.json
+refused 78 "prismsim: --frames: /nowhere.json: cannot be read: No such file or directory" --out x.pcap --frames /nowhere.json
 refused 1 "prismsim: /nowhere/x.pcap: cannot be written: No such file or directory" --out /nowhere/x.pcap
 refused 1 "prismsim: $dir/a.csv: exists but is not a symbolic link; expected a free name" --link "$dir/a.csv"
 if [ -w /dev/full ]; then

@@ -38,7 +38,7 @@ done
 # evaluate excludes and counts blocks with a bias above the limit. It fails if no block remains, as with the default limit
 # of 100 deg/h here.
 prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 240 --json >limited.json
-contains "caption" "$(jq -r .tables.r1_stability.caption limited.json)" "15 further blocks are left out"
+contains "caption" "$(jq -r .tables.r1_stability.caption limited.json)" "15 more blocks are left out"
 ! prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate >none.out 2>none.err || fail "evaluate accepted a bias above the limit"
 contains "error" "$(cat none.err)" "above 100 deg/h in 42 of 42 blocks"
 

@@ -62,7 +62,7 @@ TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
   EXPECT_NEAR(recordings::read_rate_series(written("1\n2\n"), radians)->rate_deg_per_h[0], 206264.806, 0.001);
   radians.unit = "furlong";
   EXPECT_THAT(recordings::read_rate_series(written("1\n2\n"), radians).error().text(),
-              HasSubstr("found unit \"furlong\", expected deg/h"));
+              HasSubstr("--unit: found \"furlong\", expected deg/h"));
 }
 
 TEST_F(RateSeries, TreatsAJumpInTimeAsAGap) {

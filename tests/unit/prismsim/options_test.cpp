@@ -111,7 +111,7 @@ TEST(SimOptions, ReturnTheExitCodeOfABadDescription) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(parse_sim_options(static_cast<int>(argv.size()), argv.data(), options), 78);
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "prismsim: /nowhere/x.json: cannot be read: No such file or directory\n");
+            "prismsim: --frames: /nowhere/x.json: cannot be read: No such file or directory\n");
 }
 
 }  // namespace
