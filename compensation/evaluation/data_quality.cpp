@@ -143,9 +143,9 @@ Verdict compare(double value, const Threshold& threshold, bool at_least) {
 Finding find(const char* name, double value, const char* unit, const Threshold& threshold, bool at_least,
              const char* meaning) {
   Finding finding{name, compare(value, threshold, at_least), value, unit, threshold, at_least, {}};
-  finding.text = fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
-                             at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above",
-                             threshold.reject);
+  finding.text =
+      fmt::format("{:.4g}{}{}; expected {} {:g}, rejected {} {:g}", value, *unit ? " " : "", unit,
+                  at_least ? "at least" : "at most", threshold.warn, at_least ? "below" : "above", threshold.reject);
   if (finding.verdict != Verdict::kPass) finding.text += fmt::format(": {}", meaning);
   return finding;
 }

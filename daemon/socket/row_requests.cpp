@@ -49,7 +49,8 @@ void RowRequests::read(const std::shared_ptr<Entry>& entry) {
 void RowRequests::take(const std::shared_ptr<Entry>& entry, pipeline::RowResult page) {
   entry->reading = false;
   const bool late = Client::Clock::now() >= entry->until;
-  if (!page || page->rows > 0 || page->missing > 0 || late || !entry->request.client->open()) return end(entry, std::move(page));
+  if (!page || page->rows > 0 || page->missing > 0 || late || !entry->request.client->open())
+    return end(entry, std::move(page));
   if (entry->asked_again) return read(entry);
   entry->timer.expires_at(entry->until);
   entry->timer.async_wait([this, alive = std::weak_ptr(alive_), entry](boost::system::error_code error) {

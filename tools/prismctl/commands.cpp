@@ -179,7 +179,8 @@ int run(int argc, char** argv) {
   WatchSettings settings;
   auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");
   live->add_flag("--samples", settings.samples, "print every sample instead of one row a second");
-  live->add_option("--every", settings.every, "with --samples: every n-th sample only")->check(tools::within(1, 1000000));
+  live->add_option("--every", settings.every, "with --samples: every n-th sample only")
+      ->check(tools::within(1, 1000000));
   live->add_option("--count", settings.count, "stop after N rows");
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
   live->callback([&] {

@@ -139,7 +139,8 @@ class Follower {
     }
     silent_ = false;
     if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
-      fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n", json_text(missing));
+      fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
+                 json_text(missing));
     printer_.page(*answer);
     cursor_ = text_member(*answer, "after", cursor_);
     if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {
@@ -166,8 +167,7 @@ class Follower {
   }
 
   void pause(const Error& error) {
-    if (!std::exchange(silent_, true))
-      fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
+    if (!std::exchange(silent_, true)) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
     std::this_thread::sleep_for(std::chrono::seconds(1));
   }
 

@@ -16,8 +16,7 @@ namespace {
 // Windows that end a block, in order of time.
 class Blocks {
  public:
-  Blocks(compensation::FeatureDefinition features, std::vector<std::string> inputs)
-      : extractor_(std::move(features)) {
+  Blocks(compensation::FeatureDefinition features, std::vector<std::string> inputs) : extractor_(std::move(features)) {
     data_.names = std::move(inputs);
   }
   /// Returns true if this second ended a block.
