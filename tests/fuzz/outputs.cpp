@@ -122,7 +122,7 @@ bool through_report_and_batch(const std::string& header, const compensation::Mod
   commands::EvaluateChoice choice;
   choice.model = model_path;
   choice.recordings = {path};
-  choice.common.server.no_earth_rate = true;
+  choice.common.site.no_earth_rate = true;
   const auto judged = commands::evaluate_recordings(choice);
   if (!judged) {
     require_printable_line(judged.error().text());
