@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
@@ -169,8 +170,6 @@ std::string qualities(const Sources& sources) {
   return text;
 }
 
-}  // namespace
-
 ordered_json status_answer(const Sources& sources) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   const pipeline::Setup& setup = acquisition.setup();
@@ -324,6 +323,24 @@ ordered_json config_answer(const Sources& sources) {
   json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
   json["socket"] = c.socket.path;
   return json;
+}
+
+ordered_json version_answer(const Sources&) { return {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}}; }
+
+}  // namespace
+
+Answer answer_of(std::string_view method) {
+  static const std::map<std::string_view, Answer> kAnswers = {
+      {"version", version_answer}, {"status", status_answer}, {"line", line_answer}, {"config", config_answer}};
+  const auto found = kAnswers.find(method);
+  return found == kAnswers.end() ? nullptr : found->second;
+}
+
+AxisAnswer axis_answer_of(std::string_view method) {
+  static const std::map<std::string_view, AxisAnswer> kAnswers = {
+      {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
+  const auto found = kAnswers.find(method);
+  return found == kAnswers.end() ? nullptr : found->second;
 }
 
 std::string summary(const Sources& sources) {

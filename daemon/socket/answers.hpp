@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: MIT
-// Builds the JSON result of each method from the current state. Contains no NaN or infinity.
+// Builds the JSON results of methods from the current state. They contain no NaN or infinity.
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "daemon/socket/sources.hpp"
 
 namespace prism::socket {
 
-nlohmann::ordered_json status_answer(const Sources& sources);
-nlohmann::ordered_json config_answer(const Sources& sources);
-
+using Answer = nlohmann::ordered_json (*)(const Sources& sources);
 /// `axis`: less than Acquisition::axes().
-nlohmann::ordered_json bias_answer(const Sources& sources, std::size_t axis);
-nlohmann::ordered_json stability_answer(const Sources& sources, std::size_t axis);
-nlohmann::ordered_json model_answer(const Sources& sources, std::size_t axis);
+using AxisAnswer = nlohmann::ordered_json (*)(const Sources& sources, std::size_t axis);
+
+/// Returns nullptr if the method is another one: of an axis, or one that Rpc handles itself.
+Answer answer_of(std::string_view method);
+/// The same for the methods of an axis.
+AxisAnswer axis_answer_of(std::string_view method);
 
 /// One human-readable line, also for systemd's STATUS=.
 std::string summary(const Sources& sources);

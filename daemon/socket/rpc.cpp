@@ -11,9 +11,8 @@
 
 #include "base/escape.hpp"
 #include "base/json_section.hpp"
-#include "config/version.hpp"
+#include "config/socket_protocol.hpp"
 #include "daemon/socket/answers.hpp"
-#include "daemon/socket/line_answers.hpp"
 
 namespace prism::socket {
 namespace {
@@ -21,8 +20,12 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr const char* kMethods =
-    "version, status, bias, stability, line, model, config, history, rows, events, subscribe, unsubscribe, reload";
+std::string method_names() {
+  std::string names;
+  for (const config::SocketMethod& method : config::kSocketMethods)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", method.name);
+  return names;
+}
 
 // Responses are valid UTF-8 even if the request was not.
 std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
@@ -149,32 +152,26 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
   dispatch(method.get<std::string>(), {client, id, has_id, request.value("params", json())});
 }
 
-void Rpc::dispatch(const std::string& method, const Call& call) {
-  using Answer = ordered_json (*)(const Sources&);
-  using AxisAnswer = ordered_json (*)(const Sources&, std::size_t);
-  static const std::map<std::string_view, Answer> kAnswers = {
-      {"status", status_answer}, {"line", line_answer}, {"config", config_answer}};
-  static const std::map<std::string_view, AxisAnswer> kAxisAnswers = {
-      {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
-  const bool acts = method == "subscribe" || method == "unsubscribe" || method == "reload";
-  if (!call.wants_answer && !acts) return;  // a notification needs no response
-  if (const auto answer = kAnswers.find(method); answer != kAnswers.end()) return reply(call, answer->second(sources_));
-  if (const auto answer = kAxisAnswers.find(method); answer != kAxisAnswers.end()) {
-    const auto axes = axes_of(call);
-    if (!axes) return;
-    if (axes->size() == 1) return reply(call, answer->second(sources_, axes->front()));
-    ordered_json all;
-    for (const std::size_t axis : *axes) all[sources_.acquisition.axis_name(axis)] = answer->second(sources_, axis);
-    return reply(call, all);
-  }
-  if (method == "version") return reply(call, {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}});
-  if (method == "history") return history(call);
-  if (method == "rows") return rows(call);
-  if (method == "events") return events(call);
-  if (method == "subscribe") return subscribe(call, true);
-  if (method == "unsubscribe") return subscribe(call, false);
-  if (method == "reload") return reload(call);
-  fail(call, kMethodNotFound, fmt::format("no method \"{:.40}\"; expected one of {}", method, kMethods));
+void Rpc::dispatch(const std::string& name, const Call& call) {
+  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {
+      {"history", &Rpc::history},         {"rows", &Rpc::rows},
+      {"events", &Rpc::events},           {"subscribe", &Rpc::subscribe},
+      {"unsubscribe", &Rpc::unsubscribe}, {"reload", &Rpc::reload}};
+  const config::SocketMethod* const method = config::find_method(name);
+  if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
+  if (const auto own = kOwn.find(name); own != kOwn.end()) return (this->*own->second)(call);
+  if (const Answer answer = answer_of(name)) return reply(call, answer(sources_));
+  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, answer);
+  fail(call, kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
+}
+
+void Rpc::axis_answers(const Call& call, AxisAnswer answer) {
+  const auto axes = axes_of(call);
+  if (!axes) return;
+  if (axes->size() == 1) return reply(call, answer(sources_, axes->front()));
+  ordered_json all;
+  for (const std::size_t axis : *axes) all[sources_.acquisition.axis_name(axis)] = answer(sources_, axis);
+  reply(call, all);
 }
 
 std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
@@ -273,12 +270,12 @@ void Rpc::rows(const Call& call) {
   params->query.user = call.client->user().value_or(~std::uint32_t{0});
   pipeline::RowWriter* const log = sources_.acquisition.record(axes->front()).log();
   if (log == nullptr)
-    return fail(call, kRefused, "rows: no log is written, expected \"write_log\" in the configuration");
+    return fail(call, kFailed, "rows: no log is written, expected \"write_log\" in the configuration");
   const std::string axis = sources_.acquisition.axis_name(axes->front());
   const auto answer = [this, call, axis](pipeline::RowResult page) {
     if (!page) {
       const bool foreign = page.error().why == pipeline::RowRefusal::Why::kForeignCursor;
-      return fail(call, foreign ? kForeignCursor : kRefused, page.error().text);
+      return fail(call, foreign ? kUnknownCursor : kFailed, page.error().text);
     }
     std::vector<TextPart> parts{TextPart(std::move(page->json))};
     parts.emplace_back(",\"axis\":" + json_text(json(axis)) + "}");
@@ -286,10 +283,14 @@ void Rpc::rows(const Call& call) {
   };
   RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
   if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
-    fail(call, kRefused, "rows: found a pending request of this client, expected one at a time");
+    fail(call, kFailed, "rows: found a pending request of this client, expected one at a time");
 }
 
-void Rpc::subscribe(const Call& call, bool on) {
+void Rpc::subscribe(const Call& call) { change_subscription(call, true); }
+
+void Rpc::unsubscribe(const Call& call) { change_subscription(call, false); }
+
+void Rpc::change_subscription(const Call& call, bool on) {
   Subscription wanted = call.client->subscription;
   const json streams = call.params.is_object() ? call.params.value("streams", json()) : json();
   const auto every = count_param(call.params, "every", 1, 1'000'000);
@@ -331,7 +332,7 @@ void Rpc::reload(const Call& call) {
     return fail(call, kNotPermitted, "reload needs root or the user that prismd runs as");
   }
   reload_([this, call](Result<std::string> outcome) {
-    outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kRefused, outcome.error().text());
+    outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kFailed, outcome.error().text());
   });
 }
 

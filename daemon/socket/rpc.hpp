@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "config/socket_protocol.hpp"
+#include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"
 #include "daemon/socket/row_requests.hpp"
 #include "daemon/socket/sources.hpp"
@@ -22,15 +24,7 @@ inline constexpr std::size_t kMaxRequestBytes = 65536;
 inline constexpr std::size_t kMaxBatch = 100;    ///< requests in one line
 inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in one line, containers included
 
-enum RpcCode {
-  kParseError = -32700,
-  kInvalidRequest = -32600,
-  kMethodNotFound = -32601,
-  kInvalidParams = -32602,
-  kRefused = -32000,        ///< a valid request failed: e.g. reload error, too many clients
-  kNotPermitted = -32001,   ///< the client's user may not use the method
-  kForeignCursor = -32002,  ///< cursor of another log, or past the end of this one
-};
+using enum config::SocketError;
 
 std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);
 std::string rpc_result(const nlohmann::json& id, const nlohmann::ordered_json& result);
@@ -59,11 +53,14 @@ class Rpc {
     bool wants_answer;
     nlohmann::json params;
   };
-  void dispatch(const std::string& method, const Call& call);
+  void dispatch(const std::string& name, const Call& call);
   /// Returns the axes that the parameter "axis" selects (default: all). If it is invalid, sends an error and returns
   /// nullopt.
   std::optional<std::vector<std::size_t>> axes_of(const Call& call);
-  void subscribe(const Call& call, bool on);
+  void axis_answers(const Call& call, AxisAnswer answer);
+  void subscribe(const Call& call);
+  void unsubscribe(const Call& call);
+  void change_subscription(const Call& call, bool on);
   void history(const Call& call);
   void events(const Call& call);
   void rows(const Call& call);

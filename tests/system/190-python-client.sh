@@ -6,7 +6,7 @@ export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
 config
 start_sim --profile steady --speed 10
 start_prismd
-wait_for 10 field_above '.log.rows' status 20
+wait_for 10 field_above '.log.rows - .log.unsynced' status 20
 
 python3 - <<'END' || fail "requests"
 import prism

@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string_view>
 #include <vector>
 
+#include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/command_line.hpp"
@@ -29,6 +32,8 @@ int fail(const Error& error) {
   fmt::print(stderr, "prismctl: {}\n", error.text());
   return kFailed;
 }
+
+using View = std::function<std::string(const nlohmann::json&)>;
 
 struct Choice {
   std::string socket, name, axis;
@@ -54,11 +59,10 @@ nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
 }
 
 // Sends a request and prints the result with `view` or as JSON. Methods of axes get the chosen axis.
-int ask(const Choice& choice, const std::string& method, nlohmann::json params,
-        const std::function<std::string(const nlohmann::json&)>& view) {
-  constexpr std::array kOfAxes = {"bias", "stability", "model", "history"};
-  const bool of_axes = std::find(kOfAxes.begin(), kOfAxes.end(), method) != kOfAxes.end();
-  if (of_axes && !choice.axis.empty()) params["axis"] = choice.axis;
+int ask(const Choice& choice, const std::string& method, nlohmann::json params, const View& view) {
+  const config::SocketMethod* const known = config::find_method(method);
+  const bool has_axis = known != nullptr && known->params.starts_with("axis");
+  if (has_axis && !choice.axis.empty()) params["axis"] = choice.axis;
   const auto path = client::find_socket(choice.socket, choice.name);
   if (!path) return fail(path.error());
   auto connection = client::DaemonConnection::open(*path);
@@ -83,6 +87,26 @@ std::string lines_of(const nlohmann::json& list, std::string (*line)(const nlohm
   return text;
 }
 
+// Methods with parameters or without a response to print have commands of their own.
+bool has_own_command(const config::SocketMethod& method) {
+  return method.name == "version" || method.acts || method.is_long;
+}
+
+// The text of a method's result; JSON for a method without a view.
+View view_of(std::string_view method) {
+  static const std::map<std::string_view, View> kViews = {
+      {"status", status_view},
+      {"bias", bias_view},
+      {"stability", [](const nlohmann::json& s) { return each_axis(s, stability_view); }},
+      {"line", line_view},
+      {"model", [](const nlohmann::json& m) { return each_axis(m, model_view); }}};
+  const auto found = kViews.find(method);
+  if (found != kViews.end()) return found->second;
+  return [](const nlohmann::json& result) { return printable_json(json_text(result, 2)) + "\n"; };
+}
+
+std::string help_of(std::string_view method) { return std::string(config::find_method(method)->help); }
+
 }  // namespace
 
 int run(int argc, char** argv) {
@@ -102,29 +126,21 @@ int run(int argc, char** argv) {
   app.fallthrough();
   tools::add_examples(app, {"prismctl status", "prismctl --name gyro1 watch"});
 
-  const auto question = [&](const char* name, const char* help, std::string (*view)(const nlohmann::json&)) {
-    auto* command = app.add_subcommand(name, help);
-    command->callback([&choice, &code, name, view] { code = ask(choice, name, nullptr, view); });
-    tools::add_examples(*command,
-                        {std::string("prismctl ") + name, fmt::format("prismctl --name gyro1 {} --json", name)});
-  };
-  question("status", "state of the line, latest values, counters", status_view);
-  question("bias", "current bias, its inputs and the corrected rate", bias_view);
-  question("stability", "raw and corrected bias stability since the start",
-           [](const nlohmann::json& s) { return each_axis(s, stability_view); });
-  question("line", "serial line: frames, rejected frames, clock, hardware errors", line_view);
-  question("model", "model in use and its origin", [](const nlohmann::json& m) { return each_axis(m, model_view); });
-  question("config", "configuration in use",
-           [](const nlohmann::json& c) { return printable_json(json_text(c, 2)) + "\n"; });
-
+  for (const config::SocketMethod& method : config::kSocketMethods) {
+    if (has_own_command(method)) continue;
+    const std::string name(method.name);
+    auto* command = app.add_subcommand(name, std::string(method.help));
+    command->callback([&choice, &code, name] { code = ask(choice, name, nullptr, view_of(name)); });
+    tools::add_examples(*command, {"prismctl " + name, fmt::format("prismctl --name gyro1 {} --json", name)});
+  }
   int count = 20, seconds = 60;
-  auto* events = app.add_subcommand("events", "latest events, newest last");
+  auto* events = app.add_subcommand("events", help_of("events"));
   events->add_option("--count", count, "number of events")->check(tools::within(1, 256))->capture_default_str();
   tools::add_examples(*events, {"prismctl events --count 50"});
   events->callback([&] {
     code = ask(choice, "events", {{"count", count}}, [](const nlohmann::json& e) { return lines_of(e, event_line); });
   });
-  auto* history = app.add_subcommand("history", "latest rows, one per second");
+  auto* history = app.add_subcommand("history", help_of("history"));
   history->add_option("--seconds", seconds, "number of seconds")->check(tools::within(1, 3600))->capture_default_str();
   tools::add_examples(*history, {"prismctl history --seconds 600"});
   history->callback([&] {
@@ -134,8 +150,8 @@ int run(int argc, char** argv) {
     });
   });
   RowsSettings wanted;
-  auto* log = app.add_subcommand(
-      "rows", "rows of the log from a cursor on, as CSV, or JSON with --json; --follow waits for new rows");
+  auto* log =
+      app.add_subcommand("rows", help_of("rows") + ", as CSV, or JSON with --json; --follow waits for new rows");
   log->add_option("--after", wanted.after,
                   "cursor from an earlier call, earliest or latest (default: stored cursor of --as, else earliest)")
       ->check(tools::following(TextRule::kText));
@@ -161,13 +177,13 @@ int run(int argc, char** argv) {
   tools::add_examples(*exposition,
                       {"prismctl metrics", "prismctl metrics --file /var/lib/prometheus/node-exporter/prism.prom"});
   exposition->callback([&] { code = metrics(choice.socket, choice.name, file); });
-  auto* reload = app.add_subcommand("reload", "reload the configuration and the models");
+  auto* reload = app.add_subcommand("reload", help_of("reload"));
   tools::add_examples(*reload, {"prismctl reload"});
   reload->callback([&] {
     code =
         ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
-  auto* version = app.add_subcommand("version", "versions of prismctl and the daemon");
+  auto* version = app.add_subcommand("version", help_of("version"));
   tools::add_examples(*version, {"prismctl version"});
   version->callback([&] {
     code = ask(choice, "version", nullptr, [](const nlohmann::json& v) {

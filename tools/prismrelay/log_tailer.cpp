@@ -8,6 +8,7 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
+#include "config/socket_protocol.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-constexpr int kInvalidCursor = -32002;  // docs/protocol.md
 constexpr double kWait_s = 10;
 constexpr std::chrono::seconds kResponseTimeout{40};
 constexpr std::chrono::seconds kErrorDelay{5};
@@ -92,7 +92,7 @@ void LogTailer::on_response(std::uint64_t generation, const json& message) {
 // If the log directory was emptied, prismd has a new log: records the change and reads the new log from its start.
 void LogTailer::on_error(const json& error) {
   const std::string reason = printable(text_member(error, "message", "rejected the request"));
-  if (member(error, "code") == kInvalidCursor && cursor_ != "earliest") {
+  if (member(error, "code") == config::kUnknownCursor && cursor_ != "earliest") {
     log_line(Level::kWarning,
              fmt::format("{} {}: {}; reading the current log from its start", log_.gyro, log_.axis, reason));
     traffic_.batch->add_change_of_log(log_, cursor_);

@@ -51,8 +51,8 @@ json value_of(const std::string& word) {
 std::string error_body(const std::string& message) { return json_text({{"error", message}}) + "\n"; }
 
 int status_of(int code) {
-  if (code == kWrongParams) return 400;
-  if (code == kNoMethod) return 404;
+  if (code == kInvalidParams) return 400;
+  if (code == kUnknownMethod) return 404;
   return 503;
 }
 

@@ -79,28 +79,27 @@ AxisArchive* Archive::axis_of(const json& params) {
 }
 
 std::string Archive::wrong_axis() const {
-  if (axes_.empty()) return error_member(kNotRunning, proxy_.name() + " has not been connected yet");
-  return error_member(kWrongParams, fmt::format("expected \"axis\", one of {}", fmt::join(proxy_.axes(), ", ")));
+  if (axes_.empty()) return error_member(kGone, proxy_.name() + " has not been connected yet");
+  return error_member(kInvalidParams, fmt::format("expected \"axis\", one of {}", fmt::join(proxy_.axes(), ", ")));
 }
 
 void Archive::range(const json& params, const InstanceProxy::Answer& answer) {
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
   const Result<RangeQuery> query = parse_range(params);
-  if (!query) return answer(error_member(kWrongParams, query.error().text()));
+  if (!query) return answer(error_member(kInvalidParams, query.error().text()));
   answer_range(proxy_, *axis, *query, answer);
 }
 
 void Archive::rows(const json& params, const InstanceProxy::Answer& answer) {
   const std::string unknown = unknown_param("rows", params, kRowsParams);
-  if (!unknown.empty()) return answer(error_member(kWrongParams, unknown));
+  if (!unknown.empty()) return answer(error_member(kInvalidParams, unknown));
   AxisArchive* const axis = axis_of(params);
   if (axis == nullptr) return answer(wrong_axis());
-  if (proxy_.state() != InstanceState::kRunning)
-    return answer(error_member(kNotRunning, proxy_.name() + " is not running"));
+  if (proxy_.state() != InstanceState::kRunning) return answer(error_member(kGone, proxy_.name() + " is not running"));
   const json seconds = params.is_object() ? params.value("seconds", json(60)) : json(60);
   if (!seconds.is_number_integer() || seconds < 1 || seconds > kMaxRows_s)
-    return answer(error_member(kWrongParams, fmt::format("expected seconds, 1 to {}", kMaxRows_s)));
+    return answer(error_member(kInvalidParams, fmt::format("expected seconds, 1 to {}", kMaxRows_s)));
   json rows = json::array();
   const auto& all = axis->recent().all();
   const std::size_t count = std::min<std::size_t>(all.size(), seconds.get<std::size_t>());

@@ -93,7 +93,7 @@ void AxisArchive::store_page(std::string_view member, const std::string& from) {
 }
 
 void AxisArchive::handle_error(const Error& error) {
-  if (error.where == std::to_string(kForeignCursor)) {
+  if (error.where == std::to_string(kUnknownCursor)) {
     report("log replaced: rebuilding minutes and hours");
     return store_->clear();
   }

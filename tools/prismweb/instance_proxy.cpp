@@ -29,7 +29,10 @@ constexpr std::chrono::seconds kStopTime{20};
 // share, if a line is longer than 65 536 bytes. Params of at most 2000 bytes exceed neither.
 constexpr std::size_t kMaxParamsBytes = 2000;
 
-bool is_long(std::string_view method) { return method == "rows" || method == "history" || method == "events"; }
+bool is_long(std::string_view name) {
+  const config::SocketMethod* const method = config::find_method(name);
+  return method != nullptr && method->is_long;
+}
 
 }  // namespace
 
@@ -154,19 +157,19 @@ void InstanceProxy::subscribe(Subscriber* subscriber, const Subscription& subscr
 }
 
 void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer) {
-  if (state_ != InstanceState::kRunning) return answer(error_member(kNotRunning, name_ + " is not running"));
+  if (state_ != InstanceState::kRunning) return answer(error_member(kGone, name_ + " is not running"));
   const std::string text = params.is_null() ? "{}" : json_text(params);
   if (text.size() > kMaxParamsBytes)
     return answer(error_member(
-        kWrongParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
+        kInvalidParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
   if (!(is_long(method) ? long_ : short_).call(method, text, answer))
-    answer(error_member(kTooMuch, "too many requests pending for " + name_ + "; retry later"));
+    answer(error_member(kBusy, "too many requests pending for " + name_ + "; retry later"));
 }
 
 asio::awaitable<void> InstanceProxy::expire() {
   asio::steady_timer tick(io_);
   const std::string member =
-      error_member(kNotRunning, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
+      error_member(kGone, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
   for (;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
@@ -176,7 +179,7 @@ asio::awaitable<void> InstanceProxy::expire() {
 
 void InstanceProxy::disconnected() {
   set_state(InstanceState::kGone);
-  const std::string member = error_member(kNotRunning, name_ + " disconnected");
+  const std::string member = error_member(kGone, name_ + " disconnected");
   for (RequestConnection* const connection : connections_) connection->end(member);
 }
 

@@ -12,13 +12,13 @@
 #include <string_view>
 #include <vector>
 
+#include "config/socket_protocol.hpp"
 #include "tools/prismweb/request_connection.hpp"
 #include "tools/prismweb/subscription_table.hpp"
 
 namespace prism::prismweb {
 
-inline constexpr int kNoMethod = -32601, kWrongParams = -32602, kNotDone = -32000, kNotRunning = -32003,
-                     kTooMuch = -32004;
+using enum config::SocketError;
 
 /// Returns `"error":{"code":…,"message":…}`, a member of a response.
 std::string error_member(int code, const std::string& message);

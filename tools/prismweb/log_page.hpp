@@ -19,9 +19,6 @@ struct LogPage {
   std::uint64_t missing = 0;  ///< deleted rows between the cursor and the first row
 };
 
-/// prismd's error code for a cursor of another log.
-inline constexpr int kForeignCursor = -32002;
-
 /// Parses `"result":{…}` of a response; skips lines that are not rows. Errors: the response is an error (`where` is its
 /// code) or not a page.
 Result<LogPage> parse_log_page(std::string_view member);

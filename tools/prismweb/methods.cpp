@@ -24,19 +24,29 @@ struct Method {
   std::vector<std::string_view> params;
 };
 
-// Read-only methods. Excludes reload, and config, which contains paths of the host.
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
+  while (!text.empty()) {
+    words.push_back(text.substr(0, text.find(' ')));
+    text.remove_prefix(std::min(text.size(), words.back().size() + 1));
+  }
+  return words;
+}
+
+// Parameters of `rows` that would store a cursor, or block the connection that all clients share.
+bool is_offered(std::string_view param) { return param != "name" && param != "wait_s"; }
+
+// prismweb's own, and prismd's that only read. Excludes config, which contains paths of the host.
 const std::vector<Method>& methods() {
-  static const std::vector<Method> kMethods = {{"instances", {}},
-                                               {"range", {"axis", "from_s", "to_s", "seconds", "points"}},
-                                               {"version", {}},
-                                               {"status", {}},
-                                               {"bias", {"axis"}},
-                                               {"stability", {"axis"}},
-                                               {"line", {}},
-                                               {"model", {"axis"}},
-                                               {"history", {"axis", "seconds"}},
-                                               {"rows", {"axis", "after", "limit"}},
-                                               {"events", {"count"}}};
+  static const std::vector<Method> kMethods = [] {
+    std::vector<Method> all = {{"instances", {}}, {"range", {"axis", "from_s", "to_s", "seconds", "points"}}};
+    for (const config::SocketMethod& method : config::kSocketMethods) {
+      if (method.acts || method.is_local) continue;
+      all.push_back({method.name, words_of(method.params)});
+      std::erase_if(all.back().params, [](std::string_view param) { return !is_offered(param); });
+    }
+    return all;
+  }();
   return kMethods;
 }
 constexpr std::array<std::string_view, 3> kSubscriptionParams = {"streams", "every", "axes"};
@@ -52,7 +62,7 @@ std::string unknown_method(const std::string& method) {
 }
 
 std::string unknown_instance(const std::string& instance) {
-  return error_member(kWrongParams, "no instance \"" + plain_text(instance, 80) + "\"");
+  return error_member(kInvalidParams, "no instance \"" + plain_text(instance, 80) + "\"");
 }
 
 }  // namespace
@@ -71,9 +81,9 @@ void call_method(WebServer& server, const std::string& instance, const std::stri
                  const InstanceProxy::Answer& answer) {
   const auto known =
       std::find_if(methods().begin(), methods().end(), [&](const Method& m) { return m.name == method; });
-  if (known == methods().end()) return answer(error_member(kNoMethod, unknown_method(method)));
+  if (known == methods().end()) return answer(error_member(kUnknownMethod, unknown_method(method)));
   const std::string unknown = unknown_param(method, params, known->params);
-  if (!unknown.empty()) return answer(error_member(kWrongParams, unknown));
+  if (!unknown.empty()) return answer(error_member(kInvalidParams, unknown));
   if (method == "instances") return answer("\"result\":" + json_text(server.instances().listing()));
   if (method == "range") {
     Archive* const archive = server.archive(instance);
@@ -81,7 +91,8 @@ void call_method(WebServer& server, const std::string& instance, const std::stri
   }
   InstanceProxy* const proxy = server.instances().find(instance);
   if (proxy == nullptr) return answer(unknown_instance(instance));
-  if (!params.is_null() && !params.is_object()) return answer(error_member(kWrongParams, "params: expected an object"));
+  if (!params.is_null() && !params.is_object())
+    return answer(error_member(kInvalidParams, "params: expected an object"));
   proxy->call(method, params, answer);
 }
 

@@ -81,7 +81,7 @@ std::vector<PeriodSummary> with_newer(const AsyncStore::Periods& stored, const A
   return periods;
 }
 
-std::string disk_error(const Error& error) { return error_member(kNotDone, error.text()); }
+std::string disk_error(const Error& error) { return error_member(kFailed, error.text()); }
 
 // Responds with minutes or hours of the store and newer seconds from memory.
 void answer_periods(AxisArchive& axis, View view, int points, const InstanceProxy::Answer& answer) {
@@ -143,7 +143,7 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
     const Result<LogPage> page = parse_log_page(member);
     if (!page)
       return answer(std::string(member).starts_with("\"error\"") ? std::string(member)
-                                                                 : error_member(kNotRunning, page.error().text()));
+                                                                 : error_member(kGone, page.error().text()));
     // Retention deleted the rows; the store still has their minutes.
     const bool is_deleted =
         page->missing > 0 && found.empty() && (page->seconds.empty() || page->seconds.front().begin_s > view.from_s);

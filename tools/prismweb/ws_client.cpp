@@ -50,21 +50,23 @@ std::string WsClient::lost_text(const std::string& instance, std::uint64_t rows,
 
 void WsClient::request(std::string_view text) {
   const json request = parse_message(text);
-  if (!request.is_object()) return answer("null", "", error_member(-32600, "expected a request, a JSON object"));
+  if (!request.is_object())
+    return answer("null", "", error_member(kInvalidRequest, "expected a request, a JSON object"));
   const json id = request.value("id", json());
   const std::string id_text = json_text(id);
   const std::size_t id_bytes = id.is_string() ? id.get_ref<const std::string&>().size() : id_text.size();
   if (!(id.is_number() || id.is_string()) || id_bytes > kMaxIdBytes)
-    return answer("null", "", error_member(-32600, "expected \"id\", a number or a string of at most 64 bytes"));
+    return answer("null", "",
+                  error_member(kInvalidRequest, "expected \"id\", a number or a string of at most 64 bytes"));
   const std::string instance = text_member(request, "instance"), method = text_member(request, "method");
   const json params = request.value("params", json());
   if (method == "subscribe" || method == "unsubscribe") {
     InstanceProxy* const proxy = server().instances().find(instance);
-    if (proxy == nullptr) return answer(id_text, instance, error_member(kWrongParams, "no such instance"));
+    if (proxy == nullptr) return answer(id_text, instance, error_member(kInvalidParams, "no such instance"));
     return subscribe(*proxy, id_text, params, method == "subscribe");
   }
   if (pending_requests_ >= kMaxPendingRequests)
-    return answer(id_text, instance, error_member(kTooMuch, "32 requests are pending; wait for a response"));
+    return answer(id_text, instance, error_member(kBusy, "32 requests are pending; wait for a response"));
   ++pending_requests_;
   const InstanceProxy::Answer reply = [weak = weak_from_this(), id_text, instance](std::string_view member) {
     const auto client = std::static_pointer_cast<WsClient>(weak.lock());
@@ -80,9 +82,9 @@ void WsClient::subscribe(InstanceProxy& proxy, const std::string& id, const json
   if (!subscription) {
     return answer(
         id, proxy.name(),
-        error_member(kWrongParams, "found " + json_text(params).substr(0, 80) +
-                                       R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
-                                       R"(1000000, "axes": [NAME, …]})"));
+        error_member(kInvalidParams, "found " + json_text(params).substr(0, 80) +
+                                         R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to )"
+                                         R"(1000000, "axes": [NAME, …]})"));
   }
   const auto is_unknown = [&](const std::string& axis) {  // the axes are unknown before the first connection
     return !proxy.axes().empty() && std::find(proxy.axes().begin(), proxy.axes().end(), axis) == proxy.axes().end();
@@ -91,7 +93,7 @@ void WsClient::subscribe(InstanceProxy& proxy, const std::string& id, const json
   if (unknown != subscription->axes.end()) {
     const std::string error_text = fmt::format("found the axis \"{}\", expected one of {}",
                                                plain_text(unknown->substr(0, 40)), fmt::join(proxy.axes(), ", "));
-    return answer(id, proxy.name(), error_member(kWrongParams, error_text));
+    return answer(id, proxy.name(), error_member(kInvalidParams, error_text));
   }
   proxy.subscribe(this, *subscription);
   answer(id, proxy.name(), "\"result\":" + json_text(subscription_json(*subscription, proxy.axes())));

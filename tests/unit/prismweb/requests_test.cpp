@@ -75,7 +75,7 @@ TEST(Subscriptions, InvalidOnesAreRejected) {
 }
 
 TEST(Errors, AreMembersOfAResponse) {
-  const json answer = json::parse("{" + error_member(kNoMethod, "a \"b\"\n<script>") + "}");
+  const json answer = json::parse("{" + error_member(kUnknownMethod, "a \"b\"\n<script>") + "}");
   EXPECT_EQ(answer["error"]["code"], -32601);
   EXPECT_EQ(answer["error"]["message"], "a \"b\"\n<script>");
 }

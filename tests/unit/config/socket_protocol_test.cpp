@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// The documents list the methods and error codes of the tables, and no others.
+#include "config/socket_protocol.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "tests/support/document.hpp"
+
+namespace prism::config {
+namespace {
+
+/// First groups of all matches, in order.
+std::vector<std::string> found_in(const std::string& text, const char* pattern) {
+  const std::regex regex(pattern);
+  std::vector<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), regex), end; at != end; ++at) found.push_back((*at)[1]);
+  return found;
+}
+
+TEST(SocketProtocol, IsDocumented) {
+  std::vector<std::string> methods, errors;
+  for (const SocketMethod& method : kSocketMethods) methods.emplace_back(method.name);
+  for (const SocketErrorName& error : kSocketErrors)
+    errors.push_back(std::to_string(-error.code) + "|`" + std::string(error.name) + "`");
+  EXPECT_EQ(found_in(test::document_section("protocol.md", "## Requests"), "\n\\|`([a-z]+)`\\|"), methods);
+  EXPECT_THAT(found_in(test::document_section("protocol.md", "## Errors"), "\n\\|−([0-9]+\\|`[a-z_]+`)\\|"),
+              testing::UnorderedElementsAreArray(errors));
+}
+
+TEST(SocketProtocol, FindsMethodsByName) {
+  EXPECT_EQ(find_method("rows")->name, "rows");
+  EXPECT_EQ(find_method("row"), nullptr);
+  for (const SocketMethod& method : kSocketMethods) EXPECT_EQ(find_method(method.name), &method);
+}
+
+}  // namespace
+}  // namespace prism::config
