@@ -8,10 +8,13 @@
 
 namespace prism::config {
 
+/// Member "protocol" of a request. Without it, the result has the form of protocol 1.
+inline constexpr int kProtocol = 2;
+
 struct SocketMethod {
   std::string_view name, help;
   std::string_view params = {};  ///< names, separated by a blank
-  bool of_axes = false;          ///< the result belongs to axes
+  bool of_axes = false;          ///< the result has an object "axes", by name
   bool is_long = false;          ///< the response is long or late: use a connection of its own
   bool acts = false;             ///< changes the client's subscription or the daemon: done also without an id
   bool is_local = false;         ///< has paths of the host or changes the daemon: prismweb does not offer it

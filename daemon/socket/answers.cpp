@@ -10,6 +10,7 @@
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
+#include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/line_answers.hpp"
@@ -129,21 +130,16 @@ void put_correction(ordered_json& json, const pipeline::Setup& setup, std::size_
   json["max_slew_deg_per_h_per_s"] = slew_json(setup.axes[axis]);
 }
 
-/// By name; with several axes, by axis and name.
-ordered_json followers_json(const pipeline::Acquisition& acquisition) {
-  ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
-    const pipeline::RowWriter* const log = acquisition.record(i).log();
-    if (log == nullptr) continue;
-    for (const auto& [name, follower] : log->followers()) {
-      ordered_json& own = acquisition.axes() > 1 ? json[acquisition.axis_name(i)][name] : json[name];
-      own = {{"user", follower.user},
-             {"after", follower.after.text()},
-             {"last_s", follower.time_s},
-             {"lost_rows", follower.lost_rows}};
-    }
+/// The log of one axis: consumers by name, and the retention, if known.
+void put_log(ordered_json& json, const pipeline::RowWriter* log) {
+  if (log == nullptr) return;
+  for (const auto& [name, follower] : log->followers()) {
+    json["log"]["followers"][name] = {{"user", follower.user},
+                                      {"after", follower.after.text()},
+                                      {"last_s", follower.time_s},
+                                      {"lost_rows", follower.lost_rows}};
   }
-  return json;
+  if (const auto status = log->retention()) json["log"]["retention"] = retention_json(*status);
 }
 
 /// Names the sensor lines without data; empty if all deliver.
@@ -185,20 +181,16 @@ ordered_json status_answer(const Sources& sources) {
                        {"frames", setup.frames->name},
                        {"clock", c.device_clock ? "device" : "host"},
                        {"sessions", acquisition.sessions()}};
-  const bool one = acquisition.axes() == 1;
-  if (one) json["axis"] = acquisition.axis_name(0);
-  if (one) put_models(json, setup.axes.front());
   json["line"] = counters_json(acquisition.pipeline().decoder().counters());
   json["timing"] = clock_json(acquisition.pipeline());
   json["no_rate"] = acquisition.starved().empty() ? ordered_json() : ordered_json(acquisition.starved());
-  if (one) json["quality"] = quality_of(sources, 0);
   json["age_s"] = age_json(sources);
-  if (one) put_rows(json, sources, 0, current(sources, 0));
-  for (std::size_t i = 0; i < acquisition.axes() && !one; ++i) {
+  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
     ordered_json& axis = json["axes"][acquisition.axis_name(i)];
     put_models(axis, setup.axes[i]);
     axis["quality"] = quality_of(sources, i);
     put_rows(axis, sources, i, current(sources, i));
+    put_log(axis, acquisition.record(i).log());
   }
   if (const pipeline::LogCounters* log = acquisition.log()) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
@@ -207,10 +199,6 @@ ordered_json status_answer(const Sources& sources) {
                    {"segments", log->segments.load()},
                    {"pending", log->pending.load()},
                    {"unsynced", log->unsynced.load()}};
-    if (const ordered_json followers = followers_json(acquisition); !followers.empty())
-      json["log"]["followers"] = followers;
-    if (const ordered_json retention = log_retention_json(acquisition); !retention.empty())
-      json["log"]["retention"] = retention;
   }
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
   if (setup.sensors) json["sensors"] = sensors_answer(sources);
@@ -289,15 +277,13 @@ ordered_json config_answer(const Sources& sources) {
   const pipeline::Setup& setup = sources.acquisition.setup();
   const config::Config& c = setup.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
-  const bool one = setup.axes.size() == 1;
   json["gyro"] = {{"serial", c.gyro_serial}};
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
-    ordered_json& axis = one ? json["gyro"] : json["axes"][setup.frames->axes[i].name];
-    if (one) axis["axis"] = setup.frames->axes[i].name;
+    ordered_json& axis = json["axes"][setup.frames->axes[i].name];
     axis["sign"] = c.axes[i].sign;
     axis["unit_scale"] = setup.frames->axes[i].scale;
     if (!c.axes[i].thermometer.empty()) axis["temperature"] = c.axes[i].thermometer;
-    if (!one) put_correction(axis, setup, i);
+    put_correction(axis, setup, i);
   }
   json["line"] = {{"device", c.line.device},
                   {"baud", setup.line.format.baud},
@@ -317,7 +303,6 @@ ordered_json config_answer(const Sources& sources) {
   json["frames"] = {
       {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
-  if (one) put_correction(json, setup, 0);
   json["plausibility"] = plausibility_json(setup.axes.front().engine.plausibility);
   json["log"] = c.log ? ordered_json(c.log->directory) : ordered_json();
   json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
@@ -325,7 +310,9 @@ ordered_json config_answer(const Sources& sources) {
   return json;
 }
 
-ordered_json version_answer(const Sources&) { return {{"name", "prismd"}, {"version", kVersion}, {"protocol", 1}}; }
+ordered_json version_answer(const Sources&) {
+  return {{"name", "prismd"}, {"version", kVersion}, {"protocol", config::kProtocol}};
+}
 
 }  // namespace
 

@@ -38,14 +38,4 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   return json;
 }
 
-ordered_json log_retention_json(const pipeline::Acquisition& acquisition) {
-  ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
-    const pipeline::RowWriter* const log = acquisition.record(i).log();
-    const auto status = log != nullptr ? log->retention() : std::nullopt;
-    if (status) (acquisition.axes() > 1 ? json[acquisition.axis_name(i)] : json) = retention_json(*status);
-  }
-  return json;
-}
-
 }  // namespace prism::socket

@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/pipeline/acquisition.hpp"
 #include "daemon/pipeline/retention_status.hpp"
 
 namespace prism::socket {
@@ -12,8 +11,5 @@ namespace prism::socket {
 /// `next` is null if there is no segment to delete; its `in_s` and `time_s` (host time) are null while a consumer holds
 /// the segment without a limit.
 nlohmann::ordered_json retention_json(const pipeline::RetentionStatus& status);
-
-/// Of the log; with several axes, by axis. Empty if not known.
-nlohmann::ordered_json log_retention_json(const pipeline::Acquisition& acquisition);
 
 }  // namespace prism::socket

@@ -13,6 +13,7 @@
 #include "base/json_section.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/socket/answers.hpp"
+#include "daemon/socket/old_form.hpp"
 
 namespace prism::socket {
 namespace {
@@ -148,8 +149,12 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
   if (request.value("jsonrpc", json()) != "2.0") return invalid(id, "expected \"jsonrpc\": \"2.0\"");
   const json method = request.value("method", json());
   if (!method.is_string()) return invalid(id, "found method " + shown(method) + ", expected a text");
+  const json protocol = request.value("protocol", json(1));
+  if (protocol != 1 && protocol != config::kProtocol)
+    return invalid(id, fmt::format("found protocol {}, expected 1 or {}", shown(protocol), config::kProtocol));
   client->asked();
-  dispatch(method.get<std::string>(), {client, id, has_id, request.value("params", json())});
+  dispatch(method.get<std::string>(),
+           {client, id, has_id, request.value("params", json()), protocol == 1 ? 1 : config::kProtocol});
 }
 
 void Rpc::dispatch(const std::string& name, const Call& call) {
@@ -160,18 +165,17 @@ void Rpc::dispatch(const std::string& name, const Call& call) {
   const config::SocketMethod* const method = config::find_method(name);
   if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
   if (const auto own = kOwn.find(name); own != kOwn.end()) return (this->*own->second)(call);
-  if (const Answer answer = answer_of(name)) return reply(call, answer(sources_));
-  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, answer);
+  if (const Answer answer = answer_of(name)) return reply(call, *method, answer(sources_));
+  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, *method, answer);
   fail(call, kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
 }
 
-void Rpc::axis_answers(const Call& call, AxisAnswer answer) {
+void Rpc::axis_answers(const Call& call, const config::SocketMethod& method, AxisAnswer answer) {
   const auto axes = axes_of(call);
   if (!axes) return;
-  if (axes->size() == 1) return reply(call, answer(sources_, axes->front()));
-  ordered_json all;
-  for (const std::size_t axis : *axes) all[sources_.acquisition.axis_name(axis)] = answer(sources_, axis);
-  reply(call, all);
+  ordered_json result;
+  for (const std::size_t axis : *axes) result["axes"][sources_.acquisition.axis_name(axis)] = answer(sources_, axis);
+  reply(call, method, std::move(result));
 }
 
 std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
@@ -195,14 +199,15 @@ void Rpc::history(const Call& call) {
   if (!count) return fail_count(call, "seconds", History::kRows);
   const auto axes = axes_of(call);
   if (!axes) return;
-  const pipeline::Acquisition& acquisition = sources_.acquisition;
-  if (axes->size() == 1) return reply(call, sources_.publisher.history(axes->front()).json(*count));
+  const bool old = call.protocol == 1;
+  if (old && axes->size() == 1) return reply(call, sources_.publisher.history(axes->front()).json(*count));
   std::vector<TextPart> parts;
   for (const std::size_t axis : *axes) {
-    parts.emplace_back((parts.empty() ? "{" : ",") + json_text(json(acquisition.axis_name(axis))) + ":");
+    const char* const head = !parts.empty() ? "," : old ? "{" : R"({"axes":{)";
+    parts.emplace_back(head + json_text(json(sources_.acquisition.axis_name(axis))) + ":");
     for (TextPart& part : sources_.publisher.history(axis).json(*count)) parts.push_back(std::move(part));
   }
-  parts.emplace_back("}");
+  parts.emplace_back(old ? "}" : "}}");
   reply(call, std::move(parts));
 }
 
@@ -258,6 +263,18 @@ Result<RowParams> row_params(const json& params) {
   return wanted;
 }
 
+namespace {
+
+config::SocketError code_of(pipeline::RowRefusal::Why why) {
+  using Why = pipeline::RowRefusal::Why;
+  return why == Why::kForeignCursor ? kUnknownCursor
+         : why == Why::kNotAllowed  ? kNotPermitted
+         : why == Why::kBadCursor   ? kInvalidParams
+                                    : kFailed;
+}
+
+}  // namespace
+
 // Read on the disk thread; the response is sent later.
 void Rpc::rows(const Call& call) {
   const auto axes = axes_of(call);
@@ -269,21 +286,23 @@ void Rpc::rows(const Call& call) {
   if (!params) return fail(call, kInvalidParams, params.error().text());
   params->query.user = call.client->user().value_or(~std::uint32_t{0});
   pipeline::RowWriter* const log = sources_.acquisition.record(axes->front()).log();
-  if (log == nullptr)
-    return fail(call, kFailed, "rows: no log is written, expected \"write_log\" in the configuration");
-  const std::string axis = sources_.acquisition.axis_name(axes->front());
-  const auto answer = [this, call, axis](pipeline::RowResult page) {
-    if (!page) {
-      const bool foreign = page.error().why == pipeline::RowRefusal::Why::kForeignCursor;
-      return fail(call, foreign ? kUnknownCursor : kFailed, page.error().text);
-    }
-    std::vector<TextPart> parts{TextPart(std::move(page->json))};
-    parts.emplace_back(",\"axis\":" + json_text(json(axis)) + "}");
+  const bool old = call.protocol == 1;
+  const auto refuse = [this, call, old](config::SocketError code, const std::string& why) {
+    fail(call, old ? old_code(code) : code, why);
+  };
+  if (log == nullptr) return refuse(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
+  const std::string axis = sources_.acquisition.axis_name(axes->front()), name = json_text(json(axis));
+  const auto answer = [this, call, old, name, refuse](pipeline::RowResult page) {
+    if (!page) return refuse(code_of(page.error().why), page.error().text);
+    std::vector<TextPart> parts;
+    if (!old) parts.emplace_back(R"({"axes":{)" + name + ":");
+    parts.emplace_back(std::move(page->json));
+    parts.emplace_back(old ? R"(,"axis":)" + name + "}" : "}}}");
     reply(call, std::move(parts));
   };
   RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
   if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
-    fail(call, kFailed, "rows: found a pending request of this client, expected one at a time");
+    refuse(kBusy, "rows: found a pending request of this client, expected one at a time");
 }
 
 void Rpc::subscribe(const Call& call) { change_subscription(call, true); }
@@ -351,6 +370,11 @@ void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
 
 void Rpc::reply(const Call& call, const ordered_json& result) {
   if (call.wants_answer) call.client->answer(rpc_result(call.id, result));
+}
+
+void Rpc::reply(const Call& call, const config::SocketMethod& method, ordered_json result) {
+  if (!call.wants_answer) return;
+  reply(call, call.protocol == 1 ? old_form(method, std::move(result)) : result);
 }
 
 void Rpc::fail(const Call& call, int code, const std::string& message) {

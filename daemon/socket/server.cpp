@@ -97,7 +97,7 @@ asio::awaitable<void> Server::serve() {
     auto client =
         std::make_shared<Client>(std::move(socket), static_cast<std::size_t>(settings_.client_buffer_bytes), memory_);
     if (const std::string refused = admit(*client); !refused.empty()) {
-      client->answer(rpc_error(nullptr, kFailed, refused));
+      client->answer(rpc_error(nullptr, kBusy, refused));
       continue;
     }
     publisher_.add(client);

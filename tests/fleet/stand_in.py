@@ -43,14 +43,14 @@ class Gyro:
         segments = [] if end == behind else [{
             "segment": 1, "file": f"{self.name}.csv", "metadata": {"instance": self.name, "model": "none"}, "columns": COLUMNS,
             "first": behind + 1, "rows": [self.row(i) for i in range(behind, end)]}]
-        return {"log": self.log, "segments": segments, "after": f"{self.log}-1-{end}-{end}", "more": end < self.rows(), "missing": 0, "axis": "z"}
+        return {"log": self.log, "segments": segments, "after": f"{self.log}-1-{end}-{end}", "more": end < self.rows(), "missing": 0}
 
     async def answer(self, request):
         method, params = request["method"], request.get("params") or {}
         if method == "rows":
-            return await self.page(params)
+            return {"axes": {"z": await self.page(params)}}
         if method == "status":
-            return {"name": self.name, "version": "stand-in", "state": "receiving", "axis": "z", "quality": "good", "age_s": 0.0}
+            return {"name": self.name, "version": "stand-in", "state": "receiving", "axes": {"z": {"quality": "good"}}, "age_s": 0.0}
         return [] if method == "events" else {"streams": []}
 
     async def serve(self, reader, writer):

@@ -133,6 +133,9 @@ test("the time range follows the current time until it is moved, and again when 
   assert.equal(changes, 6);
 });
 
+/** A status of the only axis z: `own` has its members. */
+const statusOfZ = (whole, own) => ({ ...whole, axes: { z: { axis: "z", ...own } } });
+
 function gyroOf(status) {
   const gyro = state.makeGyro("g");
   state.takeInstance(gyro, { name: "g", state: "running", axes: [] });
@@ -141,7 +144,7 @@ function gyroOf(status) {
 }
 
 test("stale values are marked as old, for each reason", () => {
-  const gyro = gyroOf({ axis: "z", state: "receiving", quality: "good" }), axis = gyro.axes.get("z");
+  const gyro = gyroOf(statusOfZ({ state: "receiving" }, { quality: "good" })), axis = gyro.axes.get("z");
   state.takeWindow(gyro, second(10, 1), 5000);
   const now = (linked, now_ms) => state.statusOf(gyro, axis, linked, now_ms);
   assert.deepEqual([now(true, 6000).level, now(true, 6000).old], ["good", false]);
@@ -156,21 +159,21 @@ test("stale values are marked as old, for each reason", () => {
 });
 
 test("a row without a time is ignored: the status of a gyro without data has a row of nulls", () => {
-  const gyro = gyroOf({ axis: "z", state: "connecting", quality: "no_data", window: { axis: "z", time_s: null, rate_deg_per_h: null } });
+  const gyro = gyroOf(statusOfZ({ state: "connecting" }, { quality: "no_data", window: { axis: "z", time_s: null, rate_deg_per_h: null } }));
   assert.equal(gyro.axes.get("z").window, null);
-  state.takeStatus(gyro, { axis: "z", state: "receiving", quality: "good", age_s: 0.5, window: second(10, 1) }, 1000);
+  state.takeStatus(gyro, statusOfZ({ state: "receiving", age_s: 0.5 }, { quality: "good", window: second(10, 1) }), 1000);
   assert.equal(gyro.axes.get("z").window.time_s, 10);
 });
 
 test("the age of a line without data since before the page was opened is that of the status", () => {
   const gyro = state.makeGyro("g");
   state.takeInstance(gyro, { name: "g", state: "running", axes: ["z"] });
-  state.takeStatus(gyro, { axis: "z", state: "silent", age_s: 7200 }, 1000);
+  state.takeStatus(gyro, statusOfZ({ state: "silent", age_s: 7200 }, {}), 1000);
   assert.equal(state.ageOf(gyro.axes.get("z"), 1000), "2 h old");
 });
 
 test("the progress of warming is separate from its word; all is good only if every axis is", () => {
-  const gyro = gyroOf({ axis: "z", state: "receiving", quality: "warming", warm_s: 35, full_s: 110, age_s: 0 }), axis = gyro.axes.get("z");
+  const gyro = gyroOf(statusOfZ({ state: "receiving", age_s: 0 }, { quality: "warming", warm_s: 35, full_s: 110 })), axis = gyro.axes.get("z");
   const { word, count } = state.statusOf(gyro, axis, true, 0);
   assert.deepEqual([word, count], ["warming", "35 of 110 s"]);
   assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([], true, 0)], [false, false]);
@@ -181,9 +184,9 @@ test("the progress of warming is separate from its word; all is good only if eve
 test("responses for one axis and for several are read the same way, and a removed axis is deleted", () => {
   const gyro = gyroOf({ state: "receiving", axes: { x: { axis: "x", quality: "good" }, y: { axis: "y", quality: "no_model" } } });
   assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);
-  state.takeStability(gyro, { x: { axis: "x", improvement: 0.5 } });
+  state.takeStability(gyro, { axes: { x: { axis: "x", improvement: 0.5 } } });
   assert.equal(gyro.axes.get("x").stability.improvement, 0.5);
-  state.takeStatus(gyro, { axis: "y", state: "receiving", quality: "good" }, 0);
+  state.takeStatus(gyro, { state: "receiving", axes: { y: { axis: "y", quality: "good" } } }, 0);
   assert.deepEqual([...gyro.axes.keys()], ["y"]);
 });
 
@@ -198,7 +201,7 @@ test("the main number is the corrected rate, the raw rate without a model, and u
 });
 
 test("a second that was cut short does not remove the values before it", () => {
-  const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
+  const gyro = gyroOf(statusOfZ({ state: "receiving" }, { model: { name: "m" } })), axis = gyro.axes.get("z");
   const means = { mean_rate_deg_per_h: 8.5, mean_temperature_degc: 25, corrected_mean_deg_per_h: 8.4 }, none = { mean_rate_deg_per_h: null, mean_temperature_degc: null };
   state.takeWindow(gyro, second(10, 8, means), 1);
   state.takeWindow(gyro, second(11, 8, none), 2);
@@ -209,7 +212,7 @@ test("a second that was cut short does not remove the values before it", () => {
 });
 
 test("a trace has either corrected or raw rates, never both", () => {
-  const gyro = gyroOf({ axis: "z", state: "receiving", model: { name: "m" } }), axis = gyro.axes.get("z");
+  const gyro = gyroOf(statusOfZ({ state: "receiving" }, { model: { name: "m" } })), axis = gyro.axes.get("z");
   state.takeWindow(gyro, second(10, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: null }), 1);
   state.takeWindow(gyro, second(11, 8.5, { mean_rate_deg_per_h: 8.5, corrected_mean_deg_per_h: 8.4 }), 2);
   const told = () => axis.trace.map((row) => row[state.partOfTrace(axis)]);
@@ -221,7 +224,7 @@ test("a trace has either corrected or raw rates, never both", () => {
 });
 
 test("a trace keeps ten minutes, and restarts when the device's clock does", () => {
-  const gyro = gyroOf({ axis: "z", state: "receiving" });
+  const gyro = gyroOf(statusOfZ({ state: "receiving" }, {}));
   for (let t = 1; t <= 1000; t++) state.takeWindow(gyro, { ...second(t, t), corrected_mean_deg_per_h: t }, t);
   const { trace } = gyro.axes.get("z");
   assert.deepEqual([trace[0][0], trace.length], [400, 601]);

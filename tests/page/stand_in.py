@@ -85,7 +85,7 @@ class Gyro:
                         "window_s": 100, "warm_s": 110, "full_s": 110} for axis in self.axes}
         whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, **self.silence(), "gyro_serial": "SIMULATED",
                  "line": {"frames": int((time.time() - self.first_s) * 200), "bad_check": 2, "bad_length": 0, "bad_body": 0}, "timing": {"missing_frames": 3}}
-        return {**whole, **parts[self.axes[0]]} if len(self.axes) == 1 else {**whole, "axes": parts}
+        return {**whole, "axes": parts}
 
     def silence(self):
         """Returns the members of a status that differ while the line has no data."""
@@ -119,12 +119,11 @@ class Gyro:
         if method == "range":
             return self.range(axis, params["from_s"], params["to_s"], params["points"])
         now = int(self.now())
-        of = {"status": self.status, "events": lambda: self.events, "model": lambda: self.model(axis), "subscribe": lambda: {"window": True},
-              "line": self.line, "stability": lambda: {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
-                                           "improvement": 0.56} for name in self.axes},
-              "history": lambda: {name: [self.window(name, t) for t in range(now - params.get("seconds", 100), now)] for name in self.axes}}
-        found = of[method]()
-        return next(iter(found.values())) if method in ("stability", "history") and len(self.axes) == 1 else found
+        of = {"status": self.status, "events": lambda: self.events, "model": lambda: {"axes": {axis: self.model(axis)}}, "subscribe": lambda: {"window": True},
+              "line": self.line, "stability": lambda: {"axes": {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
+                                           "improvement": 0.56} for name in self.axes}},
+              "history": lambda: {"axes": {name: [self.window(name, t) for t in range(now - params.get("seconds", 100), now)] for name in self.axes}}}
+        return of[method]()
 
 
 class Server:

@@ -135,6 +135,13 @@ class Asker {
     return ask(rpc, R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}").at("result");
   }
 
+  /// The same in protocol 2.
+  nlohmann::json ask_2(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params = nullptr) {
+    return ask(
+        rpc,
+        nlohmann::json{{"jsonrpc", "2.0"}, {"id", 1}, {"protocol", 2}, {"method", method}, {"params", params}}.dump());
+  }
+
  private:
   boost::asio::io_context io_;
   Socket mine_;

@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: MIT
-# The Python client with a real prismd: requests, errors, and rows across a restart and a lost connection.
+# The Python client with a real prismd: requests, errors, and rows across a restart and a lost connection. That of version 0.2.0, which
+# speaks protocol 1, gets the same data.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
-export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
+export PYTHONDONTWRITEBYTECODE=1
 config
 start_sim --profile steady --speed 10
 start_prismd
 wait_for 10 field_above '.log.rows - .log.unsynced' status 20
 
-python3 - <<'END' || fail "requests"
+for PYTHONPATH in "$PRISM_SOURCE/tests/support/python-client-0.2.0" "$PRISM_SOURCE/clients/python"; do
+export PYTHONPATH
+python3 - <<'END' || fail "requests: $PYTHONPATH"
 import prism
 with prism.Gyro() as gyro:
     assert gyro.status()["state"] == "receiving"
-    assert gyro.bias()["quality"] == gyro.status()["quality"]
+    assert gyro.bias()["quality"] == gyro.status()["quality"] and gyro.status()["log"]["rows"] >= 20
+    assert gyro.stability()["axis"] == gyro.stability("z")["axis"] == "z" and gyro.ask("version")["protocol"] == 2
     history = gyro.history(5)
     assert len(history) == 5 and isinstance(history[0], prism.Window) and history[0].axis == "z", history
     assert gyro.history(5, axis="z")[0].axis == gyro.bias("z")["axis"] == "z"
@@ -33,19 +37,20 @@ except prism.Gone as why:
 END
 
 # Reading the log page by page continues after the last page, from a cursor of the client or one that prismd stores by name.
-python3 - <<'END' || fail "the log"
-import time
+python3 - <<'END' || fail "the log: $PYTHONPATH"
+import os, time
 import prism
 gyro = prism.Gyro()
+name = "audit-0.2" if "0.2" in os.environ["PYTHONPATH"] else "audit"
 pages = list(gyro.log())
 seconds = [row["time_s"] for page in pages for row in page.rows]
 assert len(seconds) >= 20 and seconds == [seconds[0] + i for i in range(len(seconds))], seconds
 first = pages[0].rows[0]
 assert (first["segment"], first["row"]) == (1, 1) and isinstance(first["rate_deg_per_h"], float), first
 assert first["bias_deg_per_h"] is None and first["quality"] == "warming" and first["arrival_s"] > 1.7e9, first
-named = [row["time_s"] for page in gyro.log(name="audit") for row in page.rows]
+named = [row["time_s"] for page in gyro.log(name=name) for row in page.rows]
 time.sleep(1.5)
-more = [row["time_s"] for page in gyro.log(name="audit") for row in page.rows]
+more = [row["time_s"] for page in gyro.log(name=name) for row in page.rows]
 assert more and more[0] == named[-1] + 1, (named[-1], more)
 follower = gyro.log(after=pages[-1].cursor, follow=True)
 assert next(follower).rows[0]["time_s"] == seconds[-1] + 1
@@ -55,6 +60,7 @@ try:
 except prism.Refused as why:
     assert why.code == -32002 and "log 00000000" in str(why), why
 END
+done
 
 # No second is missing or duplicate if the connection is lost while prismd keeps running.
 python3 - <<'END' || fail "rows across a lost connection"

@@ -69,9 +69,9 @@ start prismd prismd all.json; daemon=$pid
 wait_for 5 prismctl version
 wait_for 10 sh -c "prismctl --json status | jq -e '.axes.y.window.quality | contains(\"rate_invalid\")'"
 prismctl --json bias >bias.json
-same "rate of y" "$(jq .y.rate_deg_per_h bias.json)" null
+same "rate of y" "$(jq .axes.y.rate_deg_per_h bias.json)" null
 for axis in x z; do
-  same "rate of $axis is a number" "$(jq "(.$axis.rate_deg_per_h | type) + \" \" + .$axis.axis" -r bias.json)" "number $axis"
+  same "rate of $axis is a number" "$(jq "(.axes.$axis.rate_deg_per_h | type) + \" \" + .axes.$axis.axis" -r bias.json)" "number $axis"
 done
 prismctl status >status.out
 contains "status" "$(sed -n 4p status.out)" "                 x                     y                     z"

@@ -9,10 +9,11 @@ columns = HOSTILE if unreadable else "time_s,samples,quality,arrival_s"
 begin = int(time.time()) - 5
 rows = [f"{begin + i},50,good,{begin + i}" for i in range(4)] + ([] if unreadable else [HOSTILE])
 window = {"axis": "z", "time_s": begin, "rate_deg_per_h": 8.5, "quality": HOSTILE}
-status = {"name": HOSTILE, "version": HOSTILE, "state": HOSTILE, "detail": HOSTILE, "axis": "z", "quality": HOSTILE, "gyro_serial": HOSTILE,
-          "device": HOSTILE, "frames": HOSTILE, "model": {"name": HOSTILE, "kind": HOSTILE, "id": HOSTILE}, "window": window, "age_s": 0.1,
-          "axes": {"z": {"quality": HOSTILE, "window": window, "model": {"name": HOSTILE}}, HOSTILE: {"quality": "good"}},
-          "sensors": {HOSTILE: {"value": 1, "unit": "V"}}, "log": {"rows": 5, "followers": {HOSTILE: {"lost_rows": 1}}}}
+status = {"name": HOSTILE, "version": HOSTILE, "state": HOSTILE, "detail": HOSTILE, "gyro_serial": HOSTILE,
+          "device": HOSTILE, "frames": HOSTILE, "age_s": 0.1,
+          "axes": {"z": {"quality": HOSTILE, "window": window, "model": {"name": HOSTILE, "kind": HOSTILE, "id": HOSTILE},
+                         "log": {"followers": {HOSTILE: {"lost_rows": 1}}}}, HOSTILE: {"quality": "good"}},
+          "sensors": {HOSTILE: {"value": 1, "unit": "V"}}, "log": {"rows": 5}}
 event = {"time_s": begin, "severity": HOSTILE, "kind": HOSTILE, "text": HOSTILE}
 segment = {"segment": 1, "file": HOSTILE, "metadata": {"model": HOSTILE, HOSTILE: [HOSTILE, {"x": HOSTILE}]}, "columns": columns, "first": 1,
            "rows": rows}
@@ -30,9 +31,10 @@ class Client(socketserver.StreamRequestHandler):
             method, params = request["method"], request.get("params") or {}
             if method == "rows" and params.get("after") == page("")["after"]:
                 time.sleep(0.2)
-            results = {"status": status, "events": [event], "rows": page(params.get("after")), "subscribe": {"axes": ["z"]},
-                       "line": {"device": HOSTILE, "notes": [HOSTILE]}, "model": {"name": HOSTILE, "provenance": {HOSTILE: HOSTILE}},
-                       "config": {HOSTILE: HOSTILE}, "stability": {"divisor": HOSTILE}, "bias": window, "history": [window]}
+            of_axes = {"rows": page(params.get("after")), "model": {"name": HOSTILE, "provenance": {HOSTILE: HOSTILE}}, "config": {HOSTILE: HOSTILE},
+                       "stability": {"divisor": HOSTILE}, "bias": window, "history": [window]}
+            results = {"status": status, "events": [event], "subscribe": {"axes": ["z"]}, "line": {"device": HOSTILE, "notes": [HOSTILE]},
+                       **{name: {"axes": {"z": own}} for name, own in of_axes.items()}}
             answer = {"result": results[method]} if method in results else {"error": {"code": -1, "message": HOSTILE}}
             self.wfile.write((json.dumps({"jsonrpc": "2.0", "id": request["id"], **answer}) + "\n").encode())
             if method == "subscribe":

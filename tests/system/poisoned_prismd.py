@@ -9,7 +9,7 @@ ID = "%032x" % abs(hash(sys.argv[1]))
 stored = int(sys.argv[2]) if len(sys.argv) > 2 else 0
 kind = sys.argv[3] if len(sys.argv) > 3 else ""
 start = time.time()
-status = {"state": "receiving", "axis": "z" * 2**20 if kind == "axis" else "z", "quality": "good", "log": {"rows": 5}}
+status = {"state": "receiving", "axes": {"z" * 2**20 if kind == "axis" else "z": {"quality": "good"}}, "log": {"rows": 5}}
 
 
 def available():
@@ -37,7 +37,7 @@ class Client(socketserver.StreamRequestHandler):
         for line in self.rfile:
             request = json.loads(line)
             results = {"status": lambda: status, "events": lambda: [], "subscribe": lambda: {"axes": ["z"]},
-                       "rows": lambda: page(request["params"])}
+                       "rows": lambda: {"axes": {"z": page(request["params"])}}}
             answer = {"jsonrpc": "2.0", "id": request["id"], "result": results[request["method"]]()}
             self.wfile.write((json.dumps(answer) + "\n").encode())
 

@@ -111,7 +111,8 @@ DaemonConnection::~DaemonConnection() {
 }
 
 Result<int> DaemonConnection::send(const std::string& method, const nlohmann::json& params) {
-  nlohmann::json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
+  nlohmann::json request = {
+      {"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}, {"protocol", config::kProtocol}};
   if (!params.is_null()) request["params"] = params;
   const std::string line = json_text(request) + "\n";
   for (std::size_t sent = 0; sent < line.size();) {
@@ -123,18 +124,20 @@ Result<int> DaemonConnection::send(const std::string& method, const nlohmann::js
   return last_id_;
 }
 
-Result<nlohmann::json> DaemonConnection::ask(const std::string& method, const nlohmann::json& params) {
+Response DaemonConnection::ask(const std::string& method, const nlohmann::json& params) {
+  const auto failed = [](config::SocketError code, Error error) {
+    return Response(tl::unexpect, RequestError{code, std::move(error)});
+  };
   const auto id = send(method, params);
-  if (!id) return tl::unexpected<Error>(id.error());
+  if (!id) return failed(config::kGone, id.error());
   for (;;) {
-    auto answer = next(kAnswerTimeoutMs);
-    if (!answer) return tl::unexpected<Error>(answer.error());
-    if (!*answer)
-      return make_error(path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000));
-    const nlohmann::json& message = **answer;
-    if (member(message, "id") != *id) continue;
-    if (message.contains("error")) return make_error("prismd", text_member(message["error"], "message", "refused"));
-    return member(message, "result");
+    auto message = next(kAnswerTimeoutMs);
+    if (!message) return failed(config::kGone, message.error());
+    if (!*message)
+      return failed(config::kTimeout,
+                    {path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000)});
+    const nlohmann::json& its = member(**message, "id");
+    if (its == *id || (its.is_null() && (*message)->contains("error"))) return response_of(method, **message);
   }
 }
 

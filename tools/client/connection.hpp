@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/client/response.hpp"
 
 namespace prism::client {
 
@@ -33,8 +34,9 @@ class DaemonConnection {
   /// Sends a request. Returns its id; next() returns the response with this id.
   Result<int> send(const std::string& method, const nlohmann::json& params = nullptr);
 
-  /// Sends a request and waits for the response (at most 10 s). Drops notifications received before it.
-  Result<nlohmann::json> ask(const std::string& method, const nlohmann::json& params = nullptr);
+  /// Sends a request and waits for the response (at most 10 s). Drops notifications received before it. An error
+  /// without an id is also the response: prismd rejected the connection.
+  Response ask(const std::string& method, const nlohmann::json& params = nullptr);
 
   /// Returns the next message of the daemon; nullopt after timeout_ms (−1: no limit) or a signal. Errors: the daemon
   /// closed the connection, or sent invalid data.

@@ -150,18 +150,13 @@ void add_log(const GyroWriter& gyro, const json& status) {
   gyro.put(kDropped, at(log, "dropped"));
   gyro.put(kPending, at(log, "pending"));
   gyro.put(kCapture, at(at(status, "capture"), "dropped_bytes"));
-  const auto add = [](const GyroWriter& own, const std::string& name, const json& follower) {
-    own.put(kFollower, {{"follower", name}}, value_of(at(follower, "lost_rows")));
-  };
-  for (const auto& [name, own] : at(log, "followers").items()) {
-    if (!at(own, "lost_rows").is_null()) {
-      add(gyro, name, own);
-    } else {  // by axis
-      for (const auto& [follower, its] : own.items()) add(gyro.of_axis(name), follower, its);
-    }
-  }
   gyro.put(kClients, at(at(status, "clients"), "connected"));
   gyro.put(kClientRows, at(at(status, "clients"), "lost_rows"));
+}
+
+void add_followers(const GyroWriter& gyro, const json& followers) {
+  for (const auto& [name, own] : followers.items())
+    gyro.put(kFollower, {{"follower", name}}, value_of(at(own, "lost_rows")));
 }
 
 void add_sensors(const GyroWriter& gyro, const json& sensors) {
@@ -191,12 +186,10 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
   add_log(gyro, status);
   add_sensors(gyro, at(status, "sensors"));
   const json& axes = at(status, "axes");
-  if (!axes.is_object()) {
-    const std::string axis = text_of(at(status, "axis"));
-    return add_axis(gyro.of_axis(axis.empty() ? "z" : axis), status, answers.stability);
-  }
   for (const auto& [axis, own] : axes.items()) {
-    if (follows(TextRule::kAxisName, axis)) add_axis(gyro.of_axis(axis), own, member(answers.stability, axis));
+    if (!follows(TextRule::kAxisName, axis)) continue;
+    add_axis(gyro.of_axis(axis), own, at(at(answers.stability, "axes"), axis.c_str()));
+    add_followers(axes.size() > 1 ? gyro.of_axis(axis) : gyro, at(at(own, "log"), "followers"));
   }
 }
 

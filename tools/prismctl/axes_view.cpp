@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "base/escape.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -55,14 +57,12 @@ std::string cell(const std::string& text, std::size_t width) {
 
 }  // namespace
 
-std::vector<std::string> axes_of(const json& answer) {
-  std::vector<std::string> names;
-  if (!answer.is_object() || answer.contains("axis")) return names;
-  for (const auto& [name, own] : answer.items()) {
-    if (!own.is_object() && !own.is_array() && !own.is_null()) return {};
-    names.push_back(name);
-  }
-  return names;
+json with_only_axis(json result) {
+  const json& axes = at(result, "axes");
+  if (!axes.is_object() || axes.size() != 1) return result;
+  if (result.size() == 1) return json(axes.front());
+  const std::string name = axes.begin().key();
+  return client::with_axis(std::move(result), name);
 }
 
 std::string axes_table(const json& axes, const char* window) {
@@ -81,12 +81,14 @@ std::string axes_table(const json& axes, const char* window) {
   return text;
 }
 
-std::string each_axis(const json& answer, const std::function<std::string(const json&)>& view) {
-  const std::vector<std::string> names = axes_of(answer);
-  if (names.empty()) return view(answer);
+std::string each_axis(const json& result, const std::function<std::string(const json&)>& view) {
+  const json& axes = at(result, "axes");
+  if (!axes.is_object()) return view(result);
   std::string text;
-  for (const std::string& name : names)
-    text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", printable(name)) + view(answer[name]);
+  for (const auto& [name, own] : axes.items()) {
+    if (axes.size() > 1) text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", printable(name));
+    text += view(own);
+  }
   return text;
 }
 

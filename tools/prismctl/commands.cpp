@@ -40,22 +40,16 @@ struct Choice {
   bool json = false;
 };
 
-std::optional<Error> axis_fault(const nlohmann::json& status, const std::string& axis) {
+// Removes the other axes from a result. Errors: the result has axes, but not this one.
+Result<void> choose_axis(nlohmann::json& result, const std::string& axis) {
+  const nlohmann::json axes = at(result, "axes");
+  if (axis.empty() || !axes.is_object()) return {};
   std::vector<std::string> names;
-  for (const auto& [name, own] : at(status, "axes").items()) names.push_back(name);
-  if (names.empty()) names.push_back(text_of(at(status, "axis"), "z"));
-  if (std::find(names.begin(), names.end(), axis) != names.end()) return std::nullopt;
-  return Error{"--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", "))};
-}
-
-// Status of one axis, in the form of a device with one axis.
-nlohmann::json status_of_axis(nlohmann::json status, const std::string& axis) {
-  const nlohmann::json own = at(at(status, "axes"), axis);
-  if (!own.is_object()) return status;
-  status.erase("axes");
-  status["axis"] = axis;
-  status.update(own);
-  return status;
+  for (const auto& [name, own] : axes.items()) names.push_back(name);
+  if (!axes.contains(axis))
+    return make_error("--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", ")));
+  result["axes"] = nlohmann::json::object({{axis, axes[axis]}});
+  return {};
 }
 
 // Sends a request and prints the result with `view` or as JSON. Methods of axes get the chosen axis.
@@ -68,13 +62,10 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params, 
   auto connection = client::DaemonConnection::open(*path);
   if (!connection) return fail(connection.error());
   auto answer = connection->ask(method, params);
-  if (!answer) return fail(answer.error());
-  if (method == "status" && !choice.axis.empty()) {
-    if (const auto wrong = axis_fault(*answer, choice.axis)) return fail(*wrong);
-    *answer = status_of_axis(*answer, choice.axis);
-  }
+  if (!answer) return fail(answer.error().error);
+  if (const auto chosen = choose_axis(*answer, choice.axis); !chosen) return fail(chosen.error());
   if (choice.json) {
-    print_json(*answer, 2);
+    print_json(with_only_axis(*answer), 2);
   } else {
     print_text(view(*answer));
   }
@@ -102,7 +93,7 @@ View view_of(std::string_view method) {
       {"model", [](const nlohmann::json& m) { return each_axis(m, model_view); }}};
   const auto found = kViews.find(method);
   if (found != kViews.end()) return found->second;
-  return [](const nlohmann::json& result) { return printable_json(json_text(result, 2)) + "\n"; };
+  return [](const nlohmann::json& result) { return printable_json(json_text(with_only_axis(result), 2)) + "\n"; };
 }
 
 std::string help_of(std::string_view method) { return std::string(config::find_method(method)->help); }

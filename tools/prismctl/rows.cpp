@@ -87,8 +87,9 @@ class Follower {
     for (;;) {
       const auto more = page();
       if (!more) {
-        if (!settings_.follow || refused_) return fail(more.error());
-        pause(more.error());
+        if (!settings_.follow || !is_temporary(more.error().code)) return fail(more.error().error);
+        connection_.reset();
+        pause(more.error().error);
       } else if (!*more) {
         break;
       }
@@ -102,6 +103,14 @@ class Follower {
   }
 
  private:
+  using PageResult = tl::expected<bool, client::RequestError>;
+
+  static bool is_temporary(config::SocketError code) {
+    return code == config::kGone || code == config::kTimeout || code == config::kBusy;
+  }
+  static PageResult failed(config::SocketError code, const Error& error) {
+    return PageResult(tl::unexpect, client::RequestError{code, error});
+  }
   static int fail(const Error& error) {
     fmt::print(stderr, "prismctl: {}\n", error.text());
     return 1;
@@ -120,10 +129,10 @@ class Follower {
   }
 
   // Prints one page. Returns false at the end.
-  Result<bool> page() {
+  PageResult page() {
     if (!connection_) {
       auto opened = client::DaemonConnection::open(socket_);
-      if (!opened) return tl::unexpected<Error>(opened.error());
+      if (!opened) return failed(config::kGone, opened.error());
       connection_.emplace(std::move(*opened));
     }
     const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
@@ -132,29 +141,23 @@ class Follower {
     if (!settings_.follower.empty()) params["name"] = settings_.follower;
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
-    if (!answer) {
-      refused_ = answer.error().text().find("rows") != std::string::npos;
-      connection_.reset();
-      return tl::unexpected<Error>(answer.error());
-    }
+    if (!answer) return tl::unexpected(answer.error());
     silent_ = false;
-    if (const json& missing = at(*answer, "missing"); missing.is_number() && missing > 0)
+    const json& page = client::of_axis(*answer, settings_.axis);
+    if (const json& missing = at(page, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
                  json_text(missing));
-    printer_.page(*answer);
-    cursor_ = text_member(*answer, "after", cursor_);
-    if (const auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) {
-      refused_ = true;
-      return tl::unexpected<Error>(valid.error());
-    }
-    if (!settings_.cursor_file.empty()) {
-      if (auto kept = write_text_file(settings_.cursor_file, cursor_ + "\n"); !kept) {
-        refused_ = true;
-        return tl::unexpected<Error>(kept.error());
-      }
-    }
+    printer_.page(page);
+    cursor_ = text_member(page, "after", cursor_);
+    if (const auto stored = store_cursor(); !stored) return failed(config::kFailed, stored.error());
     const bool enough = settings_.limit > 0 && printer_.rows() >= settings_.limit;
-    return !enough && (settings_.follow || at(*answer, "more") == true);
+    return !enough && (settings_.follow || at(page, "more") == true);
+  }
+
+  Result<void> store_cursor() {
+    if (auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) return valid;
+    if (settings_.cursor_file.empty()) return {};
+    return write_text_file(settings_.cursor_file, cursor_ + "\n");
   }
 
   // Confirms the last page, which was printed.
@@ -162,7 +165,7 @@ class Follower {
     json params = {{"after", cursor_}, {"limit", 1}, {"name", settings_.follower}};
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
-    if (!answer) return tl::unexpected<Error>(answer.error());
+    if (!answer) return tl::unexpected<Error>(answer.error().error);
     return {};
   }
 
@@ -176,7 +179,7 @@ class Follower {
   Printer printer_;
   std::string cursor_;
   std::optional<client::DaemonConnection> connection_;
-  bool refused_ = false, silent_ = false;
+  bool silent_ = false;
 };
 
 }  // namespace

@@ -86,13 +86,10 @@ std::string deletion_line(const json& retention) {
   return line("deletes next", text);
 }
 
-// Of the log, of each axis's log, and of the capture.
+// Of the log of each axis and of the capture.
 std::string deletions_text(const json& status) {
-  const json& log = at(at(status, "log"), "retention");
-  std::string text = deletion_line(log);
-  if (log.is_object() && !log.contains("next")) {
-    for (const json& axis : log) text += deletion_line(axis);
-  }
+  std::string text = deletion_line(at(at(status, "log"), "retention"));
+  for (const json& axis : at(status, "axes")) text += deletion_line(at(at(axis, "log"), "retention"));
   return text + deletion_line(at(at(status, "capture"), "retention"));
 }
 
@@ -106,7 +103,8 @@ std::string line_state(const json& l) {
 
 }  // namespace
 
-std::string status_view(const json& s) {
+std::string status_view(const json& status) {
+  const json s = with_only_axis(status);
   std::string state = text_of(at(s, "state"));
   if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
   std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
@@ -138,12 +136,13 @@ std::string status_view(const json& s) {
                                      count_text(at(clients, "lost_rows"))));
 }
 
-std::string bias_view(const json& b) {
-  if (!axes_of(b).empty()) {
-    const json& first = *b.begin();
+std::string bias_view(const json& result) {
+  if (const json& axes = at(result, "axes"); axes.size() > 1) {
+    const json& first = axes.front();
     return line("time", fmt::format("{}, {}", utc(at(first, "time_s")), age_text(at(first, "age_s")))) +
-           axes_table(b, "");
+           axes_table(axes, "");
   }
+  const json b = with_only_axis(result);
   const int window_s = mean_length_s(b);
   std::string text = line("time", utc(at(b, "time_s")));
   text += line("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));

@@ -7,8 +7,9 @@
 
 namespace prism::prismctl {
 
+/// Of results with one or several axes; the other views are of one axis.
 std::string status_view(const nlohmann::json& status);
-std::string bias_view(const nlohmann::json& bias);
+std::string bias_view(const nlohmann::json& result);
 std::string stability_view(const nlohmann::json& stability);
 std::string line_view(const nlohmann::json& line);
 std::string model_view(const nlohmann::json& model);

@@ -47,21 +47,19 @@ int watch_lines(const std::string& socket, WatchSettings settings) {
   const std::string stream = settings.samples ? "sample" : "window";
   json wanted = {{"streams", {stream, "event"}}, {"every", settings.every}};
   if (!settings.axis.empty()) wanted["axes"] = {settings.axis};
-  auto subscribed =
-      connection ? connection->ask("subscribe", wanted) : Result<json>(tl::unexpected<Error>(connection.error()));
-  if (!subscribed) {
-    fmt::print(stderr, "prismctl: {}\n", subscribed.error().text());
+  const auto fail = [](const std::string& why) {
+    fmt::print(stderr, "prismctl: {}\n", why);
     return 1;
-  }
+  };
+  if (!connection) return fail(connection.error().text());
+  const auto subscribed = connection->ask("subscribe", wanted);
+  if (!subscribed) return fail(subscribed.error().text());
   settings.several = at(*subscribed, "axes").size() > 1;
   if (!settings.json) fmt::print("{}{}", settings.several ? "axis " : "", window_heading());
   std::uint64_t rows = 0;
   while (!g_stop) {
     const auto message = connection->next(-1);
-    if (!message) {
-      fmt::print(stderr, "prismctl: {}\n", message.error().text());
-      return 1;
-    }
+    if (!message) return fail(message.error().text());
     if (!*message) continue;
     const std::string method = text_member(**message, "method");
     if (method.empty()) continue;

@@ -207,7 +207,7 @@ void DatabaseLoop::on_connected(Source& source, const json& status) {
   const StatusAxes axes = axes_of(status);
   for (const std::string& name : axes.invalid) state_.log_skipped_axis(gyro, name);
   for (const std::string& axis : axes.names) {
-    auto log = std::make_shared<LogTailer>(context_, traffic_, LogKey{gyro, axis}, axes.several ? axis : "");
+    auto log = std::make_shared<LogTailer>(context_, traffic_, LogKey{gyro, axis});
     const std::weak_ptr<InstanceClient> instance = source.instance;
     log->open(source.instance->socket(), [instance](const std::string& reason) {
       if (const auto client = instance.lock(); client && client->running()) client->restart(reason);

@@ -8,6 +8,7 @@
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
+#include "tools/client/response.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -62,8 +63,8 @@ void InstanceClient::try_connect() {
   client_->call("status", nullptr, [weak](const json& message) {
     const auto self = weak.lock();
     if (!self || self->closed_) return;
-    const auto status = message.find("result");
-    if (status == message.end() || !status->is_object()) return self->restart("no valid response to status");
+    const auto status = client::response_of("status", message);
+    if (!status) return self->restart(status.error().error.what);
     self->timer_.cancel();
     self->retry_delay_ = kFirstDelay;
     self->running_ = true;
@@ -98,14 +99,13 @@ void InstanceClient::retry_after(std::chrono::milliseconds delay) {
 
 StatusAxes axes_of(const json& status) {
   StatusAxes axes;
-  const auto add = [&](const std::string& name) {
-    if (follows(TextRule::kAxisName, name)) return axes.names.push_back(name);
-    axes.invalid.push_back(shortened(name));
-  };
-  const json& several = member(status, "axes");
-  axes.several = several.is_object() && !several.empty();
-  if (!axes.several) return add(text_member(status, "axis", "z")), axes;
-  for (const auto& [name, axis] : several.items()) add(name);
+  for (const auto& [name, axis] : member(status, "axes").items()) {
+    if (follows(TextRule::kAxisName, name)) {
+      axes.names.push_back(name);
+    } else {
+      axes.invalid.push_back(shortened(name));
+    }
+  }
   return axes;
 }
 

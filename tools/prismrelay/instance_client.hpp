@@ -52,11 +52,9 @@ class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
   bool running_ = false, closed_ = false;
 };
 
-/// The axes in a status: their names, and whether requests must name them. `invalid` has the names that do not follow
-/// TextRule::kAxisName, as printable text.
+/// The names of the axes in a status. `invalid` has those that do not follow TextRule::kAxisName, as printable text.
 struct StatusAxes {
   std::vector<std::string> names, invalid;
-  bool several = false;
 };
 StatusAxes axes_of(const nlohmann::json& status);
 

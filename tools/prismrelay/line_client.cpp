@@ -8,6 +8,7 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
+#include "config/socket_protocol.hpp"
 
 namespace prism::prismrelay {
 
@@ -37,7 +38,7 @@ void LineClient::open(const std::string& path, OnMessage on_notification, OnDisc
 }
 
 void LineClient::call(const char* method, const json& params, OnMessage on_response) {
-  json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}};
+  json request = {{"jsonrpc", "2.0"}, {"id", ++last_id_}, {"method", method}, {"protocol", config::kProtocol}};
   if (!params.is_null()) request["params"] = params;
   pending_[last_id_] = std::move(on_response);
   unsent_.push_back(json_text(request) + "\n");

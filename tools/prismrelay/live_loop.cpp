@@ -8,6 +8,7 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -90,10 +91,7 @@ void LiveLoop::on_status(const std::string& gyro, const std::string& name, json 
   for (const std::string& axis : axes.invalid) state_.log_skipped_axis(gyro, axis);
   if (mqtt_ && unpublished_.count(name) == 0) {
     for (const std::string& axis : source.axes) {
-      json axis_status = status;
-      axis_status.erase("axes");
-      if (const json& of_axis = member(member(status, "axes"), axis); of_axis.is_object()) axis_status.update(of_axis);
-      axis_status["axis"] = axis;
+      json axis_status = client::with_axis(status, axis);
       axis_status["state"] = "running";
       mqtt_->publish_last(fmt::format("{}/{}/status", name, axis), json_text(axis_status), true);
     }
@@ -138,8 +136,7 @@ void LiveLoop::once_a_second() {
       const auto found = sources_.find(gyro);
       if (found == sources_.end()) return;
       found->second.status_pending = false;
-      if (const auto status = message.find("result"); status != message.end() && status->is_object())
-        on_status(gyro, name, *status);
+      if (const auto status = client::response_of("status", message)) on_status(gyro, name, *status);
     });
   }
   ++second_;

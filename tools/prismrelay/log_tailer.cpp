@@ -8,7 +8,6 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
-#include "config/socket_protocol.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -24,8 +23,8 @@ constexpr int kLargePage = 2000, kSmallPage = 50;  // rows
 
 }  // namespace
 
-LogTailer::LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log, std::string axis)
-    : traffic_(traffic), log_(std::move(log)), axis_(std::move(axis)), client_(std::make_shared<LineClient>(context)) {}
+LogTailer::LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log)
+    : traffic_(traffic), log_(std::move(log)), client_(std::make_shared<LineClient>(context)) {}
 
 void LogTailer::open(const std::string& socket, LineClient::OnDisconnect on_disconnect) {
   client_->open(socket, nullptr, std::move(on_disconnect));
@@ -57,8 +56,8 @@ void LogTailer::request_page() {
   json params = {{"after", cursor_},
                  {"limit", is_behind_ && !many_refusals_ ? kLargePage : kSmallPage},
                  {"wait_s", is_behind_ ? 0 : kWait_s},
-                 {"name", traffic_.consumer}};
-  if (!axis_.empty()) params["axis"] = axis_;
+                 {"name", traffic_.consumer},
+                 {"axis", log_.axis}};
   client_->call("rows", params, [weak = weak_from_this(), generation = generation_](const json& message) {
     if (const auto self = weak.lock()) self->on_response(generation, message);
   });
@@ -71,8 +70,9 @@ void LogTailer::on_response(std::uint64_t generation, const json& message) {
     release_slot();
     return request_page();
   }
-  if (const auto error = message.find("error"); error != message.end()) return on_error(*error);
-  const json& page = member(message, "result");
+  const auto response = client::response_of("rows", message);
+  if (!response) return on_error(response.error());
+  const json& page = client::of_axis(*response, log_.axis);
   const json& segments = member(page, "segments");
   const bool empty = segments.is_array() && segments.empty() && member(page, "missing") == 0;
   if (empty) {  // the cursor is unchanged
@@ -90,9 +90,9 @@ void LogTailer::on_response(std::uint64_t generation, const json& message) {
 }
 
 // If the log directory was emptied, prismd has a new log: records the change and reads the new log from its start.
-void LogTailer::on_error(const json& error) {
-  const std::string reason = printable(text_member(error, "message", "rejected the request"));
-  if (member(error, "code") == config::kUnknownCursor && cursor_ != "earliest") {
+void LogTailer::on_error(const client::RequestError& error) {
+  const std::string reason = printable(error.error.what);
+  if (error.code == config::kUnknownCursor && cursor_ != "earliest") {
     log_line(Level::kWarning,
              fmt::format("{} {}: {}; reading the current log from its start", log_.gyro, log_.axis, reason));
     traffic_.batch->add_change_of_log(log_, cursor_);

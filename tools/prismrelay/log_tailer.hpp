@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "tools/client/response.hpp"
 #include "tools/prismrelay/batch.hpp"
 #include "tools/prismrelay/divided_commit.hpp"
 #include "tools/prismrelay/line_client.hpp"
@@ -33,8 +34,7 @@ struct RowTraffic {
 /// Create with std::make_shared; use only on the thread of `context`. `traffic` must outlive it.
 class LogTailer : public std::enable_shared_from_this<LogTailer> {
  public:
-  /// `axis`: the parameter of requests, required if the device has several axes, else empty.
-  LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log, std::string axis);
+  LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log);
 
   /// Connects to prismd. Failures are reported by `on_disconnect` only.
   void open(const std::string& socket, LineClient::OnDisconnect on_disconnect);
@@ -58,7 +58,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
 
  private:
   void on_response(std::uint64_t generation, const nlohmann::json& message);
-  void on_error(const nlohmann::json& error);
+  void on_error(const client::RequestError& error);
   /// Reports the reason; request_page() does nothing for 5 s.
   void fail(const std::string& reason);
   void log_refusal(const Refusal& refusal);
@@ -66,7 +66,6 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
 
   RowTraffic& traffic_;
   const LogKey log_;
-  const std::string axis_;
   std::shared_ptr<LineClient> client_;
   std::string cursor_;            ///< after the last committed row
   PageSummary page_;              ///< the page in the batch

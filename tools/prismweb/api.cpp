@@ -48,6 +48,13 @@ json value_of(const std::string& word) {
   return value.is_number() ? value : json(word);
 }
 
+// Removes "protocol". Any other value than 2 stays, and is rejected as an unknown parameter.
+int take_protocol(json& params) {
+  if (params.value("protocol", json()) != config::kProtocol) return 1;
+  params.erase("protocol");
+  return config::kProtocol;
+}
+
 std::string error_body(const std::string& message) { return json_text({{"error", message}}) + "\n"; }
 
 int status_of(int code) {
@@ -109,8 +116,9 @@ Result<json> parse_query(std::string_view query) {
 asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   const Result<ApiCall> call = parse_api(target);
   if (!call) co_return Answer{404, "application/json", error_body(call.error().text()), {}, {}};
-  const Result<json> params = parse_query(call->query);
+  Result<json> params = parse_query(call->query);
   if (!params) co_return Answer{400, "application/json", error_body(params.error().text()), {}, {}};
+  const int protocol = take_protocol(*params);
   auto member = std::make_shared<std::string>();
   auto done = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
   const InstanceProxy::Answer take_answer = [member, done](std::string_view text) {
@@ -121,7 +129,7 @@ asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   if (archive != nullptr) {
     archive->rows(*params, take_answer);
   } else {
-    call_method(server, call->instance, call->method, *params, take_answer);
+    call_method(server, call->instance, call->method, *params, protocol, take_answer);
   }
   if (member->empty()) co_await done->async_wait(kUse);
   if (call->method == "instances" || server.instances().find(call->instance) != nullptr) co_return answer_of(*member);

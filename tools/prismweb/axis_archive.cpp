@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/log_page.hpp"
 
 namespace prism::prismweb {
@@ -55,9 +56,9 @@ void AxisArchive::on_change(const AsyncStore::Status& status) {
 }
 
 void AxisArchive::take_history(std::string_view member) {
-  const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
-  if (!answer.is_object() || !answer.contains("result")) return;
-  for (const json& window : answer["result"]) {
+  const client::Response history = response_of("history", member);
+  if (!history) return;
+  for (const json& window : client::of_axis(*history, axis_)) {
     if (const auto second = second_of(window)) recent_.put(*second);
   }
 }
@@ -85,19 +86,19 @@ void AxisArchive::continue_after(std::chrono::milliseconds pause) {
 }
 
 void AxisArchive::store_page(std::string_view member, const std::string& from) {
-  Result<LogPage> page = parse_log_page(member);
+  auto page = parse_log_page(member, axis_);
   if (!page) return handle_error(page.error());
   for (const PeriodSummary& second : page->seconds) recent_.put(second);
   behind_ = page->more;
   store_->push(std::move(page->seconds), from, page->after, behind_);
 }
 
-void AxisArchive::handle_error(const Error& error) {
-  if (error.where == std::to_string(kUnknownCursor)) {
+void AxisArchive::handle_error(const client::RequestError& error) {
+  if (error.code == kUnknownCursor) {
     report("log replaced: rebuilding minutes and hours");
     return store_->clear();
   }
-  if (error.where == "-32000") has_log_ = error.what.find("no log is written") == std::string::npos;
+  has_log_ = error.code != kNoLog;
   continue_after(kUpToDate);
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "tools/client/response.hpp"
 #include "tools/prismweb/async_store.hpp"
 #include "tools/prismweb/instance_proxy.hpp"
 #include "tools/prismweb/recent.hpp"
@@ -44,7 +45,7 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   void continue_reading();
   void request_page();
   void store_page(std::string_view member, const std::string& from);
-  void handle_error(const Error& error);
+  void handle_error(const client::RequestError& error);
   void on_change(const AsyncStore::Status& status);
   void continue_after(std::chrono::milliseconds pause);
   void take_history(std::string_view member);

@@ -111,16 +111,18 @@ void InstanceProxy::on_line(std::string_view line) {
 
 // The state becomes kRunning only when the axes are known.
 void InstanceProxy::update_axes(std::string_view member) {
-  const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
-  if (!answer.is_object() || !answer.contains("result") || !answer["result"].is_object()) return short_.close();
-  const json& status = answer["result"];
+  const client::Response status = response_of("status", member);
+  report_older(!status && status.error().code == kFailed ? status.error().text() : "");
+  if (!status) return short_.close();
   axes_.clear();
-  if (status.contains("axes") && status["axes"].is_object()) {
-    for (const auto& [axis, of_axis] : status["axes"].items()) axes_.push_back(axis);
-  } else if (status.contains("axis") && status["axis"].is_string()) {
-    axes_.push_back(status["axis"]);
-  }
+  for (const auto& [axis, own] : (*status)["axes"].items()) axes_.push_back(axis);
   subscribe_to_notifications();
+}
+
+// Once, not at each reconnect.
+void InstanceProxy::report_older(const std::string& why) {
+  if (std::exchange(reported_, why) == why || why.empty()) return;
+  fmt::print(stderr, "prismweb: {}: {}\n", name_, why);
 }
 
 // Subscribes before on_connect() requests past rows, so that no second is missed.
@@ -156,20 +158,20 @@ void InstanceProxy::subscribe(Subscriber* subscriber, const Subscription& subscr
   send_subscription();
 }
 
-void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer) {
+void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer, int protocol) {
   if (state_ != InstanceState::kRunning) return answer(error_member(kGone, name_ + " is not running"));
   const std::string text = params.is_null() ? "{}" : json_text(params);
   if (text.size() > kMaxParamsBytes)
     return answer(error_member(
         kInvalidParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
-  if (!(is_long(method) ? long_ : short_).call(method, text, answer))
+  if (!(is_long(method) ? long_ : short_).call(method, text, answer, protocol))
     answer(error_member(kBusy, "too many requests pending for " + name_ + "; retry later"));
 }
 
 asio::awaitable<void> InstanceProxy::expire() {
   asio::steady_timer tick(io_);
   const std::string member =
-      error_member(kGone, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
+      error_member(kTimeout, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
   for (;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);

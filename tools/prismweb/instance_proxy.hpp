@@ -40,7 +40,8 @@ class InstanceProxy {
   /// Calls a method of prismd. Errors at once: prismd is not running, too many requests are pending, the params are too
   /// long. Error after 15 s: no response. Requests are sent one at a time; those with long responses (`rows`,
   /// `history`, `events`) have a connection of their own, so that they do not delay short ones.
-  void call(std::string_view method, const nlohmann::json& params, Answer answer);
+  /// `protocol`: form of the result, 1 or 2.
+  void call(std::string_view method, const nlohmann::json& params, Answer answer, int protocol = config::kProtocol);
 
   void subscribe(Subscriber* subscriber, const Subscription& subscription);
   SubscriptionTable& subscriptions() { return subscriptions_; }
@@ -60,6 +61,7 @@ class InstanceProxy {
   boost::asio::awaitable<void> expire();
   void on_line(std::string_view line);
   void update_axes(std::string_view status);
+  void report_older(const std::string& why);
   void subscribe_to_notifications();
   void send_subscription();
   void disconnected();
@@ -74,6 +76,7 @@ class InstanceProxy {
   SubscriptionTable subscriptions_;
   std::uint32_t subscribed_every_ = 0;
   bool subscribing_ = false;
+  std::string reported_;  ///< why the last status was rejected
 };
 
 }  // namespace prism::prismweb

@@ -4,18 +4,18 @@
 #include <nlohmann/json.hpp>
 
 #include "compensation/compensated_text.hpp"
+#include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {
 
 using nlohmann::json;
 
-Result<LogPage> parse_log_page(std::string_view member) {
-  const json answer = json::parse("{" + std::string(member) + "}", nullptr, false);
+tl::expected<LogPage, client::RequestError> parse_log_page(std::string_view member, const std::string& axis) {
+  const client::Response response = response_of("rows", member);
+  if (!response) return tl::unexpected(response.error());
   LogPage page;
   try {
-    if (answer.contains("error"))
-      return make_error(std::to_string(answer["error"].at("code").get<int>()), answer["error"].at("message"));
-    const json& result = answer.at("result");
+    const json& result = client::of_axis(*response, axis);
     for (const json& segment : result.at("segments")) {
       const auto layout = compensation::CsvLayout::parse(segment.at("columns").get_ref<const std::string&>(), "rows");
       if (!layout) continue;
@@ -28,7 +28,7 @@ Result<LogPage> parse_log_page(std::string_view member) {
     page.more = result.at("more");
     page.missing = result.value("missing", std::uint64_t{0});
   } catch (const json::exception&) {
-    return make_error("", "found an invalid response of prismd to \"rows\"");
+    return tl::unexpected(client::RequestError{config::kFailed, {"prismd", "found an invalid response to \"rows\""}});
   }
   return page;
 }

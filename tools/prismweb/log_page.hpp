@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismweb/period_summary.hpp"
 
 namespace prism::prismweb {
@@ -19,8 +19,8 @@ struct LogPage {
   std::uint64_t missing = 0;  ///< deleted rows between the cursor and the first row
 };
 
-/// Parses `"result":{…}` of a response; skips lines that are not rows. Errors: the response is an error (`where` is its
-/// code) or not a page.
-Result<LogPage> parse_log_page(std::string_view member);
+/// Parses the response of `axis`; skips lines that are not rows. Errors: those of the response; kFailed if it is not a
+/// page.
+tl::expected<LogPage, client::RequestError> parse_log_page(std::string_view member, const std::string& axis);
 
 }  // namespace prism::prismweb

@@ -8,9 +8,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "tools/metrics/gyro_metrics.hpp"
 #include "tools/prismweb/awaiting.hpp"
+#include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
@@ -38,11 +40,12 @@ void request_metrics(const std::shared_ptr<MetricsResponses>& responses, Instanc
   responses->gyros[proxy.name()];
   for (const auto& [method, member] : kRequests) {
     ++responses->missing;
-    proxy.call(method, json::object(), [responses, name = proxy.name(), member = member](std::string_view text) {
-      const json answer = json::parse("{" + std::string(text) + "}", nullptr, false);
-      if (answer.is_object()) responses->gyros[name].*member = answer.value("result", json());
-      if (--responses->missing == 0) responses->complete.cancel();
-    });
+    proxy.call(method, json::object(),
+               [responses, name = proxy.name(), method = method, member = member](std::string_view text) {
+                 if (client::Response response = response_of(method, text))
+                   responses->gyros[name].*member = std::move(*response);
+                 if (--responses->missing == 0) responses->complete.cancel();
+               });
   }
 }
 

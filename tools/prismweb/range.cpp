@@ -140,10 +140,8 @@ struct Fetch : std::enable_shared_from_this<Fetch> {
   }
 
   void take(std::string_view member) {
-    const Result<LogPage> page = parse_log_page(member);
-    if (!page)
-      return answer(std::string(member).starts_with("\"error\"") ? std::string(member)
-                                                                 : error_member(kGone, page.error().text()));
+    const auto page = parse_log_page(member, axis->name());
+    if (!page) return answer(error_member(page.error().code, page.error().error.what));
     // Retention deleted the rows; the store still has their minutes.
     const bool is_deleted =
         page->missing > 0 && found.empty() && (page->seconds.empty() || page->seconds.front().begin_s > view.from_s);

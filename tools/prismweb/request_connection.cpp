@@ -67,9 +67,9 @@ void RequestConnection::close() {
   socket_.close(ignored);
 }
 
-bool RequestConnection::call(std::string_view method, const std::string& params, Answer answer) {
+bool RequestConnection::call(std::string_view method, const std::string& params, Answer answer, int protocol) {
   if (pending_.size() >= kMaxPending) return false;
-  pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout});
+  pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout, protocol});
   next();
   return true;
 }
@@ -77,9 +77,10 @@ bool RequestConnection::call(std::string_view method, const std::string& params,
 void RequestConnection::next() {
   if (current_id_ != 0 || writing_ || pending_.empty() || !socket_.is_open()) return;
   current_id_ = ++last_id_;
-  line_ = fmt::format(R"({{"jsonrpc":"2.0","id":{},"method":"{}","params":{}}})"
+  const PendingRequest& request = pending_.front();
+  line_ = fmt::format(R"({{"jsonrpc":"2.0","id":{},"method":"{}","params":{},"protocol":{}}})"
                       "\n",
-                      current_id_, pending_.front().method, pending_.front().params);
+                      current_id_, request.method, request.params, request.protocol);
   writing_ = true;
   asio::async_write(socket_, asio::buffer(line_), [this](const boost::system::error_code& error, std::size_t) {
     writing_ = false;

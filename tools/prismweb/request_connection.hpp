@@ -12,6 +12,8 @@
 #include <string>
 #include <string_view>
 
+#include "config/socket_protocol.hpp"
+
 namespace prism::prismweb {
 
 /// prismd disconnects a client with more than a few pending responses, and drops rows for a client with unread
@@ -33,8 +35,8 @@ class RequestConnection {
   boost::asio::awaitable<void> read(OnLine on_other_line);
   void close();
 
-  /// `params`: JSON. Returns false if 256 requests are pending.
-  bool call(std::string_view method, const std::string& params, Answer answer);
+  /// `params`: JSON. `protocol`: form of the result, 1 or 2. Returns false if 256 requests are pending.
+  bool call(std::string_view method, const std::string& params, Answer answer, int protocol = config::kProtocol);
   /// Calls the callbacks of requests older than 15 s with `member` and removes these requests, except the one that was
   /// sent: the next one is sent after its response.
   void expire(std::string_view member);
@@ -48,6 +50,7 @@ class RequestConnection {
     std::string method, params;
     Answer answer;  ///< null: expired
     Clock::time_point until;
+    int protocol;
   };
 
   void next();

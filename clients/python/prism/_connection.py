@@ -128,7 +128,7 @@ class Connection:
     def ask(self, method: str, params: Optional[Dict[str, Any]] = None) -> Any:
         """Returns the result. Queues notifications that arrive meanwhile for notification()."""
         self._last_id += 1
-        request: Dict[str, Any] = {"jsonrpc": "2.0", "id": self._last_id, "method": method}
+        request: Dict[str, Any] = {"jsonrpc": "2.0", "id": self._last_id, "method": method, "protocol": 2}
         if params is not None:
             request["params"] = params
         try:
@@ -140,7 +140,7 @@ class Connection:
             message = self._message(ANSWER_TIMEOUT_S)
             if "method" in message:
                 self._notifications.append(message)
-            elif message.get("id") == self._last_id:
+            elif message.get("id") in (self._last_id, None):  # without an id: prismd rejected the connection
                 if "error" in message:
                     raise Refused(message["error"]["message"], message["error"]["code"])
                 return message["result"]

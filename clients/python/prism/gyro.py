@@ -4,7 +4,7 @@
 import time
 from typing import Any, Dict, Iterator, List, Optional, Type, TypeVar
 
-from ._connection import Connection, Gone, find_socket
+from ._connection import Connection, Gone, PrismError, find_socket
 from .rows import Event, LogPage, Sample, Window, page_of, row_of
 
 Row = TypeVar("Row")
@@ -17,11 +17,22 @@ def _chosen(axis: Optional[str]) -> Dict[str, Any]:
     return {"axis": axis} if axis else {}
 
 
-def _in_time(history: Any) -> List[Dict[str, Any]]:
-    """Rows in order of time. The result of `history` is a list for one axis, an object of lists by name for several."""
-    if isinstance(history, list):
-        return history
-    return sorted((row for axis in history.values() for row in axis), key=lambda row: row["time_s"])
+def _axes(result: Dict[str, Any]) -> Dict[str, Any]:
+    """The parts of a result by axis."""
+    if "axes" not in result:
+        raise PrismError("found a response of protocol 1, expected 2: this prismd is older; restart it")
+    return dict(result["axes"])
+
+
+def _only(result: Dict[str, Any]) -> Any:
+    """The part of the only axis; of several, all by name."""
+    axes = _axes(result)
+    return next(iter(axes.values())) if len(axes) == 1 else axes
+
+
+def _in_time(history: Dict[str, Any]) -> List[Dict[str, Any]]:
+    """The rows of all axes in order of time."""
+    return sorted((row for rows in _axes(history).values() for row in rows), key=lambda row: row["time_s"])
 
 
 class Gyro:
@@ -60,14 +71,20 @@ class Gyro:
         raise AssertionError("unreachable")
 
     def status(self) -> Dict[str, Any]:
-        return dict(self.ask("status"))
+        """The members of an axis are in "axes"; of a device with one axis also in the result itself."""
+        status = dict(self.ask("status"))
+        for axis, own in _axes(status).items():
+            if len(status["axes"]) == 1:
+                log = {**(status.get("log") or {}), **own.get("log", {})}
+                status.update({**own, "axis": axis, **({"log": log} if log else {})})
+        return status
 
     def bias(self, axis: Optional[str] = None) -> Dict[str, Any]:
         """For a device of several axes without `axis`: all, by name."""
-        return dict(self.ask("bias", **_chosen(axis)))
+        return dict(_only(self.ask("bias", **_chosen(axis))))
 
     def stability(self, axis: Optional[str] = None) -> Dict[str, Any]:
-        return dict(self.ask("stability", **_chosen(axis)))
+        return dict(_only(self.ask("stability", **_chosen(axis))))
 
     def history(self, seconds: int = 100, axis: Optional[str] = None) -> List[Window]:
         """The last rows of each axis, or of one, oldest first; at most an hour."""
@@ -86,7 +103,7 @@ class Gyro:
             params: Dict[str, Any] = {**_chosen(axis), "wait_s": WAIT_S if follow else 0, "limit": 2000}
             params.update({key: value for key, value in (("after", cursor), ("name", name)) if value})
             try:
-                page = page_of(self.ask("rows", **params))
+                page = page_of(_axes(self.ask("rows", **params)))
             except Gone:
                 if not follow:
                     raise

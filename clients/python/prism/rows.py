@@ -94,7 +94,9 @@ def _value(field: str) -> Value:
     return field
 
 
-def page_of(answer: Dict[str, Any]) -> LogPage:
+def page_of(axes: Dict[str, Any]) -> LogPage:
+    """`axes`: of the result of `rows`, which has one."""
+    (axis, answer), = axes.items()
     rows: List[Dict[str, Value]] = []
     for segment in answer["segments"]:
         columns = segment["columns"].split(",")
@@ -102,4 +104,4 @@ def page_of(answer: Dict[str, Any]) -> LogPage:
             row: Dict[str, Value] = {"segment": segment["segment"], "row": number}
             row.update(zip(columns, map(_value, line.split(","))))
             rows.append(row)
-    return LogPage(rows, answer["after"], answer["missing"], answer["more"], answer["axis"])
+    return LogPage(rows, answer["after"], answer["missing"], answer["more"], axis)

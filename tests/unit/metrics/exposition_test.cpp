@@ -57,14 +57,16 @@ TEST(Exposition, IsWrittenAsAWholeForEverybody) {
 
 json status_of(const std::string& quality) {
   return {{"state", "receiving"},
-          {"axis", "z"},
-          {"quality", quality},
           {"age_s", 0.25},
           {"started_s", 1000.5},
           {"line", {{"frames", 7}, {"bad_check", 2}}},
           {"timing", {{"missing_frames", 3}, {"resets", 1}}},
-          {"window", {{"rate_deg_per_h", 8.5}, {"bias_deg_per_h", nullptr}}},
-          {"log", {{"rows", 10}, {"dropped", 0}, {"followers", {{"relay", {{"lost_rows", 4}}}}}}},
+          {"axes",
+           {{"z",
+             {{"quality", quality},
+              {"window", {{"rate_deg_per_h", 8.5}, {"bias_deg_per_h", nullptr}}},
+              {"log", {{"followers", {{"relay", {{"lost_rows", 4}}}}}}}}}}},
+          {"log", {{"rows", 10}, {"dropped", 0}}},
           {"sensors", {{"case", {{"value", 23.5}, {"unit", "degC"}}}, {"anode", {{"value", nullptr}, {"unit", "V"}}}}}};
 }
 
@@ -99,9 +101,10 @@ TEST(GyroMetrics, AGyroThatDoesNotAnswerIsDownAndNothingElse) {
 TEST(GyroMetrics, EachAxisHasItsOwn) {
   json status = status_of("good");
   const json own = {{"quality", "good"}, {"window", {{"rate_deg_per_h", 1}}}};
-  status.erase("axis");
   status["axes"] = {{"x", own}, {"y", own}};
-  const std::string text = text_of({status, {}, {{"y", {{"raw", {{"sd_deg_per_h", 0.02}}}}}}});
+  status["axes"]["y"]["log"] = {{"followers", {{"relay", {{"lost_rows", 4}}}}}};
+  const std::string text = text_of({status, {}, {{"axes", {{"y", {{"raw", {{"sd_deg_per_h", 0.02}}}}}}}}});
+  EXPECT_THAT(text, HasSubstr("{gyro=\"gyro1\",axis=\"y\",follower=\"relay\"} 4\n"));
   EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"x\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"y\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("prism_stability_degrees_per_hour{gyro=\"gyro1\",axis=\"y\",of=\"raw\"} 0.02\n"));
@@ -129,9 +132,10 @@ TEST(GyroMetrics, EveryTextLeavesTheScrapeValid) {
     SCOPED_TRACE(text.substr(0, 40));
     json status = status_of(text);
     for (const char* key : {"version", "frames", "gyro_serial", "state"}) status[key] = text;
-    status["model"] = {{"kind", text}, {"name", text}, {"id", text}};
-    status["axes"] = {{"x", status}, {text, status}, {text + "\xff", status}, {text + "\xfe", status}};
-    status["log"]["followers"] = {{text, {{"lost_rows", 1}}}};
+    json axis = status["axes"]["z"];
+    axis["model"] = {{"kind", text}, {"name", text}, {"id", text}};
+    axis["log"]["followers"] = {{text, {{"lost_rows", 1}}}};
+    status["axes"] = {{"x", axis}, {text, axis}, {text + "\xff", axis}, {text + "\xfe", axis}};
     status["sensors"] = {{text, {{"value", 1}, {"unit", "V"}}}, {"s", {{"value", 1}, {"unit", text}}}};
     status["sensor_lines"] = {{text, {{"state", text}}}};
     Exposition out;

@@ -70,7 +70,7 @@ TEST(StatusView, AnnouncesTheNextDeletion) {
               HasSubstr("\ndeletes next g.csv when relay has fetched it: more than 10240.0 MiB\n"));
   next = nullptr;
   EXPECT_THAT(status_view(status), Not(HasSubstr("deletes next")));
-  status["log"]["retention"] = {{"x", retention}, {"y", retention}};
+  for (const char* axis : {"x", "y"}) status["axes"][axis]["log"]["retention"] = retention;
   status["capture"] = {{"retention", 5}};
   EXPECT_EQ(status_view(status).find("deletes next") == status_view(status).rfind("deletes next"), false);
 }

@@ -235,7 +235,7 @@ TEST_F(LiveScreen, AnyTypeIsShown) {
       view.window({{"axis", other}, {"time_s", other}}, 0);
       view.events(other);
       view.event({{"time_s", other}, {"text", other}});
-      view.history({{"x", other}}, 0);
+      view.history({{"axes", {{"x", other}}}}, 0);
       (void)view.lines({}, 0.1, "12:00:00 UTC");
     }) << other;
   }

@@ -28,7 +28,7 @@ struct LogTailerTest : testing::Test {
     traffic.batch_extended = [this] { ++batch_extensions; };
     traffic.slot_released = [] {};
     traffic.database_up = true;
-    tailer = std::make_shared<LogTailer>(context, traffic, LogKey{"lab/g", "z"}, "");
+    tailer = std::make_shared<LogTailer>(context, traffic, LogKey{"lab/g", "z"});
     tailer->open(path, [](const std::string&) {});
     acceptor.accept(prismd);
     context.poll();
@@ -41,7 +41,8 @@ struct LogTailerTest : testing::Test {
     text.erase(0, size);
     return request;
   }
-  void respond(const json& request, const json& result) {
+  void respond(const json& request, const json& page) {
+    const json result = {{"axes", {{"z", page}}}};
     const std::string line = json{{"jsonrpc", "2.0"}, {"id", request["id"]}, {"result", result}}.dump() + "\n";
     boost::asio::write(prismd, boost::asio::buffer(line));
     for (int i = 0; i < 100; ++i) context.poll();

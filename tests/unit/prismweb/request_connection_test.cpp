@@ -63,7 +63,7 @@ class RequestConnectionTest : public ::testing::Test {
 // prismd closed the connection, which all clients share, after three requests at once with long responses.
 TEST_F(RequestConnectionTest, SendsTheNextRequestAfterTheResponse) {
   for (const char* method : {"a", "b", "c"}) call(method);
-  EXPECT_EQ(received(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{}})"
+  EXPECT_EQ(received(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{},"protocol":2})"
                         "\n");
   EXPECT_EQ(received(), "");
   send(R"({"jsonrpc":"2.0","id":1,"result":1})");

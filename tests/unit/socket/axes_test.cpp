@@ -196,6 +196,18 @@ TEST_F(AxesRpcTest, AnswersForAllByNameOrForTheOneThatIsNamed) {
   EXPECT_FALSE(status.contains("sample"));
 }
 
+TEST_F(AxesRpcTest, NamesTheAxesOfEveryResult) {
+  for (const config::SocketMethod& method : config::kSocketMethods) {
+    if (!method.of_axes || method.name == "rows") continue;
+    EXPECT_THAT(keys_of(asker.ask_2(rpc, method.name)["result"]["axes"]), ElementsAre("x", "y", "z")) << method.name;
+    if (!method.params.starts_with("axis")) continue;
+    const json one = asker.ask_2(rpc, method.name, {{"axis", "y"}})["result"];
+    EXPECT_THAT(keys_of(one["axes"]), ElementsAre("y")) << method.name;
+  }
+  EXPECT_NEAR(asker.ask_2(rpc, "bias")["result"]["axes"]["z"]["rate_deg_per_h"].get<double>(), kRates[2], 1);
+  EXPECT_EQ(asker.ask_2(rpc, "history", {{"axis", "z"}})["result"]["axes"]["z"][0]["axis"], "z");
+}
+
 TEST_F(AxesRpcTest, TellsTheAxesThatASubscriptionChose) {
   EXPECT_THAT(ask("subscribe", {{"streams", {"window"}}})["result"]["axes"].get<std::vector<std::string>>(),
               ElementsAre("x", "y", "z"));

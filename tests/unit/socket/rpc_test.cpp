@@ -32,6 +32,43 @@ TEST_F(RpcTest, EveryMethodAnswersItsId) {
   }
 }
 
+// Protocol 1 has the members of the only axis in the result itself, protocol 2 in "axes".
+TEST_F(RpcTest, TheOldFormHasTheMembersOfTheOnlyAxis) {
+  begin_session();
+  feed(4);
+  for (const config::SocketMethod& method : config::kSocketMethods) {
+    if (!method.of_axes || method.name == "rows") continue;
+    json now = asker_.ask_2(rpc_, method.name)["result"], old = asker_.result(rpc_, std::string(method.name));
+    ASSERT_EQ(now["axes"].size(), 1u) << method.name;
+    const json own = now["axes"]["z"];
+    now.erase("axes");
+    EXPECT_TRUE(!now.empty() || own.is_object() || old == own) << method.name;
+    for (const json& part : {now, own.is_object() ? own : json::object()}) {
+      for (const auto& [key, value] : part.items()) {
+        const bool moved = method.name == "config" && old["gyro"].contains(key);
+        if (key == "age_s" || key == "gyro") continue;
+        EXPECT_EQ(moved ? old["gyro"][key] : old[key], value) << method.name << " " << key;
+      }
+    }
+    EXPECT_FALSE(old.is_object() && old.contains("axes")) << method.name;
+  }
+}
+
+TEST_F(RpcTest, AProgramDecidesByTheCode) {
+  EXPECT_EQ(asker_.ask_2(rpc_, "rows")["error"]["code"], kNoLog);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"rows"})"), kFailed) << "0.2 has no other code";
+  EXPECT_EQ(asker_.ask_2(rpc_, "fly")["error"]["code"], kUnknownMethod);
+  EXPECT_EQ(asker_.ask_2(rpc_, "version")["result"]["protocol"], 2);
+}
+
+TEST_F(RpcTest, AnUnknownProtocolIsAnError) {
+  for (const char* protocol : {"3", "0", "\"2\"", "null", "[2]"}) {
+    const std::string line = R"({"jsonrpc":"2.0","id":1,"method":"version","protocol":)" + std::string(protocol) + "}";
+    EXPECT_EQ(code(line), kInvalidRequest) << protocol;
+  }
+  EXPECT_EQ(asker_.ask(rpc_, R"({"jsonrpc":"2.0","id":1,"protocol":1,"method":"bias"})")["result"]["axis"], "z");
+}
+
 TEST_F(RpcTest, RefusesWhatIsNoRequest) {
   EXPECT_EQ(code("{"), kParseError);
   EXPECT_EQ(code("3"), kInvalidRequest);

@@ -9,6 +9,7 @@
 
 #include "base/outside_text.hpp"
 #include "base/text_number.hpp"
+#include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/screen/chart.hpp"
 #include "tools/prismctl/words.hpp"
 
@@ -63,12 +64,12 @@ Line event_line(const json& event) {
 }  // namespace
 
 void View::status(const json& status, double steady_s) {
-  status_ = status;
+  status_ = prismctl::with_only_axis(status);
   status_steady_s_ = steady_s;
   instance_ = text_of(at(status, "name"), instance_);
   gone_.clear();
   axes_.clear();
-  if (const json& axes = at(status, "axes"); axes.is_object()) {
+  if (const json& axes = at(status_, "axes"); axes.is_object()) {
     for (const auto& [name, axis] : axes.items()) {
       if (follows(TextRule::kAxisName, name)) axes_.push_back(name);
     }
@@ -88,12 +89,8 @@ const std::string& View::charted() const {
   return axes_.empty() ? kOnly : axes_[chosen_];
 }
 
-void View::history(const json& rows, double steady_s) {
-  if (rows.is_object()) {
-    for (const auto& [axis, own] : rows.items()) {
-      for (const json& row : own) window(row, steady_s);
-    }
-  } else {
+void View::history(const json& result, double steady_s) {
+  for (const json& rows : at(result, "axes")) {
     for (const json& row : rows) window(row, steady_s);
   }
   if (at(status_, "age_s").is_number()) row_steady_s_ -= at(status_, "age_s").get<double>();

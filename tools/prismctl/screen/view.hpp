@@ -25,8 +25,8 @@ class View {
   View(std::string instance, bool utf8) : instance_(std::move(instance)), utf8_(utf8) {}
 
   void status(const nlohmann::json& status, double steady_s);
-  /// Rows of the history, oldest first; by axis for several axes. Call after status().
-  void history(const nlohmann::json& rows, double steady_s);
+  /// The result of `history`. Call after status().
+  void history(const nlohmann::json& result, double steady_s);
   void window(const nlohmann::json& row, double steady_s);
   /// Selects the axis of the charts, until a key selects another; the first axis if the name is unknown.
   void prefer(const std::string& axis) { preferred_ = axis; }

@@ -158,7 +158,9 @@ class Watch {
     }
     if (at(message, "id") == status_id_ && status_id_ != 0) {
       status_id_ = 0;
-      view_.status(at(message, "result"), steady_s());
+      const auto status = client::response_of("status", message);
+      if (!status) return lose(status.error().error);
+      view_.status(*status, steady_s());
     }
     if (at(message, "id") == events_id_ && events_id_ != 0) {
       events_id_ = 0;

@@ -103,7 +103,7 @@ const requestStatus = (gyro) => poll(gyro, "status", (status) => {
 });
 const requestStability = (gyro) => poll(gyro, "stability", (stability) => takeStability(gyro, stability));
 const requestLine = (target) => poll(target.gyro, "line", (line) => target.line.draw(line));
-const requestModel = (target) => requestOnce(target.gyro, "model", { axis: target.axis.name }, (model) => { target.model = model; }, () => view === target);
+const requestModel = (target) => requestOnce(target.gyro, "model", { axis: target.axis.name }, (result) => { target.model = result.axes[target.axis.name]; }, () => view === target);
 
 /** Requests the state of an instance that has started, and subscribes to its notifications. */
 function start(gyro) {
@@ -112,8 +112,8 @@ function start(gyro) {
   requestStability(gyro);
   requestOnce(gyro, "history", { seconds: kTrace_s }, (history) => {
     const now_ms = performance.now();
-    for (const rows of Array.isArray(history) ? [history] : byAxis(history).map(([, part]) => part)) {
-      if (rows.length > 0) axisOf(gyro, rows[0].axis).trace = [];
+    for (const [name, rows] of byAxis(history)) {
+      if (rows.length > 0) axisOf(gyro, name).trace = [];
       for (const row of rows) takeWindow(gyro, row, gyro.axes.get(row.axis)?.window_ms ?? now_ms);
     }
   });

@@ -118,7 +118,7 @@ export class Socket extends EventTarget {
   send(request) {
     const { instance, method, params } = request, id = ++this.id;
     this.pending.set(id, Object.assign(request, { sent_ms: performance.now() }));
-    this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, ...(instance && { instance }), ...(params && { params }) }));
+    this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, protocol: 2, ...(instance && { instance }), ...(params && { params }) }));
   }
 
   /** Sends queued requests up to the limits. An unresponsive instance delays only its own requests. */

@@ -19,11 +19,8 @@ export function axisOf(gyro, name) {
   return gyro.axes.get(name);
 }
 
-/** Returns [axis name, part] pairs of a response for one or several axes. */
-export function byAxis(answer) {
-  if (answer?.axes && typeof answer.axes === "object") return Object.entries(answer.axes);
-  return answer?.axis !== undefined ? [[answer.axis, answer]] : Object.entries(answer ?? {});
-}
+/** Returns [axis name, part] pairs of a result. */
+export const byAxis = (result) => Object.entries(result?.axes ?? {});
 
 export function takeStatus(gyro, status, now_ms) {
   gyro.status = status;
@@ -33,7 +30,7 @@ export function takeStatus(gyro, status, now_ms) {
     const axis = axisOf(gyro, name);
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
-    for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key] ?? status[key];
+    for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key];
     if (Number.isFinite(part.window?.time_s) && !axis.window) axis.window = part.window;
     // a line without data sends no rows; the status has the age of the last one
     if (axis.window_ms === -Infinity && Number.isFinite(status.age_s)) axis.window_ms = now_ms - 1000 * status.age_s;

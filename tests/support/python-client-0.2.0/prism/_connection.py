@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""One connection to prismd's socket: JSON-RPC 2.0, a JSON value a line."""
+
+import errno
+import json
+import os
+import socket
+from collections import deque
+from typing import Any, Deque, Dict, List, Optional
+
+ANSWER_TIMEOUT_S = 10.0
+
+
+class PrismError(Exception):
+    """Whatever keeps prismd from answering."""
+
+
+class Gone(PrismError):
+    """No prismd answers there, or it went away."""
+
+
+class Refused(PrismError):
+    """prismd understood and refused; `code` as in prism-protocol(7)."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def _folders() -> List[str]:
+    own = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.geteuid()}"
+    return ["/run/prismd", os.path.join(own, "prismd")]
+
+
+def _connect(path: str) -> socket.socket:
+    link = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    link.settimeout(ANSWER_TIMEOUT_S)
+    try:
+        link.connect(path)
+    except OSError:
+        link.close()
+        raise
+    return link
+
+
+def would_start(path: str) -> bool:
+    """Whether a connection would have systemd start the instance: it listens there, and the instance does not run."""
+    folder, name = os.path.split(path)
+    activated = os.path.islink(os.path.join(folder, "activated", name))
+    return activated and not os.path.exists(os.path.join(folder, "running", name[:-5]))
+
+
+def running_sockets() -> Dict[str, str]:
+    """The instances that run, or that systemd starts for who connects: name → path of the socket. None is started here. One
+    that may not be entered runs all the same."""
+    found: Dict[str, str] = {}
+    for folder in _folders():
+        try:
+            names = sorted(os.listdir(folder))
+        except OSError:
+            continue
+        for name in names:
+            path = os.path.join(folder, name)
+            if not name.endswith(".sock") or name[:-5] in found:
+                continue
+            if would_start(path):
+                found[name[:-5]] = path
+                continue
+            try:
+                _connect(path).close()
+            except OSError as why:
+                if why.errno != errno.EACCES:
+                    continue
+            found[name[:-5]] = path
+    return found
+
+
+def find_socket(name: Optional[str], path: Optional[str]) -> str:
+    """As prismctl does: the path, else $PRISM_SOCKET where no name is given, else the instance, else the only one."""
+    if path:
+        return path
+    if not name and os.environ.get("PRISM_SOCKET"):
+        return os.environ["PRISM_SOCKET"]
+    running = running_sockets()
+    if name and name in running:
+        return running[name]
+    if not running:
+        raise Gone(f"{', '.join(_folders())}: no prismd answers here")
+    if not name and len(running) == 1:
+        return next(iter(running.values()))
+    raise PrismError(f"found {name!r}, expected one of: {', '.join(running)}")
+
+
+class Connection:
+    """Requests and notifications over one socket. Everything that goes wrong on the way is Gone."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        try:
+            self._link = _connect(path)
+        except OSError as why:
+            raise Gone(f"{path}: no prismd answers: {why.strerror or why}") from why
+        self._pending = b""
+        self._notifications: Deque[Dict[str, Any]] = deque()
+        self._last_id = 0
+
+    def close(self) -> None:
+        self._link.close()
+
+    def _message(self, timeout_s: Optional[float]) -> Dict[str, Any]:
+        while b"\n" not in self._pending:
+            try:
+                self._link.settimeout(timeout_s)
+                more = self._link.recv(65536)
+            except socket.timeout as why:
+                raise Gone(f"{self.path}: no answer within {timeout_s:g} s") from why
+            except OSError as why:
+                raise Gone(f"{self.path}: {why.strerror or why}") from why
+            if not more:
+                raise Gone(f"{self.path}: prismd closed the connection")
+            self._pending += more
+        line, self._pending = self._pending.split(b"\n", 1)
+        message = json.loads(line)
+        if not isinstance(message, dict):
+            raise PrismError(f"{self.path}: found no JSON object, expected prismd's socket")
+        return message
+
+    def ask(self, method: str, params: Optional[Dict[str, Any]] = None) -> Any:
+        """The result. Notifications that come in between wait for notification()."""
+        self._last_id += 1
+        request: Dict[str, Any] = {"jsonrpc": "2.0", "id": self._last_id, "method": method}
+        if params is not None:
+            request["params"] = params
+        try:
+            self._link.settimeout(ANSWER_TIMEOUT_S)
+            self._link.sendall(json.dumps(request).encode() + b"\n")
+        except OSError as why:
+            raise Gone(f"{self.path}: {why.strerror or why}") from why
+        while True:
+            message = self._message(ANSWER_TIMEOUT_S)
+            if "method" in message:
+                self._notifications.append(message)
+            elif message.get("id") == self._last_id:
+                if "error" in message:
+                    raise Refused(message["error"]["message"], message["error"]["code"])
+                return message["result"]
+
+    def notification(self, timeout_s: Optional[float] = None) -> Dict[str, Any]:
+        """The next one: {"method": …, "params": …}. Gone where none came within `timeout_s`; None waits for ever."""
+        while not self._notifications:
+            message = self._message(timeout_s)
+            if "method" in message:
+                return message
+        return self._notifications.popleft()
