@@ -25,6 +25,10 @@ Response response_of(std::string_view method, const json& message) {
   return result;
 }
 
+Response response_of_member(std::string_view method, std::string_view member) {
+  return response_of(method, parse_json_line("{" + std::string(member) + "}").value_or(json()));
+}
+
 const json& of_axis(const json& result, const std::string& axis) {
   const json& axes = member(result, "axes");
   if (!axis.empty()) return member(axes, axis);

@@ -25,6 +25,9 @@ using Response = tl::expected<nlohmann::json, RequestError>;
 /// form of protocol 1, because this prismd is older.
 Response response_of(std::string_view method, const nlohmann::json& message);
 
+/// The same for the member `"result":…` or `"error":{…}` of the message.
+Response response_of_member(std::string_view method, std::string_view member);
+
 /// The part of a result that belongs to `axis`; of the only axis if it is empty; null if it does not exist.
 const nlohmann::json& of_axis(const nlohmann::json& result, const std::string& axis);
 

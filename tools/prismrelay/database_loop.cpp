@@ -82,7 +82,7 @@ void DatabaseLoop::connect() {
   for (auto& [gyro, source] : sources_) {
     if (!source.instance->running()) continue;
     source.instance->call("events", {{"count", kEvents}},
-                          [this, name = gyro](const json& message) { add_events(name, message); });
+                          [this, name = gyro](const client::Response& events) { add_events(name, events); });
   }
 }
 
@@ -102,9 +102,8 @@ void DatabaseLoop::on_error(const Error& error) {
 }
 
 // Adds the stored events of prismd, including those before the connection. The table ignores duplicates.
-void DatabaseLoop::add_events(const std::string& gyro, const json& message) {
-  const auto events = message.find("result");
-  if (!traffic_.database_up || events == message.end() || !events->is_array()) return;
+void DatabaseLoop::add_events(const std::string& gyro, const client::Response& events) {
+  if (!traffic_.database_up || !events || !events->is_array()) return;
   for (const json& event : *events) batch_.add_event(gyro, event);
   schedule_commit();
 }
@@ -214,8 +213,8 @@ void DatabaseLoop::on_connected(Source& source, const json& status) {
     });
     source.logs.push_back(log);
   }
-  const auto on_events = [this, gyro](const json& message) { add_events(gyro, message); };
-  source.instance->call("subscribe", {{"streams", {"event"}}}, [](const json&) {});
+  const auto on_events = [this, gyro](const client::Response& events) { add_events(gyro, events); };
+  source.instance->call("subscribe", {{"streams", {"event"}}}, [](const client::Response&) {});
   source.instance->call("events", {{"count", kEvents}}, on_events);
   if (!traffic_.database_up) return;
   for (const auto& log : source.logs) log->resume(database_.stored_cursor(log->log()));

@@ -38,7 +38,7 @@ class DatabaseLoop {
   void discover();
   void follow(const std::string& gyro, const std::string& socket);
   void on_connected(Source& source, const nlohmann::json& status);
-  void add_events(const std::string& gyro, const nlohmann::json& message);
+  void add_events(const std::string& gyro, const client::Response& events);
   void schedule_commit();
   void commit();
   std::map<LogKey, Refusal> report(const std::vector<Refusal>& refusals);

@@ -8,7 +8,6 @@
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
-#include "tools/client/response.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -40,8 +39,12 @@ void InstanceClient::close() {
   if (std::exchange(running_, false)) callbacks_.disconnected();
 }
 
-void InstanceClient::call(const char* method, const json& params, LineClient::OnMessage on_response) {
-  if (client_ && client_->is_open()) client_->call(method, params, std::move(on_response));
+void InstanceClient::call(const char* method, const json& params, OnResponse on_response) {
+  if (!client_ || !client_->is_open()) return;
+  client_->call(method, params.is_null() ? "{}" : json_text(params),
+                [method, on_response = std::move(on_response)](std::string_view member) {
+                  on_response(client::response_of_member(method, member));
+                });
 }
 
 void InstanceClient::try_connect() {
@@ -50,20 +53,21 @@ void InstanceClient::try_connect() {
     state_.instance(gyro_, socket_, "stopped", "");
     return retry_after(kStoppedDelay);
   }
-  client_ = std::make_shared<LineClient>(context_);
+  client_ = std::make_shared<client::AsyncConnection>(context_);
   const std::weak_ptr<InstanceClient> weak = weak_from_this();
   client_->open(
       socket_,
-      [weak](const json& message) {
-        if (const auto self = weak.lock(); self && self->running_) self->callbacks_.notification(message);
+      [weak](std::string_view line) {
+        const auto self = weak.lock();
+        if (!self || !self->running_) return;
+        if (const auto notification = parse_json_line(line)) self->callbacks_.notification(*notification);
       },
       [weak](const std::string& reason) {
         if (const auto self = weak.lock()) self->on_disconnected(reason);
       });
-  client_->call("status", nullptr, [weak](const json& message) {
+  call("status", nullptr, [weak](const client::Response& status) {
     const auto self = weak.lock();
     if (!self || self->closed_) return;
-    const auto status = client::response_of("status", message);
     if (!status) return self->restart(status.error().error.what);
     self->timer_.cancel();
     self->retry_delay_ = kFirstDelay;

@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/prismrelay/line_client.hpp"
+#include "tools/client/async_connection.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {
@@ -17,6 +18,7 @@ namespace prism::prismrelay {
 /// Connects if the instance is running, requests its status, and reconnects after a disconnect.
 class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
  public:
+  using OnResponse = std::function<void(const client::Response& response)>;
   struct Callbacks {
     std::function<void(const nlohmann::json& status)> connected;  ///< with the response to `status`
     std::function<void(const nlohmann::json& notification)> notification;
@@ -30,8 +32,8 @@ class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
   void close();
   /// Closes the connection and connects again after a pause.
   void restart(const std::string& reason);
-  /// Has no effect without a connection.
-  void call(const char* method, const nlohmann::json& params, LineClient::OnMessage on_response);
+  /// Has no effect without a connection. `method` must be a literal.
+  void call(const char* method, const nlohmann::json& params, OnResponse on_response);
 
   const std::string& gyro() const { return gyro_; }
   const std::string& socket() const { return socket_; }
@@ -47,7 +49,7 @@ class InstanceClient : public std::enable_shared_from_this<InstanceClient> {
   const std::string gyro_, socket_;
   Callbacks callbacks_;
   boost::asio::steady_timer timer_;
-  std::shared_ptr<LineClient> client_;
+  std::shared_ptr<client::AsyncConnection> client_;
   std::chrono::milliseconds retry_delay_;
   bool running_ = false, closed_ = false;
 };

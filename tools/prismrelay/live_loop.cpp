@@ -8,7 +8,6 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
-#include "tools/client/response.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -65,7 +64,7 @@ void LiveLoop::follow(const std::string& gyro, const std::string& name, const st
   callbacks.connected = [this, &source, gyro, name](const json& status) {
     source.status_pending = false;
     on_status(gyro, name, status);
-    source.instance->call("subscribe", {{"streams", {"window", "event"}}}, [](const json&) {});
+    source.instance->call("subscribe", {{"streams", {"window", "event"}}}, [](const client::Response&) {});
   };
   callbacks.notification = [this, &source, name](const json& message) { on_notification(name, source.axes, message); };
   callbacks.disconnected = [this, &source, name] { publish_offline(name, source.axes, "gone"); };
@@ -132,11 +131,11 @@ void LiveLoop::once_a_second() {
       continue;
     }
     const std::string name = gyro.substr(settings_.site.size() + 1);
-    source.instance->call("status", nullptr, [this, gyro = gyro, name](const json& message) {
+    source.instance->call("status", nullptr, [this, gyro = gyro, name](const client::Response& status) {
       const auto found = sources_.find(gyro);
       if (found == sources_.end()) return;
       found->second.status_pending = false;
-      if (const auto status = client::response_of("status", message)) on_status(gyro, name, *status);
+      if (status) on_status(gyro, name, *status);
     });
   }
   ++second_;

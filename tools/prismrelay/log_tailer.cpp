@@ -24,9 +24,9 @@ constexpr int kLargePage = 2000, kSmallPage = 50;  // rows
 }  // namespace
 
 LogTailer::LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log)
-    : traffic_(traffic), log_(std::move(log)), client_(std::make_shared<LineClient>(context)) {}
+    : traffic_(traffic), log_(std::move(log)), client_(std::make_shared<client::AsyncConnection>(context)) {}
 
-void LogTailer::open(const std::string& socket, LineClient::OnDisconnect on_disconnect) {
+void LogTailer::open(const std::string& socket, client::AsyncConnection::OnEnd on_disconnect) {
   client_->open(socket, nullptr, std::move(on_disconnect));
 }
 
@@ -58,19 +58,20 @@ void LogTailer::request_page() {
                  {"wait_s", is_behind_ ? 0 : kWait_s},
                  {"name", traffic_.consumer},
                  {"axis", log_.axis}};
-  client_->call("rows", params, [weak = weak_from_this(), generation = generation_](const json& message) {
-    if (const auto self = weak.lock()) self->on_response(generation, message);
-  });
+  client_->call("rows", json_text(params),
+                [weak = weak_from_this(), generation = generation_](std::string_view member) {
+                  if (const auto self = weak.lock()) self->on_response(generation, member);
+                });
 }
 
-void LogTailer::on_response(std::uint64_t generation, const json& message) {
+void LogTailer::on_response(std::uint64_t generation, std::string_view response_text) {
   requested_ = false;
   if (!traffic_.database_up) return release_slot();  // discarded: resume() gives the position
   if (generation != generation_) {                   // not after cursor_, which resume() may have set back
     release_slot();
     return request_page();
   }
-  const auto response = client::response_of("rows", message);
+  const auto response = client::response_of_member("rows", response_text);
   if (!response) return on_error(response.error());
   const json& page = client::of_axis(*response, log_.axis);
   const json& segments = member(page, "segments");

@@ -7,11 +7,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
+#include "tools/client/async_connection.hpp"
 #include "tools/client/response.hpp"
 #include "tools/prismrelay/batch.hpp"
 #include "tools/prismrelay/divided_commit.hpp"
-#include "tools/prismrelay/line_client.hpp"
 #include "tools/prismrelay/state.hpp"
 
 namespace prism::prismrelay {
@@ -37,7 +38,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   LogTailer(boost::asio::io_context& context, RowTraffic& traffic, LogKey log);
 
   /// Connects to prismd. Failures are reported by `on_disconnect` only.
-  void open(const std::string& socket, LineClient::OnDisconnect on_disconnect);
+  void open(const std::string& socket, client::AsyncConnection::OnEnd on_disconnect);
   /// Ends the connection and its request. A page in the batch stays in it.
   void close();
   /// Continues after `cursor`, the one in the database; from the start of the log if it is empty. The response to an
@@ -57,7 +58,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   bool is_unresponsive(std::chrono::steady_clock::time_point now) const;
 
  private:
-  void on_response(std::uint64_t generation, const nlohmann::json& message);
+  void on_response(std::uint64_t generation, std::string_view response_text);
   void on_error(const client::RequestError& error);
   /// Reports the reason; request_page() does nothing for 5 s.
   void fail(const std::string& reason);
@@ -66,7 +67,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
 
   RowTraffic& traffic_;
   const LogKey log_;
-  std::shared_ptr<LineClient> client_;
+  std::shared_ptr<client::AsyncConnection> client_;
   std::string cursor_;            ///< after the last committed row
   PageSummary page_;              ///< the page in the batch
   std::uint64_t generation_ = 0;  ///< number of calls of resume()

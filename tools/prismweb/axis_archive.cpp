@@ -7,7 +7,6 @@
 #include <chrono>
 #include <utility>
 
-#include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/log_page.hpp"
 
 namespace prism::prismweb {
@@ -56,7 +55,7 @@ void AxisArchive::on_change(const AsyncStore::Status& status) {
 }
 
 void AxisArchive::take_history(std::string_view member) {
-  const client::Response history = response_of("history", member);
+  const client::Response history = client::response_of_member("history", member);
   if (!history) return;
   for (const json& window : client::of_axis(*history, axis_)) {
     if (const auto second = second_of(window)) recent_.put(*second);

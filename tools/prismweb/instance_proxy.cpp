@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <utility>
@@ -41,13 +41,7 @@ std::string error_member(int code, const std::string& message) {
 }
 
 InstanceProxy::InstanceProxy(asio::io_context& io, std::string name, std::string socket)
-    : io_(io),
-      name_(std::move(name)),
-      path_(std::move(socket)),
-      short_(io, path_),
-      long_(io, path_),
-      notifications_(io, path_),
-      subscriptions_(name_) {}
+    : io_(io), name_(std::move(name)), path_(std::move(socket)), session_end_(io), subscriptions_(name_) {}
 
 json InstanceProxy::listing() const {
   const char* const state = state_ == InstanceState::kRunning   ? "running"
@@ -67,40 +61,34 @@ asio::awaitable<void> InstanceProxy::run() {
     if (config::would_start(path_)) {
       set_state(InstanceState::kStopped);
     } else if (!ending) {
-      const bool connected = co_await connect();
-      if (connected) {
-        co_await session();
-        disconnected();
+      const bool was_connected = co_await session();
+      disconnected();
+      if (was_connected) {
         ended = now;
         ended_at = std::chrono::steady_clock::now();
       }
-      set_state(InstanceState::kGone);
     }
     pause.expires_after(kRetry);
     co_await pause.async_wait(kUse);
   }
 }
 
-asio::awaitable<bool> InstanceProxy::connect() {
-  for (RequestConnection* const connection : connections_) {
-    const bool stopped = config::would_start(path_);  // after the previous connection
-    bool is_connected = false;
-    if (!stopped) is_connected = co_await connection->connect();
-    if (is_connected) continue;
-    for (RequestConnection* const one : connections_) one->close();
-    co_return false;
+// Ends when one of the connections ends. Returns false if none was established.
+asio::awaitable<bool> InstanceProxy::session() {
+  session_end_.expires_at(asio::steady_timer::time_point::max());
+  for (Connection* const connection : connections_) {
+    *connection = std::make_shared<client::AsyncConnection>(io_);
+    (*connection)
+        ->open(
+            path_, [this](std::string_view line) { on_line(line); }, [this](const std::string&) { end_session(); });
   }
-  co_return true;
+  short_->call("status", "{}", [this](std::string_view member) { update_axes(member); });
+  co_await session_end_.async_wait(kUse);
+  co_return std::any_of(connections_.begin(), connections_.end(),
+                        [](const Connection* connection) { return (*connection)->was_connected(); });
 }
 
-// Ends when one of the connections ends.
-asio::awaitable<void> InstanceProxy::session() {
-  using namespace asio::experimental::awaitable_operators;
-  short_.call("status", "{}", [this](std::string_view member) { update_axes(member); });
-  const RequestConnection::OnLine receive_line = [this](std::string_view line) { on_line(line); };
-  auto reading = notifications_.read(receive_line) || short_.read(receive_line) || long_.read(receive_line);
-  co_await std::move(reading);
-}
+void InstanceProxy::end_session() { session_end_.expires_at(asio::steady_timer::time_point::min()); }
 
 void InstanceProxy::on_line(std::string_view line) {
   const Notification notification = notification_of(line);
@@ -111,9 +99,9 @@ void InstanceProxy::on_line(std::string_view line) {
 
 // The state becomes kRunning only when the axes are known.
 void InstanceProxy::update_axes(std::string_view member) {
-  const client::Response status = response_of("status", member);
+  const client::Response status = client::response_of_member("status", member);
   report_older(!status && status.error().code == kFailed ? status.error().text() : "");
-  if (!status) return short_.close();
+  if (!status) return end_session();
   axes_.clear();
   for (const auto& [axis, own] : (*status)["axes"].items()) axes_.push_back(axis);
   subscribe_to_notifications();
@@ -127,8 +115,8 @@ void InstanceProxy::report_older(const std::string& why) {
 
 // Subscribes before on_connect() requests past rows, so that no second is missed.
 void InstanceProxy::subscribe_to_notifications() {
-  notifications_.call("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
-    if (!member.starts_with(R"("result")")) return notifications_.close();
+  notifications_->call("subscribe", R"({"streams":["window","event"]})", [this](std::string_view member) {
+    if (!member.starts_with(R"("result")")) return end_session();
     state_ = InstanceState::kRunning;
     subscribed_every_ = 0;
     subscribing_ = false;
@@ -144,7 +132,7 @@ void InstanceProxy::send_subscription() {
   if (state_ != InstanceState::kRunning || subscribing_ || every == subscribed_every_) return;
   subscribing_ = true;
   subscribed_every_ = every;
-  notifications_.call(
+  notifications_->call(
       every > 0 ? "subscribe" : "unsubscribe",
       every > 0 ? fmt::format(R"({{"streams":["sample"],"every":{}}})", every) : R"({"streams":["sample"]})",
       [this](std::string_view) {
@@ -164,25 +152,27 @@ void InstanceProxy::call(std::string_view method, const nlohmann::json& params, 
   if (text.size() > kMaxParamsBytes)
     return answer(error_member(
         kInvalidParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
-  if (!(is_long(method) ? long_ : short_).call(method, text, answer, protocol))
+  if (!(is_long(method) ? long_ : short_)->call(method, text, answer, protocol))
     answer(error_member(kBusy, "too many requests pending for " + name_ + "; retry later"));
 }
 
 asio::awaitable<void> InstanceProxy::expire() {
   asio::steady_timer tick(io_);
-  const std::string member =
-      error_member(kTimeout, fmt::format("{} did not respond within {} s", name_, kResponseTimeout.count()));
+  const std::string member = error_member(kTimeout, fmt::format("{} did not respond within {} s", name_,
+                                                                client::AsyncConnection::kResponseTimeout.count()));
   for (;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
-    for (RequestConnection* const connection : connections_) connection->expire(member);
+    for (Connection* const connection : connections_) {
+      if (*connection) (*connection)->expire(member);
+    }
   }
 }
 
 void InstanceProxy::disconnected() {
   set_state(InstanceState::kGone);
   const std::string member = error_member(kGone, name_ + " disconnected");
-  for (RequestConnection* const connection : connections_) connection->end(member);
+  for (Connection* const connection : connections_) (*connection)->end(member);
 }
 
 void InstanceProxy::set_state(InstanceState state) {

@@ -5,15 +5,17 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/socket_protocol.hpp"
-#include "tools/prismweb/request_connection.hpp"
+#include "tools/client/async_connection.hpp"
 #include "tools/prismweb/subscription_table.hpp"
 
 namespace prism::prismweb {
@@ -27,7 +29,7 @@ enum class InstanceState { kGone, kStopped, kRunning };
 
 class InstanceProxy {
  public:
-  using Answer = RequestConnection::Answer;
+  using Answer = client::AsyncConnection::Answer;
 
   InstanceProxy(boost::asio::io_context& io, std::string name, std::string socket);
   InstanceProxy(const InstanceProxy&) = delete;
@@ -56,8 +58,10 @@ class InstanceProxy {
   std::function<void(const Notification&)> on_notification;  ///< each notification, before batching
 
  private:
-  boost::asio::awaitable<bool> connect();
-  boost::asio::awaitable<void> session();
+  using Connection = std::shared_ptr<client::AsyncConnection>;
+
+  boost::asio::awaitable<bool> session();
+  void end_session();
   boost::asio::awaitable<void> expire();
   void on_line(std::string_view line);
   void update_axes(std::string_view status);
@@ -69,8 +73,9 @@ class InstanceProxy {
 
   boost::asio::io_context& io_;
   std::string name_, path_;
-  RequestConnection short_, long_, notifications_;
-  const std::array<RequestConnection*, 3> connections_{&notifications_, &short_, &long_};
+  Connection short_, long_, notifications_;  ///< of the current session
+  const std::array<Connection*, 3> connections_{&notifications_, &short_, &long_};
+  boost::asio::steady_timer session_end_;
   InstanceState state_ = InstanceState::kGone;
   std::vector<std::string> axes_;
   SubscriptionTable subscriptions_;

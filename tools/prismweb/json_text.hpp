@@ -8,17 +8,11 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
-#include "tools/client/response.hpp"
 
 namespace prism::prismweb {
 
 /// json_text() of base/escape.hpp, also for a braced initialiser.
 inline std::string json_text(const nlohmann::json& value) { return prism::json_text(value); }
-
-/// Parses the member `"result":…` or `"error":{…}` of a response of prismd to `method`.
-inline client::Response response_of(std::string_view method, std::string_view member) {
-  return client::response_of(method, nlohmann::json::parse("{" + std::string(member) + "}", nullptr, false));
-}
 
 /// Parses a client's message. Returns JSON null if it is invalid or has more than 32 levels.
 inline nlohmann::json parse_message(std::string_view text) {

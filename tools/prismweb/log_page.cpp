@@ -4,14 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "compensation/compensated_text.hpp"
-#include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {
 
 using nlohmann::json;
 
 tl::expected<LogPage, client::RequestError> parse_log_page(std::string_view member, const std::string& axis) {
-  const client::Response response = response_of("rows", member);
+  const client::Response response = client::response_of_member("rows", member);
   if (!response) return tl::unexpected(response.error());
   LogPage page;
   try {

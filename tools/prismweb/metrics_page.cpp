@@ -12,7 +12,6 @@
 
 #include "tools/metrics/gyro_metrics.hpp"
 #include "tools/prismweb/awaiting.hpp"
-#include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
@@ -42,7 +41,7 @@ void request_metrics(const std::shared_ptr<MetricsResponses>& responses, Instanc
     ++responses->missing;
     proxy.call(method, json::object(),
                [responses, name = proxy.name(), method = method, member = member](std::string_view text) {
-                 if (client::Response response = response_of(method, text))
+                 if (client::Response response = client::response_of_member(method, text))
                    responses->gyros[name].*member = std::move(*response);
                  if (--responses->missing == 0) responses->complete.cancel();
                });

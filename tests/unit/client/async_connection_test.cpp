@@ -1,36 +1,30 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismweb/request_connection.hpp"
+#include "tools/client/async_connection.hpp"
 
 #include <gtest/gtest.h>
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/write.hpp>
 #include <string>
 #include <vector>
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace prism::prismweb {
+namespace prism::client {
 namespace {
 
 namespace asio = boost::asio;
 using Protocol = asio::local::stream_protocol;
 
 /// A connection to a fake prismd.
-class RequestConnectionTest : public ::testing::Test {
+class AsyncConnectionTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto connect = [](RequestConnection* connection) -> asio::awaitable<void> {
-      const bool is_connected = co_await connection->connect();
-      EXPECT_TRUE(is_connected);
-    };
-    asio::co_spawn(io_, connect(&connection_), asio::detached);
+    connection_->open(
+        folder_.file("s"), [this](std::string_view line) { others_.emplace_back(line); },
+        [this](const std::string& reason) { reason_ = reason; });
     settle();
     acceptor_.accept(server_);
     server_.non_blocking(true);
-    asio::co_spawn(io_, connection_.read([this](std::string_view line) { others_.emplace_back(line); }),
-                   asio::detached);
     settle();
   }
   void settle() {
@@ -38,7 +32,7 @@ class RequestConnectionTest : public ::testing::Test {
     io_.run_for(std::chrono::milliseconds(20));
   }
   void call(const std::string& method) {
-    EXPECT_TRUE(connection_.call(method, "{}", [this](std::string_view member) { answers_.emplace_back(member); }));
+    EXPECT_TRUE(connection_->call(method, "{}", [this](std::string_view member) { answers_.emplace_back(member); }));
   }
   std::string received() {
     settle();
@@ -56,12 +50,13 @@ class RequestConnectionTest : public ::testing::Test {
   asio::io_context io_;
   Protocol::acceptor acceptor_{io_, Protocol::endpoint(folder_.file("s"))};
   Protocol::socket server_{io_};
-  RequestConnection connection_{io_, folder_.file("s")};
+  const std::shared_ptr<AsyncConnection> connection_ = std::make_shared<AsyncConnection>(io_);
+  std::string reason_;
   std::vector<std::string> answers_, others_;
 };
 
 // prismd closed the connection, which all clients share, after three requests at once with long responses.
-TEST_F(RequestConnectionTest, SendsTheNextRequestAfterTheResponse) {
+TEST_F(AsyncConnectionTest, SendsTheNextRequestAfterTheResponse) {
   for (const char* method : {"a", "b", "c"}) call(method);
   EXPECT_EQ(received(), R"({"jsonrpc":"2.0","id":1,"method":"a","params":{},"protocol":2})"
                         "\n");
@@ -74,26 +69,53 @@ TEST_F(RequestConnectionTest, SendsTheNextRequestAfterTheResponse) {
   EXPECT_EQ(received(), "");
 }
 
-TEST_F(RequestConnectionTest, PassesOnUnsolicitedLines) {
+TEST_F(AsyncConnectionTest, PassesOnUnsolicitedLines) {
   call("a");
   send(R"({"jsonrpc":"2.0","method":"window","params":{}})");
   EXPECT_EQ(others_, std::vector<std::string>{R"({"jsonrpc":"2.0","method":"window","params":{}})"});
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(RequestConnectionTest, SendsOneRequestAndBoundsItsQueue) {
+// A fake prismd may write another order of the members, or blanks.
+TEST_F(AsyncConnectionTest, ReadsAnyJson) {
+  call("a");
+  send(R"({"id": 1, "result": {"b": 1}, "jsonrpc": "2.0"})");
+  call("b");
+  send(R"({"id": 2, "error": {"code": 3}})");
+  EXPECT_EQ(answers_, (std::vector<std::string>{R"("result":{"b":1})", R"("error":{"code":3})"}));
+  EXPECT_TRUE(others_.empty());
+}
+
+TEST_F(AsyncConnectionTest, EndsWithAReason) {
+  send("no JSON");
+  EXPECT_EQ(reason_, "sent \"no JSON\", expected a JSON object; is this prismd's socket?");
+}
+
+TEST_F(AsyncConnectionTest, PassesOnWhyItIsRejected) {
+  send(R"({"jsonrpc":"2.0","id":null,"error":{"code":-32004,"message":"64 clients are connected"}})");
+  EXPECT_EQ(reason_, "64 clients are connected");
+}
+
+TEST_F(AsyncConnectionTest, ReportsTheEndOfPrismd) {
+  server_.close();
+  settle();
+  EXPECT_EQ(reason_, "prismd closed the connection");
+  EXPECT_FALSE(connection_->is_open());
+}
+
+TEST_F(AsyncConnectionTest, SendsOneRequestAndBoundsItsQueue) {
   std::size_t queued = 0;
-  while (connection_.call("a", "{}", [](std::string_view) {})) ++queued;
+  while (connection_->call("a", "{}", [](std::string_view) {})) ++queued;
   EXPECT_EQ(queued, 256U);
   EXPECT_EQ(received().find("\"id\":2"), std::string::npos);
 }
 
-TEST_F(RequestConnectionTest, FailsAllRequestsAtTheEnd) {
+TEST_F(AsyncConnectionTest, FailsAllRequestsAtTheEnd) {
   for (const char* method : {"a", "b"}) call(method);
-  connection_.end(R"("error":{})");
+  connection_->end(R"("error":{})");
   EXPECT_EQ(answers_, (std::vector<std::string>{R"("error":{})", R"("error":{})"}));
   EXPECT_EQ(received().find("\"b\""), std::string::npos);
 }
 
 }  // namespace
-}  // namespace prism::prismweb
+}  // namespace prism::client
