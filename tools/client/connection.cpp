@@ -8,16 +8,17 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <utility>
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
 #include "config/socket_path.hpp"
+#include "tools/client/instances.hpp"
 
 namespace prism::client {
 namespace {
@@ -44,6 +45,14 @@ int connect_to(const std::string& path) {
   return -1;
 }
 
+// Also true without permission to connect: it is running.
+bool accepts(const std::string& path) {
+  const int fd = connect_to(path);
+  if (fd < 0) return errno == EACCES;
+  ::close(fd);
+  return true;
+}
+
 std::string unknown_name(const std::string& name, const std::vector<std::string>& running) {
   const std::string near = nearest_name(name, running);
   const std::string all = fmt::format("{}", fmt::join(running, ", "));
@@ -53,29 +62,14 @@ std::string unknown_name(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
-std::vector<std::string> listed_sockets(std::vector<std::string>* invalid) {
-  std::vector<std::string> found;
-  for (const std::string& folder : config::socket_folders()) {
-    const std::vector<std::string> sockets = config::sockets_in(folder, invalid);
-    found.insert(found.end(), sockets.begin(), sockets.end());
-  }
-  return found;
-}
-
 std::vector<std::string> running_sockets(std::vector<std::string>* invalid) {
-  std::vector<std::string> found;
-  for (const std::string& path : listed_sockets(invalid)) {
-    if (config::would_start(path)) {
-      found.push_back(path);
-      continue;
-    }
-    const int fd = connect_to(path);
-    if (fd < 0 && errno != EACCES) continue;  // no permission, but it is running
-    if (fd >= 0) ::close(fd);
-    found.push_back(path);
+  std::map<std::string, std::string> found;
+  for (const auto& [name, path] : list_instances({}, invalid)) {
+    if (found.count(name) == 0 && (config::would_start(path) || accepts(path))) found[name] = path;
   }
-  std::sort(found.begin(), found.end());
-  return found;
+  std::vector<std::string> paths;
+  for (const auto& [name, path] : found) paths.push_back(path);
+  return paths;
 }
 
 Result<std::string> find_socket(const std::string& socket, const std::string& name) {

@@ -12,12 +12,8 @@
 
 namespace prism::client {
 
-/// Returns all sockets in config::socket_folders(), in the order of the directories, also those without a running
-/// daemon. Adds invalid names to `invalid`, if given (config::sockets_in).
-std::vector<std::string> listed_sockets(std::vector<std::string>* invalid = nullptr);
-
 /// Returns the sockets in config::socket_folders() that accept connections, and those on which systemd starts a daemon
-/// at the first connection (this call starts none).
+/// at the first connection (this call starts none); the first of equal names.
 std::vector<std::string> running_sockets(std::vector<std::string>* invalid = nullptr);
 
 /// Returns `socket` if given, else $PRISM_SOCKET, else the socket of instance `name`, else that of the only running

@@ -163,22 +163,12 @@ void DatabaseLoop::keep_days() {
 }
 
 void DatabaseLoop::discover() {
-  const auto found = find_instances(settings_.instances, state_);
-  for (const auto& [name, socket] : found) {
-    const std::string gyro = settings_.site + "/" + name;
-    if (sources_.count(gyro) == 0) follow(gyro, socket);
-  }
-  for (auto at = sources_.begin(); at != sources_.end();) {
-    const std::string name = at->first.substr(settings_.site.size() + 1);
-    if (found.count(name) != 0 || at->second.instance->running()) {
-      ++at;
-      continue;
-    }
-    at->second.instance->close();
-    for (const auto& log : at->second.logs) log->close();
-    state_.forget(at->first);
-    at = sources_.erase(at);
-  }
+  update_sources(
+      sources_, settings_, state_,
+      [this](const std::string& gyro, const std::string&, const std::string& socket) { follow(gyro, socket); },
+      [](Source& source) {
+        for (const auto& log : source.logs) log->close();
+      });
 }
 
 void DatabaseLoop::follow(const std::string& gyro, const std::string& socket) {

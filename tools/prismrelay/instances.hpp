@@ -6,17 +6,34 @@
 #include <string>
 #include <vector>
 
+#include "tools/prismrelay/settings.hpp"
+#include "tools/prismrelay/state.hpp"
+
 namespace prism::prismrelay {
 
-/// Returns name → socket path. `entries` are names, sockets, or directories ending in '/'. A name or socket is listed
-/// even if it does not exist; a directory is searched for sockets. The first of equal names is listed. Paths whose
-/// names do not follow TextRule::kName are not listed, but added to `invalid`, if given, as printable text.
-std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries,
-                                                  std::vector<std::string>* invalid = nullptr);
-
-class RelayState;
-
-/// The same; logs each invalid name once.
+/// Returns name → socket path of client::list_instances(), the first of equal names; logs each invalid name once.
 std::map<std::string, std::string> find_instances(const std::vector<std::string>& entries, RelayState& state);
+
+/// Calls add(gyro, name, socket) for each instance that is not in `sources`, which has them by gyro. Closes and removes
+/// those that are neither configured nor running, after remove(source).
+template <class Sources, class Add, class Remove>
+void update_sources(Sources& sources, const Settings& settings, RelayState& state, Add&& add, Remove&& remove) {
+  const auto found = find_instances(settings.instances, state);
+  for (const auto& [name, socket] : found) {
+    const std::string gyro = settings.site + "/" + name;
+    if (sources.count(gyro) == 0) add(gyro, name, socket);
+  }
+  for (auto at = sources.begin(); at != sources.end();) {
+    const std::string name = at->first.substr(settings.site.size() + 1);
+    if (found.count(name) != 0 || at->second.instance->running()) {
+      ++at;
+      continue;
+    }
+    at->second.instance->close();
+    remove(at->second);
+    state.forget(at->first);
+    at = sources.erase(at);
+  }
+}
 
 }  // namespace prism::prismrelay

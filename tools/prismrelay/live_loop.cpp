@@ -38,20 +38,6 @@ void LiveLoop::stop() {
   });
 }
 
-void LiveLoop::discover() {
-  const auto found = find_instances(settings_.instances, state_);
-  for (const auto& [name, socket] : found) {
-    const std::string gyro = settings_.site + "/" + name;
-    if (sources_.count(gyro) == 0) follow(gyro, name, socket);
-  }
-  for (auto at = sources_.begin(); at != sources_.end();) {
-    const bool keep = found.count(at->first.substr(settings_.site.size() + 1)) != 0 || at->second.instance->running();
-    if (!keep) at->second.instance->close();
-    if (!keep) state_.forget(at->first);
-    at = keep ? std::next(at) : sources_.erase(at);
-  }
-}
-
 void LiveLoop::follow(const std::string& gyro, const std::string& name, const std::string& socket) {
   if (mqtt_ && !is_topic_part(name) && unpublished_.insert(name).second)
     log_line(Level::kWarning,
@@ -121,7 +107,10 @@ void LiveLoop::replace_retained() {
 
 void LiveLoop::once_a_second() {
   state_.progress(kLoop);
-  discover();
+  update_sources(
+      sources_, settings_, state_,
+      [this](const auto& gyro, const auto& name, const auto& socket) { follow(gyro, name, socket); },
+      [](const Source&) {});
   if (mqtt_) replace_retained();
   for (auto& [gyro, source] : sources_) {
     if (second_ % kStatusEvery_s != 0 || !source.instance->running()) continue;

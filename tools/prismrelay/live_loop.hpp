@@ -30,7 +30,6 @@ class LiveLoop {
     bool status_pending = false;
     std::set<std::string> axes;
   };
-  void discover();
   void follow(const std::string& gyro, const std::string& name, const std::string& socket);
   void on_notification(const std::string& name, const std::set<std::string>& axes, const nlohmann::json& notification);
   void on_status(const std::string& gyro, const std::string& name, nlohmann::json status);

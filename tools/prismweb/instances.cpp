@@ -8,12 +8,9 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
-#include <filesystem>
 #include <utility>
 
 #include "base/outside_text.hpp"
-#include "config/socket_path.hpp"
-#include "tools/client/connection.hpp"
 #include "tools/prismweb/awaiting.hpp"
 
 namespace prism::prismweb {
@@ -53,11 +50,9 @@ void Instances::ignore(const std::string& socket) {
   fmt::print(stderr, "prismweb: ignored: {}\n", error.text());
 }
 
-void Instances::add(const std::string& socket) {
-  const std::string name = config::instance_name(socket);
-  if (!follows(TextRule::kName, name)) return ignore(socket);
-  if (find(name) != nullptr || proxies_.size() >= kMaxInstances) return;
-  proxies_.push_back(std::make_unique<InstanceProxy>(io_, name, socket));
+void Instances::add(const client::InstanceSocket& instance) {
+  if (find(instance.name) != nullptr || proxies_.size() >= kMaxInstances) return;
+  proxies_.push_back(std::make_unique<InstanceProxy>(io_, instance.name, instance.path));
   InstanceProxy& proxy = *proxies_.back();
   proxy.on_change = [this] {
     if (on_change) on_change();
@@ -68,20 +63,10 @@ void Instances::add(const std::string& socket) {
 }
 
 asio::awaitable<void> Instances::find_instances() {
-  for (const std::string& one : wanted_) {
-    if (one.find('/') != std::string::npos) {
-      add(one);
-      continue;
-    }
-    const std::vector<std::string> sockets = client::listed_sockets();
-    const auto is_named = [&](const std::string& path) { return std::filesystem::path(path).stem() == one; };
-    const auto found = std::find_if(sockets.begin(), sockets.end(), is_named);
-    add(found != sockets.end() ? *found : config::default_socket(one));
-  }
   asio::steady_timer pause(io_);
-  while (wanted_.empty()) {
+  for (;;) {
     std::vector<std::string> invalid;
-    for (const std::string& socket : client::listed_sockets(&invalid)) add(socket);
+    for (const client::InstanceSocket& instance : client::list_instances(wanted_, &invalid)) add(instance);
     for (const std::string& socket : invalid) ignore(socket);
     pause.expires_after(kFindInterval);
     co_await pause.async_wait(kUse);

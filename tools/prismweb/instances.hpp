@@ -11,16 +11,17 @@
 #include <string>
 #include <vector>
 
+#include "tools/client/instances.hpp"
 #include "tools/prismweb/instance_proxy.hpp"
 
 namespace prism::prismweb {
 
 class Instances {
  public:
-  /// `wanted`: names or socket paths; empty: all of the host, including later ones.
+  /// `wanted`: entries of client::list_instances(); empty: all of the host.
   Instances(boost::asio::io_context& io, std::vector<std::string> wanted);
 
-  /// Finds instances (every 2 s if `wanted` is empty) and delivers batches, until the context ends.
+  /// Finds instances, every 2 s, and delivers batches, until the context ends.
   void start();
 
   InstanceProxy* find(const std::string& name);
@@ -34,7 +35,7 @@ class Instances {
   boost::asio::awaitable<void> find_instances();
   boost::asio::awaitable<void> flush_in_turn();
   void ignore(const std::string& socket);
-  void add(const std::string& socket);
+  void add(const client::InstanceSocket& instance);
   void flush_next();
 
   boost::asio::io_context& io_;
