@@ -209,6 +209,16 @@ def check_words(path, text):
             yield line_of(text, match.start()), "'using namespace std' imports every name"
 
 
+# Examples of 0.2: prismctl/rows.cpp, prismweb/axis_archive.cpp.
+BY_MESSAGE = re.compile(r"(?:\btext\(\)|\bwhat)\.(?:find|starts_with|ends_with|compare)\(")
+
+
+def check_decisions(path, text):
+    if is_code(path) and not path.startswith(TESTS):
+        for match in BY_MESSAGE.finditer(without_comments_and_texts(text)):
+            yield line_of(text, match.start()), "decides by the text of an error: expected a code (config/socket_protocol.hpp)"
+
+
 def check_size(path, text):
     lines = text.count("\n")
     if (is_code(path) or is_script(path, text)) and lines > LINES_MAX:
@@ -309,7 +319,7 @@ class UniqueTypes:
 
 
 RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
-         check_words, check_size, check_waiting, check_traps, check_names]
+         check_words, check_decisions, check_size, check_waiting, check_traps, check_names]
 
 
 def files_of(root):
