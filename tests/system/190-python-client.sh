@@ -108,6 +108,32 @@ three_lines() { [ "$(wc -l <"$dir/client.out")" -eq 3 ]; }
 wait_for 10 three_lines
 [ "$(head -1 "$dir/client.out")" != "$(tail -1 "$dir/client.out")" ] || fail "the response is from the killed prismd"
 
+# A prismd without a free connection rejects the client; rows() tries again.
+python3 - "$dir/full.sock" <<'END' || fail "a rejected connection"
+import socket, sys, threading
+import prism
+server = socket.socket(socket.AF_UNIX)
+server.bind(sys.argv[1])
+server.listen()
+def serve():
+    for _ in range(2):
+        client, _ = server.accept()
+        client.sendall(b'{"jsonrpc":"2.0","id":null,"error":{"code":-32004,"message":"64 clients are connected"}}\n')
+        client.recv(4096)
+        client.close()
+threading.Thread(target=serve, daemon=True).start()
+try:
+    prism.Gyro(path=sys.argv[1]).status()
+    raise SystemExit("no error")
+except prism.Gone as why:
+    assert "64 clients are connected" in str(why), why
+try:
+    next(prism.Gyro(path=sys.argv[1]).rows(reconnect=False))
+    raise SystemExit("no error")
+except prism.Gone as why:
+    assert "64 clients are connected" in str(why), why
+END
+
 # With reconnect=False the end of prismd raises an error.
 start strict python3 -c '
 import prism

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "base/escape.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
 #include "tools/client/connection.hpp"
@@ -23,7 +24,11 @@ metrics::GyroAnswers answers_of(const std::string& socket) {
   if (!connection) return answers;
   const auto ask = [&](const char* method, nlohmann::json& into) {
     auto answer = connection->ask(method);
-    if (answer) into = std::move(*answer);
+    if (answer) {
+      into = std::move(*answer);
+    } else if (answer.error().code != config::kGone) {
+      fmt::print(stderr, "prismctl: {}: {}\n", printable(config::instance_name(socket)), answer.error().text());
+    }
     return answer.has_value();
   };
   if (ask("status", answers.status) && ask("line", answers.line)) ask("stability", answers.stability);

@@ -140,7 +140,9 @@ class Connection:
             message = self._message(ANSWER_TIMEOUT_S)
             if "method" in message:
                 self._notifications.append(message)
-            elif message.get("id") in (self._last_id, None):  # without an id: prismd rejected the connection
+            elif message.get("id") is None and "error" in message:  # prismd rejects the connection
+                raise Gone(f"{self.path}: {message['error']['message']}")
+            elif message.get("id") == self._last_id:
                 if "error" in message:
                     raise Refused(message["error"]["message"], message["error"]["code"])
                 return message["result"]
