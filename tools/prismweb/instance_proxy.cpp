@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "config/socket_path.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/service_run_id.hpp"

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "tools/client/response.hpp"
 #include "tools/metrics/gyro_metrics.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/web_server.hpp"
