@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -62,13 +63,18 @@ bool write_new(const std::string& path, std::string_view text, std::optional<mod
   return written && closed;
 }
 
-/// A rename is durable when its directory is synced. Not an error if the file system cannot sync a directory.
-void sync_directory(const fs::path& directory) {
-  const Descriptor opened(::open(directory.empty() ? "." : directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened.get() >= 0) ::fsync(opened.get());
+}  // namespace
+
+bool is_locked(const std::string& path) {
+  // without O_NONBLOCK, open() of a FIFO would wait for a writer
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  return file.get() >= 0 && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-}  // namespace
+void sync_directory(const std::string& path) {
+  const Descriptor opened(::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.get() >= 0) ::fsync(opened.get());
+}
 
 std::optional<FileId> FileId::of(const std::string& path) {
   struct stat found {};
@@ -168,7 +174,7 @@ Result<void> write_text_file(const std::string& path, std::string_view text, std
   ::unlink(temporary.c_str());  // left by a process that died
   if (exists) new_mode = old.st_mode & 07777;
   const bool done = write_new(temporary, text, new_mode) && std::rename(temporary.c_str(), path.c_str()) == 0;
-  if (done) return sync_directory(fs::path(path).parent_path()), Result<void>();
+  if (done) return sync_directory(fs::path(path).parent_path().string()), Result<void>();
   const auto failed = system_error(path, "cannot be written");
   ::unlink(temporary.c_str());
   return failed;

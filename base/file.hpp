@@ -89,6 +89,13 @@ Result<ReadableText> read_available(const Descriptor& file, const std::string& p
 Result<void> write_text_file(const std::string& path, std::string_view text,
                              std::optional<mode_t> new_mode = std::nullopt);
 
+/// True if another open file description holds a lock (flock) on the file, as prismd does on a segment that it writes.
+/// False also if the file cannot be opened.
+bool is_locked(const std::string& path);
+
+/// Makes renamed, new and deleted entries durable. Not an error if the file system cannot sync a directory.
+void sync_directory(const std::string& path);
+
 /// Writes all bytes to a blocking descriptor. Returns false with the cause in errno.
 bool write_all(int descriptor, std::string_view bytes);
 

@@ -12,7 +12,6 @@ namespace prism::log {
 namespace {
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
-constexpr std::int64_t kDay_s = 86400;
 constexpr double kMaxWait_s = 1e11;  // above: not worth announcing
 constexpr double kMiB = 1 << 20;
 

@@ -19,9 +19,10 @@ struct Hold {
   bool limited = true;  ///< false: named in log/keep_for, holds while the disk has space
 };
 
+inline constexpr std::int64_t kDay_s = 86400;
 /// A consumer without `keep_for` holds a segment until it is this much older, or the segments have this share more
 /// bytes, than the limits.
-inline constexpr std::int64_t kHold_s = 7 * 86400;
+inline constexpr std::int64_t kHold_s = 7 * kDay_s;
 inline constexpr std::int64_t kHoldShare = 10;  ///< one part in ten of keep_bytes
 
 /// Input of next_deletion().

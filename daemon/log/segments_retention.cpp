@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Deletion of segments: by the limits, and because the disk is full.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <utility>
 
@@ -28,18 +24,6 @@ std::uint64_t count_rows(const std::string& path) {
   std::uint64_t rows = 0;
   for (std::string line; in && in->read_line(line);) rows += !line.empty() && line[0] >= '0' && line[0] <= '9';
   return rows;
-}
-
-// True if another process writes it, for example a second prismd with the same directory. This process locks only the
-// newest segment.
-bool is_written_elsewhere(const std::string& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-  return file.get() >= 0 && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-}
-
-void sync_directory(const std::string& path) {
-  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) ::fsync(directory.get());
 }
 
 }  // namespace
@@ -88,7 +72,7 @@ void Segments::retain() {
 std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments, pipeline::RetentionStatus& status) {
   status.segments = segments.size();
   status.keep_bytes = settings_.keep_bytes;
-  status.keep_s = settings_.keep_days * 86400;
+  status.keep_s = settings_.keep_days * kDay_s;
   for (const Segment& segment : segments) status.bytes += segment.bytes;
   if (!first_look_s_) first_look_s_ = status.uptime_s, first_bytes_ = status.bytes;
   if (segments.empty() || segments.front().path == current_) return std::nullopt;
@@ -133,14 +117,16 @@ bool Segments::delete_due(const std::vector<Segment>& segments, NextDeletion& ne
 }
 
 bool Segments::remove(const Segment& segment, NextDeletion::Why why) {
-  if (is_written_elsewhere(segment.path)) return false;
+  // Another process writes it, for example a second prismd: this one locks only the newest segment. A link is only a
+  // name.
+  std::error_code error;
+  if (!fs::is_symlink(segment.path, error) && is_locked(segment.path)) return false;
   const auto is_next = [&](const Segment& other) { return index_.number(other.file) > index_.number(segment.file); };
   const std::vector<Segment> all = list();
   const auto next = std::find_if(all.begin(), all.end(), is_next);
   const pipeline::SegmentDeletion deletion{segment.file, rows_in(segment),
                                            next == all.end() ? 0 : parse_utc_file_text(next->stamp).value_or(0)};
   index_.deleting(deletion);
-  std::error_code error;
   fs::remove(segment.path, error);
   if (error) {
     if (std::exchange(told_failure_, segment.file) != segment.file)

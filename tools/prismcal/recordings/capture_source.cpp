@@ -63,8 +63,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   overrides.without_models = true;
   auto setup = pipeline::load_setup(options.config, overrides);
   if (!setup) return tl::unexpected<Error>(setup.error());
-  auto reader = pipeline::open_capture(path, *setup);
+  auto reader = pipeline::open_capture(path, *setup->frames);
   if (!reader) return tl::unexpected<Error>(reader.error());
+  if (auto used = pipeline::use_time_of(*reader, path, *setup); !used) return tl::unexpected<Error>(used.error());
   const auto axis = axis_index(*setup, options.axis);
   if (!axis) return tl::unexpected<Error>(axis.error());
   Recording recording;

@@ -14,7 +14,6 @@
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
-#include "tools/prismcal/recordings/file_lock.hpp"
 
 namespace prism::recordings {
 namespace {

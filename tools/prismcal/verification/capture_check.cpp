@@ -4,15 +4,13 @@
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
 #include "drivers/capture_file.hpp"
-#include "tools/prismcal/recordings/file_lock.hpp"
 #include "tools/prismcal/verification/checks.hpp"
 #include "tools/prismcal/verification/index_check.hpp"
 
 namespace prism::verification {
 
 CheckedCapture check_capture(const std::string& path) {
-  const bool open =
-      recordings::is_locked(path);  // checked before reading: a capture that ends meanwhile is read to its end
+  const bool open = is_locked(path);  // checked before reading: a capture that ends meanwhile is read to its end
   auto reader = drivers::CaptureReader::open(path);
   if (!reader) return {{path, FileState::kUnreadable, without_path(reader.error(), path)}, {}};
   std::size_t packets = 0, opened = 0, bytes = 0, others = 0, back = 0;
