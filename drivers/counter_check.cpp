@@ -1,46 +1,40 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/counter_check.hpp"
 
+#include <utility>
+
 namespace prism::drivers {
 
-CounterCheck::CounterCheck(wire::FrameDescriptionPtr description) : applies_(description->counter.has_value()) {
-  if (!applies_) return;
-  const wire::CounterRule& rule = *description->counter;
-  modulus_ = rule.modulus;
-  near_ticks_ = kNearFrames * (rule.step_varies ? rule.ticks_per_s * description->period_s() : rule.ticks_per_frame);
+CounterCheck::CounterCheck(wire::FrameDescriptionPtr description) : rule_(description->counter) {
+  if (rule_)
+    near_ticks_ =
+        kNearFrames * (rule_->step_varies ? rule_->ticks_per_s * description->period_s() : rule_->ticks_per_frame);
 }
 
-double CounterCheck::ticks_after_last(std::uint64_t counter) const {
-  std::uint64_t ticks = counter - *last_;
-  if (modulus_ != 0 && counter < *last_) ticks += modulus_;
-  return static_cast<double>(ticks);
-}
-
-void CounterCheck::take(const wire::DecodedMessage& reading, std::vector<wire::DecodedMessage>& passed) {
-  if (held_) {
-    if (ticks_after_last(held_->counter) <= ticks_after_last(reading.counter)) {
-      passed.push_back(*held_);
-      last_ = held_->counter;
+std::span<const wire::DecodedMessage> CounterCheck::decide(const wire::DecodedMessage& reading) {
+  std::size_t passed = 0;
+  if (const auto held = std::exchange(held_, std::nullopt)) {
+    if (rule_->ticks_between(*last_, held->counter) <= rule_->ticks_between(*last_, reading.counter)) {
+      passed_[passed++] = *held;
+      last_ = held->counter;
     } else {
       ++rejected_;
     }
-    held_.reset();
   }
-  if (passes(reading)) {
-    passed.push_back(reading);
+  if (is_near(reading.counter)) {
+    passed_[passed++] = reading;
+    last_ = reading.counter;
   } else {
     held_ = reading;
   }
+  return {passed_.data(), passed};
 }
 
-void CounterCheck::finish(std::vector<wire::DecodedMessage>& passed) {
-  if (held_) passed.push_back(*held_);
-  reset();
-}
-
-void CounterCheck::reset() {
+std::span<const wire::DecodedMessage> CounterCheck::finish() {
   last_.reset();
-  held_.reset();
+  if (!held_) return {};
+  passed_[0] = *std::exchange(held_, std::nullopt);
+  return {passed_.data(), 1};
 }
 
 }  // namespace prism::drivers

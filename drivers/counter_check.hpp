@@ -2,9 +2,10 @@
 // Rejects single frames whose counter is wrong although their check sum is right.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -20,30 +21,30 @@ class CounterCheck {
 
   explicit CounterCheck(wire::FrameDescriptionPtr description);
 
-  /// True if the reading passes at once; call take() otherwise.
-  bool passes(const wire::DecodedMessage& reading) {
-    if (!applies_ || !reading.has_counter) return true;
-    if (held_ || (last_ && ticks_after_last(reading.counter) > near_ticks_)) return false;
+  /// Returns the frames that pass because of this reading, in order: none, one or two. Valid until the next call, and
+  /// as long as `reading`.
+  std::span<const wire::DecodedMessage> push(const wire::DecodedMessage& reading) {
+    if (!rule_ || !reading.has_counter) return {&reading, 1};
+    if (held_ || !is_near(reading.counter)) return decide(reading);
     last_ = reading.counter;
-    return true;
+    return {&reading, 1};
   }
-  /// Appends the frames that pass because of this reading, in order.
-  void take(const wire::DecodedMessage& reading, std::vector<wire::DecodedMessage>& passed);
-  /// The session ends: appends the held frame.
-  void finish(std::vector<wire::DecodedMessage>& passed);
-  /// Forgets the counters; a new session begins.
-  void reset();
+  /// The session ends: returns the held frame, if any, and forgets the counters.
+  std::span<const wire::DecodedMessage> finish();
 
   std::uint64_t rejected() const { return rejected_; }  ///< frames, since the start
 
  private:
-  double ticks_after_last(std::uint64_t counter) const;
+  std::span<const wire::DecodedMessage> decide(const wire::DecodedMessage& reading);
+  bool is_near(std::uint64_t counter) const {
+    return !last_ || static_cast<double>(rule_->ticks_between(*last_, counter)) <= near_ticks_;
+  }
 
-  bool applies_;
-  std::uint64_t modulus_ = 0;  ///< 0: 2^64
+  std::optional<wire::CounterRule> rule_;  ///< none: the description has no counter
   double near_ticks_ = 0;
   std::optional<std::uint64_t> last_;  ///< counter of the last frame that passed
   std::optional<wire::DecodedMessage> held_;
+  std::array<wire::DecodedMessage, 2> passed_;
   std::uint64_t rejected_ = 0;
 };
 

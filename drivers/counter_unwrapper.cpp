@@ -54,13 +54,6 @@ double CounterUnwrapper::unseen_ticks() const {
 
 std::uint32_t CounterUnwrapper::frames_of(double ticks) const { return whole(ticks / frame_ticks()); }
 
-double CounterUnwrapper::counted_ticks(const wire::DecodedMessage& reading) const {
-  const wire::CounterRule& rule = *description_->counter;
-  std::uint64_t ticks = reading.counter - *last_counter_;
-  if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
-  return static_cast<double>(ticks);
-}
-
 /// Counter periods during a time without data.
 double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const {
   const wire::CounterRule& rule = *description_->counter;
@@ -89,7 +82,7 @@ CounterStep CounterUnwrapper::step_to(const wire::DecodedMessage& reading, doubl
   if (!reading.has_counter || !last_counter_) return uncounted(reading);
   const wire::CounterRule& rule = *description_->counter;
   CounterStep step;
-  step.ticks = counted_ticks(reading);
+  step.ticks = static_cast<double>(rule.ticks_between(*last_counter_, reading.counter));
   const double unseen = unseen_turns(reading, step.ticks, slope) * static_cast<double>(rule.modulus);
   step.ticks += unseen;
   step.duplicate = step.ticks == 0;

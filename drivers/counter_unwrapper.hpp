@@ -45,7 +45,6 @@ class CounterUnwrapper {
   double frame_ticks() const;
   CounterStep step_to(const wire::DecodedMessage& reading, double slope) const;
   CounterStep uncounted(const wire::DecodedMessage& reading) const;
-  double counted_ticks(const wire::DecodedMessage& reading) const;
   double unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const;
   double frames_by_offset(const wire::DecodedMessage& reading) const;
 

@@ -55,9 +55,7 @@ const Rows& Pipeline::finish() {
   readings_.clear();
   decoder_.finish(readings_);
   pass();
-  checked_.clear();
-  counter_check_.finish(checked_);
-  for (const wire::DecodedMessage& reading : checked_) handle(reading);
+  for (const wire::DecodedMessage& held : counter_check_.finish()) handle(held);
   end_axes();
   return rows_;
 }
@@ -136,13 +134,7 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
 
 const Rows& Pipeline::pass() {
   for (const wire::DecodedMessage& reading : readings_) {
-    if (counter_check_.passes(reading)) {
-      handle(reading);
-      continue;
-    }
-    checked_.clear();
-    counter_check_.take(reading, checked_);
-    for (const wire::DecodedMessage& passed : checked_) handle(passed);
+    for (const wire::DecodedMessage& passed : counter_check_.push(reading)) handle(passed);
   }
   return rows_;
 }

@@ -97,7 +97,7 @@ class Pipeline {
   drivers::Clock clock_;
   std::vector<Axis> axes_;
   std::vector<SensorFeed> feeds_;
-  std::vector<wire::DecodedMessage> readings_, checked_;
+  std::vector<wire::DecodedMessage> readings_;
   std::vector<double> values_;  ///< of all sensors: the device's, then the lines'
   std::uint32_t stride_ = 1,
                 waiting_ =

@@ -115,8 +115,7 @@ void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& v
   const CounterRule& rule = *description_->counter;
   if (rule.modulus != 0 && reading.counter >= rule.modulus) reading.counter %= rule.modulus;
   if (last_counter_) {
-    std::uint64_t ticks = reading.counter - *last_counter_;
-    if (rule.modulus != 0 && reading.counter < *last_counter_) ticks += rule.modulus;
+    const std::uint64_t ticks = rule.ticks_between(*last_counter_, reading.counter);
     if (static_cast<double>(ticks) != rule.ticks_per_frame) {
       steps_ =
           static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));

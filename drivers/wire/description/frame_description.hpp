@@ -45,6 +45,11 @@ struct CounterRule {
   double ticks_per_frame = 1;  ///< nominal step from one counted frame to the next
   double ticks_per_s = 0;      ///< nominal ticks per second
   bool step_varies = false;    ///< externally triggered: a step other than ticks_per_frame is not a loss
+
+  /// Ticks from one value of the counter to the next one, modulo the modulus; both are below it.
+  std::uint64_t ticks_between(std::uint64_t from, std::uint64_t to) const {
+    return to - from + (to < from ? modulus : 0);
+  }
 };
 
 /// A quantity that need not be in every frame: temperature, UHFO voltage.

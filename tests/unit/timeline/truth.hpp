@@ -152,17 +152,10 @@ class Timeline {
   std::vector<TimedSample> run(const std::vector<TrueFrame>& frames) {
     std::vector<TimedSample> samples;
     int session = 0;
-    std::vector<wire::DecodedMessage> passed;
     std::vector<TrueFrame> recent;
     for (const TrueFrame& frame : frames) {
       recent.push_back(frame);
-      passed.clear();
-      if (check_.passes(frame.reading)) {
-        passed.push_back(frame.reading);
-      } else {
-        check_.take(frame.reading, passed);
-      }
-      for (const wire::DecodedMessage& reading : passed) {
+      for (const wire::DecodedMessage& reading : check_.push(frame.reading)) {
         const bool measured = clock_.push(reading);
         session += clock_.began_session();
         if (!measured) continue;
