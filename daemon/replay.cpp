@@ -187,8 +187,7 @@ class Replay {
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    pipeline::Setup setup = acquisition_.setup();
-    Result<drivers::CaptureReader> reader = pipeline::open_capture(file, setup);
+    Result<drivers::CaptureReader> reader = pipeline::open_capture(file, *acquisition_.setup().frames);
     if (!reader) {
       fault_ = reader.error().text();
       co_return;
@@ -288,7 +287,9 @@ class Replay {
 
 int run_replay(const Options& options, pipeline::Setup setup) {
   for (const std::string& file : options.replay) {
-    if (const auto reader = pipeline::open_capture(file, setup); !reader) return fail(reader.error().text());
+    const auto reader = pipeline::open_capture(file, *setup.frames);
+    if (!reader) return fail(reader.error().text());
+    if (const auto used = pipeline::use_time_of(*reader, file, setup); !used) return fail(used.error().text());
   }
   return std::make_unique<Replay>(options, setup)->run();
 }

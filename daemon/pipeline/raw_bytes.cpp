@@ -14,18 +14,19 @@ bool has_one_length(const wire::FrameDescription& frames) {
 
 }  // namespace
 
-drivers::RawByteStream raw_byte_stream(const wire::FrameDescription& frames) {
-  return {std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0};
+// The pace of raw bytes is that of the longest frames; it is true only if all frames have one length.
+Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames) {
+  return drivers::CaptureReader::open(
+      path, drivers::RawByteStream{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0});
 }
 
-Result<drivers::CaptureReader> open_capture(const std::string& path, Setup& setup) {
-  auto reader = drivers::CaptureReader::open(path, raw_byte_stream(*setup.frames));
-  if (!reader || !reader->is_bare() || has_one_length(*setup.frames)) return reader;
+Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup) {
+  if (!reader.is_bare() || has_one_length(*setup.frames)) return {};
   if (!setup.sensor_lines.empty())
     return make_error(path, "found raw bytes without arrival times, expected a capture (pcap): sensor lines need them");
   setup.clock.source = drivers::ClockSource::kDevice;
   setup.clock.arrivals_are_measured = false;
-  return reader;
+  return {};
 }
 
 }  // namespace prism::pipeline

@@ -36,29 +36,22 @@ StageCounts counts_of(const Pipeline& pipeline) {
 }
 
 std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts& counts, std::int64_t now_ns) {
-  const std::size_t stages = 2 + counts.rates.size();
-  if (since_ns_.size() != stages) {
-    since_ns_.assign(stages, now_ns);
-    before_.assign(stages, counts);
-  }
+  if (stages_.empty()) stages_.assign(2 + counts.rates.size(), {now_ns, counts});
   std::string problem;
-  for (std::size_t stage = 0; stage < stages; ++stage) {
-    const auto in = [stage](const StageCounts& c) { return stage == 0 ? c.bytes : stage == 1 ? c.frames : c.samples; };
-    const auto out = [stage](const StageCounts& c) {
-      return stage == 0 ? c.frames : stage == 1 ? c.samples : c.rates[stage - 2];
-    };
-    const StageCounts& before = before_[stage];
-    const std::uint64_t input = in(counts)-in(before);
-    if (out(counts) != out(before) || input == 0) {
-      since_ns_[stage] = now_ns;
-      before_[stage] = counts;
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    const auto in = [i](const StageCounts& c) { return i == 0 ? c.bytes : i == 1 ? c.frames : c.samples; };
+    const auto out = [i](const StageCounts& c) { return i == 0 ? c.frames : i == 1 ? c.samples : c.rates[i - 2]; };
+    Stage& stage = stages_[i];
+    const std::uint64_t input = in(counts)-in(stage.before);
+    if (out(counts) != out(stage.before) || input == 0) {
+      stage = {now_ns, counts};
       continue;
     }
-    if (!problem.empty() || input < kLeastInput || static_cast<double>(now_ns - since_ns_[stage]) < 1e9 * kStarvedS)
-      continue;
-    problem = stage == 0   ? no_frame(pipeline, input)
-              : stage == 1 ? no_sample(input, counts.repeated - before.repeated)
-                           : no_rate(pipeline, stage - 2, input);
+    const bool starved = input >= kLeastInput && static_cast<double>(now_ns - stage.since_ns) >= 1e9 * kStarvedS;
+    if (!starved || !problem.empty()) continue;
+    problem = i == 0   ? no_frame(pipeline, input)
+              : i == 1 ? no_sample(input, counts.repeated - stage.before.repeated)
+                       : no_rate(pipeline, i - 2, input);
   }
   return problem;
 }

@@ -34,15 +34,19 @@ class StageMonitor {
   /// again. Call at least once a second while data arrive; now_ns: arrival time.
   std::optional<Notice> push(const Pipeline& pipeline, std::int64_t now_ns);
   /// A new session: the time before it does not count.
-  void begin() { since_ns_.clear(); }
+  void begin() { stages_.clear(); }
   /// The problem that exists now; empty: none.
   const std::string& problem() const { return problem_; }
 
  private:
   std::string problem_at(const Pipeline& pipeline, const StageCounts& counts, std::int64_t now_ns);
 
-  std::vector<std::int64_t> since_ns_;  ///< by stage: when its output last grew; the stages: frames, samples, rates
-  std::vector<StageCounts> before_;     ///< the counts at that time
+  struct Stage {
+    std::int64_t since_ns = 0;  ///< when its output last grew
+    StageCounts before;         ///< the counts at that time
+  };
+
+  std::vector<Stage> stages_;  ///< frames, samples, and the rates of each axis
   std::string problem_;
 };
 
