@@ -140,39 +140,40 @@ bool flat(const AllanPoint& a, const AllanPoint& b) {
 }
 
 /// A flat segment of the curve, first to last point. The longest one is used, then the lowest.
-struct Stretch {
+struct FlatSegment {
   std::size_t first = 0, last = 0, lowest_at = 0;
   double lowest = 0;
   std::size_t length() const { return last - first; }
 };
 
 /// A segment that falls on both sides is a bump: noise with one correlation time, not a bias instability.
-bool is_bump(const AllanCurve& curve, const Stretch& stretch) {
+bool is_bump(const AllanCurve& curve, const FlatSegment& segment) {
   const auto& points = curve.points;
-  return stretch.first > 0 && stretch.last + 1 < points.size() &&
-         points[stretch.first - 1].deviation < stretch.lowest && points[stretch.last + 1].deviation < stretch.lowest;
+  return segment.first > 0 && segment.last + 1 < points.size() &&
+         points[segment.first - 1].deviation < segment.lowest && points[segment.last + 1].deviation < segment.lowest;
 }
 
-std::optional<Stretch> find_plateau(const AllanCurve& curve) {
-  std::optional<Stretch> best;
+std::optional<FlatSegment> find_plateau(const AllanCurve& curve) {
+  std::optional<FlatSegment> best;
   const auto& points = curve.points;
   for (std::size_t first = 0; first < points.size();) {
-    Stretch stretch{first, first, first, points[first].deviation};
-    while (stretch.last + 1 < points.size() && points[stretch.last + 1].clusters >= 9 &&
-           flat(points[stretch.last], points[stretch.last + 1])) {
-      const AllanPoint& next = points[++stretch.last];
-      if (next.deviation < stretch.lowest) stretch.lowest = next.deviation, stretch.lowest_at = stretch.last;
+    FlatSegment segment{first, first, first, points[first].deviation};
+    while (segment.last + 1 < points.size() && points[segment.last + 1].clusters >= 9 &&
+           flat(points[segment.last], points[segment.last + 1])) {
+      const AllanPoint& next = points[++segment.last];
+      if (next.deviation < segment.lowest) segment.lowest = next.deviation, segment.lowest_at = segment.last;
     }
-    first = stretch.last + 1;
-    if (stretch.length() < 2 || is_bump(curve, stretch)) continue;
-    if (!best || stretch.length() > best->length()) best = stretch;
+    first = segment.last + 1;
+    if (segment.length() < 2 || is_bump(curve, segment)) continue;
+    if (!best || segment.length() > best->length()) best = segment;
   }
   return best;
 }
 
 /// Relative uncertainty of B: that of the point it is read from, plus the bias of the minimum of several points below
 /// their mean.
-double lowest_deviation(const AllanCurve& curve, const std::vector<AllanInterval>& intervals, const Stretch& plateau) {
+double lowest_deviation(const AllanCurve& curve, const std::vector<AllanInterval>& intervals,
+                        const FlatSegment& plateau) {
   double sum = 0, weights = 0;
   for (std::size_t i = plateau.first; i <= plateau.last; ++i) {
     sum += intervals[i].edf * curve.points[i].deviation;

@@ -11,7 +11,7 @@ namespace prism::evaluation {
 namespace {
 
 /// Lengths of the segments without a gap.
-std::vector<std::size_t> stretches(std::span<const double> rate) {
+std::vector<std::size_t> segments(std::span<const double> rate) {
   std::vector<std::size_t> lengths;
   std::size_t length = 0;
   for (const double value : rate) {
@@ -50,21 +50,21 @@ Series cluster_means(std::span<const double> rate, std::size_t m) {
 
 std::size_t count(const Series& series) {
   std::size_t all = 0;
-  for (const auto& stretch : series) all += stretch.size();
+  for (const auto& segment : series) all += segment.size();
   return all;
 }
 
 /// r_1 about the common mean, with neighbours within a segment only; 0 for a constant series.
 double lag_one(const Series& series) {
   double mean = 0;
-  for (const auto& stretch : series) mean = std::accumulate(stretch.begin(), stretch.end(), mean);
+  for (const auto& segment : series) mean = std::accumulate(segment.begin(), segment.end(), mean);
   mean /= static_cast<double>(count(series));
   double variance = 0, covariance = 0, pairs = 0;
-  for (const auto& stretch : series) {
-    for (std::size_t i = 0; i < stretch.size(); ++i) {
-      variance += (stretch[i] - mean) * (stretch[i] - mean);
+  for (const auto& segment : series) {
+    for (std::size_t i = 0; i < segment.size(); ++i) {
+      variance += (segment[i] - mean) * (segment[i] - mean);
       if (i == 0) continue;
-      covariance += (stretch[i] - mean) * (stretch[i - 1] - mean);
+      covariance += (segment[i] - mean) * (segment[i - 1] - mean);
       ++pairs;
     }
   }
@@ -123,9 +123,9 @@ NoiseType identify_noise(std::span<const double> rate, std::size_t m, NoiseType 
     const double r = lag_one(series);
     delta = r / (1 + r);
     if (delta < 0.25 || differences == 2) break;
-    for (auto& stretch : series) {
-      for (std::size_t i = 0; i + 1 < stretch.size(); ++i) stretch[i] = stretch[i + 1] - stretch[i];
-      if (!stretch.empty()) stretch.pop_back();
+    for (auto& segment : series) {
+      for (std::size_t i = 0; i + 1 < segment.size(); ++i) segment[i] = segment[i + 1] - segment[i];
+      if (!segment.empty()) segment.pop_back();
     }
     if (count(series) < 2) break;
   }
@@ -160,7 +160,7 @@ double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> st
 
 std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<const double> rate, double probability) {
   std::vector<AllanInterval> intervals;
-  const std::vector<std::size_t> lengths = stretches(rate);
+  const std::vector<std::size_t> lengths = segments(rate);
   NoiseType type = NoiseType::kAngleRandomWalk;
   const double tail = 0.5 * (1 - probability);
   for (const AllanPoint& point : curve.points) {

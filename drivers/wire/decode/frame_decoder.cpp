@@ -140,14 +140,14 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
 /// The first matching message type wins. If a type needs more bytes, the search stops here: it might match with them.
 FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
   Candidate candidate;
-  const Stretch stretch = stretch_at(at);
-  if (stretch.bytes.empty()) return {.bad_length = enclosed_->frame_at(at).continued ? 0u : 1u};
-  for (std::uint64_t left = kinds_by_first_byte_[stretch.bytes[0]]; left != 0; left &= left - 1) {
+  const FrameBytes here = frame_bytes_at(at);
+  if (here.bytes.empty()) return {.bad_length = enclosed_->frame_at(at).continued ? 0u : 1u};
+  for (std::uint64_t left = kinds_by_first_byte_[here.bytes[0]]; left != 0; left &= left - 1) {
     const int k = std::countr_zero(left);
     const MessageType& kind = description_->kinds[static_cast<std::size_t>(k)];
-    if (!stretch.opened && kind.confirmations > 1) continue;
+    if (!here.opened && kind.confirmations > 1) continue;
     const MatchResult result =
-        enclosed_ ? match_enclosed(kind, stretch.bytes, view) : match_frame(kind, stretch.bytes, stretch.before, view);
+        enclosed_ ? match_enclosed(kind, here.bytes, view) : match_frame(kind, here.bytes, here.before, view);
     candidate.bad_length += result.match == Match::kBadLength ? 1 : 0;
     candidate.bad_body += result.match == Match::kBadBody ? 1 : 0;
     candidate.bad_check += result.match == Match::kBadCheck ? 1 : 0;
@@ -165,7 +165,8 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
   Candidate candidate = try_kinds(at, mode, view_);
   if (mode == Mode::kEnd && candidate.match == Match::kNeedMore) ++candidate.bad_length;
   if (candidate.match != Match::kYes) return candidate;
-  if (accepted_at_once(description_->kinds[static_cast<std::size_t>(candidate.kind)], stretch_at(at))) return candidate;
+  if (accepted_at_once(description_->kinds[static_cast<std::size_t>(candidate.kind)], frame_bytes_at(at)))
+    return candidate;
   bool need_more = false;
   if (confirmed(at, candidate, mode, need_more)) return candidate;
   candidate.match = need_more && mode != Mode::kEnd ? Match::kNeedMore : Match::kNoSync;
@@ -174,13 +175,13 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
 }
 
 /// True if no further frame needs to confirm a match of this message type here.
-bool FrameDecoder::accepted_at_once(const MessageType& kind, const Stretch& stretch) const {
+bool FrameDecoder::accepted_at_once(const MessageType& kind, const FrameBytes& here) const {
   if (kind.confirmations <= 1) return true;
-  const bool follows = enclosed_ ? in_run_ : stretch.begin == last_good_end_ + trailer_at_;
-  return locked_ && stretch.begin - last_good_end_ <= lost_after_bytes_ && (follows || !kind.weak);
+  const bool follows = enclosed_ ? in_run_ : here.begin == last_good_end_ + trailer_at_;
+  return locked_ && here.begin - last_good_end_ <= lost_after_bytes_ && (follows || !kind.weak);
 }
 
-FrameDecoder::Stretch FrameDecoder::stretch_at(std::size_t at) const {
+FrameDecoder::FrameBytes FrameDecoder::frame_bytes_at(std::size_t at) const {
   if (!enclosed_) {
     const int before = at > 0 ? held_[at - 1] : before_held_;
     return {{held_.data() + at, held_.size() - at}, before, held_offset_ + at, held_offset_ + held_.size(), true};
@@ -257,9 +258,9 @@ std::size_t FrameDecoder::reject(std::size_t at) {
 }
 
 void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vector<DecodedMessage>& out) {
-  const Stretch stretch = stretch_at(at);
-  const std::uint64_t offset = stretch.begin;
-  const std::uint64_t end = enclosed_ ? stretch.end : offset + candidate.length;
+  const FrameBytes here = frame_bytes_at(at);
+  const std::uint64_t offset = here.begin;
+  const std::uint64_t end = enclosed_ ? here.end : offset + candidate.length;
   DecodedMessage& reading = out.emplace_back();
   if (maker_.make(candidate.kind, view_, in_run_, reading)) {
     reading.offset = offset;

@@ -102,19 +102,19 @@ class FrameDecoder {
   };
 
   /// Bytes at a position in held_ where a frame can start.
-  struct Stretch {
+  struct FrameBytes {
     std::span<const std::uint8_t> bytes;  ///< with stuffing: the frame; else all that follow
     int before = -1;                      ///< the byte before them
     std::uint64_t begin = 0, end = 0;     ///< in the stream
     bool opened = true;                   ///< false: with stuffing, its begin was not received
   };
 
-  Stretch stretch_at(std::size_t at) const;
+  FrameBytes frame_bytes_at(std::size_t at) const;
   void scan(Mode mode, std::vector<DecodedMessage>& out);
   bool look_behind(std::vector<DecodedMessage>& out);
   Candidate look_at(std::size_t at, Mode mode);
   Candidate try_kinds(std::size_t at, Mode mode, FrameView& view);
-  bool accepted_at_once(const MessageType& kind, const Stretch& stretch) const;
+  bool accepted_at_once(const MessageType& kind, const FrameBytes& here) const;
   bool confirmed(std::size_t at, const Candidate& candidate, Mode mode, bool& need_more);
   bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
                      std::int32_t kind) const;
