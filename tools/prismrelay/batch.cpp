@@ -52,6 +52,16 @@ bool is_page(const json& page) {
          std::all_of(segments.begin(), segments.end(), is_segment);
 }
 
+// A record of refused_rows.
+void append_refused_row(std::string& csv, const RowPosition& position, const std::string& reason,
+                        std::string_view line) {
+  csv += fmt::format("{}{},{},", position.prefix, position.segment, position.row);
+  append_quoted(csv, reason, kMaxFieldBytes);
+  csv += ',';
+  append_quoted(csv, line, kMaxFieldBytes);
+  csv += '\n';
+}
+
 std::string gyro_and_axis(const LogKey& log) {
   std::string fields;
   append_quoted(fields, log.gyro);
@@ -83,14 +93,11 @@ void append_place(CopyTexts& texts, const BatchItem& item, const std::vector<con
 }
 
 void append_refused(CopyTexts& texts, const BatchItem& item, const Record& record, const std::string& reason) {
-  std::string& refused = texts[static_cast<std::size_t>(Table::kRefused)];
-  refused += fmt::format("{},{},{},{},", item.key, item.log_id, record.segment, record.row);
-  append_quoted(refused, reason, kMaxFieldBytes);
-  refused += ',';
   std::string_view line = record.table == Table::kRows ? item.line_of(record) : item.csv_of(record);
   if (line.ends_with('\n')) line.remove_suffix(1);
-  append_quoted(refused, line, kMaxFieldBytes);
-  refused += '\n';
+  const std::string prefix = fmt::format("{},{},", item.key, item.log_id);
+  append_refused_row(texts[static_cast<std::size_t>(Table::kRefused)], {prefix, record.segment, record.row}, reason,
+                     line);
 }
 
 Result<PageSummary> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
@@ -146,11 +153,7 @@ void Batch::add_segment(BatchItem& item, const json& segment, PageSummary& summa
     } else {
       ++summary.invalid;
       summary.error = fmt::format("row {} of segment {}: {}", position.row, position.segment, shortened(error, 200));
-      csv += fmt::format("{}{},{},", prefix, position.segment, position.row);
-      append_quoted(csv, error, kMaxFieldBytes);
-      csv += ',';
-      append_quoted(csv, line, kMaxFieldBytes);
-      csv += '\n';
+      append_refused_row(csv, position, error, line);
       item.add(Table::kRefused, begin);
     }
     ++position.row;
