@@ -3,7 +3,7 @@
 import os
 import time
 
-from acts import drag, holes, key, mouse, open_gyro, pinch, saved_file, saved_table, shown, span_of, swipe
+from acts import drag, holes, key, kSaveTable, mouse, open_gyro, pinch, rows_of, saved_file, saved_table, shown, span_of, swipe
 from worlds import SCRIPT
 
 
@@ -118,7 +118,8 @@ def rejected_requests_are_repeated(browser, world):
 
 
 def saved_files(browser, world):
-    table = saved_table(browser)
+    table = rows_of(saved_file(browser, kSaveTable, ".csv").decode())
+    assert table == saved_table(browser), "the file differs from the rows of saved_table()"
     assert 350 < len(table) <= 361 and abs(float(table[-1]["mean_rate_deg_per_h"]) - 8.465) < 0.5, table[-1]
     picture = saved_file(browser, "save the charts as a picture", ".png")
     assert picture[:8] == b"\x89PNG\r\n\x1a\n" and len(picture) > 50000, len(picture)
