@@ -3,11 +3,8 @@
 # broker stops and restarts.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
-command -v mosquitto mosquitto_sub >"$dir/programs" || PATH=$PATH:/usr/sbin
-command -v mosquitto mosquitto_sub >"$dir/programs" || skip "mosquitto is not installed (run tools/setup all)"
+needs_mosquitto
 cd "$dir"
-server_user=mosquitto
-port=$(free_port)
 openssl req -x509 -newkey rsa:2048 -nodes -days 2 -keyout ca.key -out ca.pem -subj "/CN=test" 2>/dev/null
 openssl req -newkey rsa:2048 -nodes -keyout broker.key -out broker.csr -subj "/CN=localhost" 2>/dev/null
 openssl x509 -req -in broker.csr -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -out broker.pem 2>/dev/null

@@ -3,11 +3,8 @@
 # Before, MQTT reported such a gyro as running with its old values for ever.
 . "$(dirname "$0")/lib.sh"
 . "$(dirname "$0")/servers.sh"
-command -v mosquitto mosquitto_sub >"$dir/programs" || PATH=$PATH:/usr/sbin
-command -v mosquitto mosquitto_sub >"$dir/programs" || skip "mosquitto is not installed (run tools/setup all)"
+needs_mosquitto
 cd "$dir"
-server_user=mosquitto
-port=$(free_port)
 server_folder "$dir/mqtt"
 printf 'listener %s 127.0.0.1\nallow_anonymous true\npersistence true\npersistence_location %s/mqtt/\nmax_inflight_messages 0\nmax_queued_messages 0\n' "$port" "$dir" >mqtt/mosquitto.conf
 [ "$(id -u)" -ne 0 ] || chown -R mosquitto mqtt

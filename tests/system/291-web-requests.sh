@@ -11,8 +11,6 @@ config
 start_sim --profile steady
 start_prismd
 start_web "\"page\": \"$PRISM_SOURCE/tools/prismweb/page\""
-url=$(sed 's/#.*//' web.out)
-token=$(program_token)
 port=$(sed 's|.*:\([0-9]*\)/$|\1|' <<<"$url")
 running() { [ "$(curl -s -H "Authorization: Bearer $token" "${url}api/instances" | jq -r '.[0].state')" = running ]; }
 wait_for 5 running

@@ -16,9 +16,6 @@ start_prismd
 enough() { [ "$(field .log.rows status)" -gt 1200 ]; }  # about 200 kB per response: more than prismd queues, 4 × 16 KiB
 wait_for 20 enough
 start_web
-web=$pid
-url=$(sed 's/#.*//' web.out)
-token=$(program_token)
 api() { curl -s --max-time 20 -H "Authorization: Bearer $token" "${url}$1"; }
 state() { api api/instances | jq -r '.[0].state'; }
 running() { [ "$(state)" = running ]; }

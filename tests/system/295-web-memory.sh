@@ -10,11 +10,8 @@ frames 10
 config
 start_sim --profile fast --speed 400
 start_prismd
-start web prismweb --listen 127.0.0.1:0 --state state --instance "$PRISM_SOCKET"
-web=$pid
-wait_for 5 grep -q token= web.out
-url=$(sed 's/#.*//' web.out)
-token=$(program_token)
+web_state=$dir/state
+start_web
 api() { curl -s --max-time 20 -H "Authorization: Bearer $token" "${url}api/gyro/$1"; }
 long_enough() { [ "$(api 'history?seconds=3600' | jq length)" = 3600 ]; }
 wait_for 60 long_enough

@@ -85,19 +85,12 @@ else:  # one bit in the last record of a table
         page = int.from_bytes(data[(page - 1) * 4096 + 8:(page - 1) * 4096 + 12], "big")
     flip(1, [page * 4096 - random.randrange(20, 27)])
 END_COMPARE
-web_again() {
-  : >web.out
-  start web prismweb --listen 127.0.0.1:0 --state state --instance "$PRISM_SOCKET"
-  web=$pid
-  wait_for 5 grep -q token= web.out
-  url=$(sed 's/#.*//' web.out)
-  token=$(program_token)
-}
+web_state=$dir/state
 end_web() { kill -TERM "$web"; wait "$web" || fail "exit code $?"; }
 file=state/gyro/z/periods.sqlite
 compare() { python3 compare.py "$url" "$token" "$file" "$@" 2>compare.err || fail "$*: $(tail -3 compare.err)"; }
 reports() { grep -c 'periods.sqlite: .*; rebuilding it from the log' web.err || true; }
-web_again
+start_web
 compare equal
 same "messages without damage" "$(cat web.err)" ""
 same "the file is larger than the cache" "$(($(stat -c %s "$file") + $(stat -c %s "$file-wal") > 262144))" 1
@@ -107,14 +100,14 @@ expected=0
 for table in state places minutes ten_minutes hours; do
   end_web
   compare "$table" "$table"
-  web_again
+  start_web
   compare equal
   expected=$((expected + 1))
   same "reports after a bit of $table" "$(reports)" "$expected"
 done
 end_web
 compare flip 1
-web_again
+start_web
 compare equal
 same "reports after 30 bits" "$(reports)" $((expected + 1))
 

@@ -10,18 +10,11 @@ config
 sed -i "s|\"log\": {\"directory\": \"$dir/log\"}|\"log\": {\"directory\": \"$dir/log\", \"segment_mib\": 0.1}|" gyro.json
 start_sim --profile fast --speed 400
 start_prismd
-web_again() {
-  : >web.out
-  start web prismweb --listen 127.0.0.1:0 --state state --instance "$PRISM_SOCKET"
-  web=$pid
-  wait_for 5 grep -q token= web.out
-  url=$(sed 's/#.*//' web.out)
-  token=$(program_token)
-}
+web_state=$dir/state
 range() { curl -s -H "Authorization: Bearer $token" "${url}api/gyro/range?$1&points=5000"; }
 # rows FROM TO: prints the source, and time, rate and temperature of each row
 rows() { range "from_s=$1&to_s=$2" | jq -c '[.source, [.columns as $c | .rows[] | [.[0], .[$c | index("rate_min")], .[$c | index("temperature_max")]]]]'; }
-web_again
+start_web
 long_enough() { [ "$(range seconds=100 | jq '.last_s - .first_s')" -gt 9000 ]; }
 wait_for 45 long_enough
 kill -STOP "$sim"  # no new data during these checks
@@ -32,7 +25,7 @@ last=$(range seconds=100 | jq .last_s)
 live=$(rows $((last - 100)) "$last")
 same "seconds" "$(jq '.[1] | length' <<<"$live")" 100
 kill -TERM "$web"; wait "$web"
-web_again
+start_web
 again() { [ "$(rows $((last - 100)) "$last")" = "$live" ]; }
 wait_for 10 again
 

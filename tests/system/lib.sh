@@ -77,12 +77,16 @@ needs_websockets() {
   skip "python3-websockets is not installed (run tools/setup)"
 }
 
-# start_web [MEMBERS]: starts a prismweb for the virtual gyro's prismd, with MEMBERS in its configuration; its URL is in web.out.
+# start_web [MEMBERS]: starts a prismweb for the virtual gyro's prismd, with MEMBERS in its configuration, and stores minutes in
+# $web_state if set. Sets $web (pid), $url and $token (for programs); the URL of the page is in web.out.
 start_web() {
-  echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"\"${1:+, $1}}" >"$dir/web.json"
+  echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$PRISM_SOCKET\", \"state\": \"${web_state:-}\"${1:+, $1}}" >"$dir/web.json"
   : >"$dir/web.out"
   start web prismweb --config "$dir/web.json"
+  web=$pid
   wait_for 5 grep -q token= "$dir/web.out"
+  url=$(sed 's/#.*//' "$dir/web.out")
+  token=$(program_token)
 }
 # program_token [FILE]: prints the token for programs of the prismweb whose URL is in FILE (default: web.out).
 program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q' "${1:-$dir/web.out}").token"; }

@@ -10,6 +10,14 @@ server_folder() {
 }
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 
+# needs_mosquitto: prepares for a broker on $port, or skips the test.
+needs_mosquitto() {
+  PATH=$PATH:/usr/sbin
+  command -v mosquitto mosquitto_sub >"$dir/programs" || skip "mosquitto is not installed (run tools/setup all)"
+  server_user=mosquitto
+  port=$(free_port)
+}
+
 # start_postgres: runs a server on $dir/pg with database prism of user relay. sql STATEMENT: runs a statement and prints the result.
 # stop_postgres [MODE]: smart, fast or immediate.
 start_postgres() {
