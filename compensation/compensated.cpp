@@ -20,6 +20,7 @@ constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
     {kNoData, "no_data"},
     {kImplausible, "implausible"},
     {kSlewLimited, "slew_limited"},
+    {kClocksDiffer, "clocks_differ"},
 };
 
 }  // namespace

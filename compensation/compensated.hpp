@@ -14,24 +14,25 @@ namespace prism::compensation {
 /// Bits; 0 is a correction without restrictions.
 enum Quality : std::uint32_t {
   kGood = 0,
-  kWarming = 1,         ///< the window is not yet full after the start or a gap
-  kNoModel = 2,         ///< no model is loaded: nothing is corrected
-  kInputMissing = 4,    ///< an input of the model is unknown: not measured or out of date
-  kExtrapolating = 8,   ///< the inputs are outside the training range of the model
-  kFallback = 16,       ///< the bias is of the fallback model, which needs no slope
-  kOverLimit = 32,      ///< the predicted bias exceeded the sanity limit and was ignored
-  kSettling = 64,       ///< the lag filters have not settled since their start
-  kRateInvalid = 128,   ///< the device flags the rate as invalid
-  kNoData = 256,        ///< no current data: the line is lost or silent, or no frame has arrived yet
-  kImplausible = 512,   ///< a measured value is outside the limits of its sensor and was left out
-  kSlewLimited = 1024,  ///< the slew limit holds the published bias back from the model's bias
+  kWarming = 1,          ///< the window is not yet full after the start or a gap
+  kNoModel = 2,          ///< no model is loaded: nothing is corrected
+  kInputMissing = 4,     ///< an input of the model is unknown: not measured or out of date
+  kExtrapolating = 8,    ///< the inputs are outside the training range of the model
+  kFallback = 16,        ///< the bias is of the fallback model, which needs no slope
+  kOverLimit = 32,       ///< the predicted bias exceeded the sanity limit and was ignored
+  kSettling = 64,        ///< the lag filters have not settled since their start
+  kRateInvalid = 128,    ///< the device flags the rate as invalid
+  kNoData = 256,         ///< no current data: the line is lost or silent, or no frame has arrived yet
+  kImplausible = 512,    ///< a measured value is outside the limits of its sensor and was left out
+  kSlewLimited = 1024,   ///< the slew limit holds the published bias back from the model's bias
+  kClocksDiffer = 2048,  ///< frames arrive at another rate than described: times and slopes are wrong
 };
 
 /// "good", or the names of the bits joined by '+': "warming+fallback".
 std::string quality_text(std::uint32_t quality);
 
 /// Writes the same text at `at`, which has space for kQualityChars; returns its end.
-inline constexpr int kQualityChars = 128;
+inline constexpr int kQualityChars = 144;
 char* put_quality(char* at, std::uint32_t quality);
 
 /// The bits of a text from quality_text(); ignores unknown names.

@@ -85,6 +85,7 @@ const std::array kColumns = {
              // The log does not state which quantity was implausible, so the reader uses none of this second.
              if (row.correction.quality & kImplausible)
                row.window.second_mean.implausible = row.window.second_mean.all_implausible = {true, true, true};
+             row.window.second_mean.clocks_differ = (row.correction.quality & kClocksDiffer) != 0;
              // A truncated or unknown name must not read as "good".
              return quality_text(row.correction.quality) == field;
            }},

@@ -40,8 +40,10 @@ std::optional<CompensatedWindow> CompensationEngine::push(const Sample& sample, 
   }
   out.sample = sample;
   out.correction = correction_;
-  out.corrected_deg_per_h = implausible.rate ? kUnknown : corrected_rate(sample.rate_deg_per_h, correction_);
+  out.corrected_deg_per_h =
+      implausible.rate || sample.clocks_differ ? kUnknown : corrected_rate(sample.rate_deg_per_h, correction_);
   if (!std::isfinite(sample.rate_deg_per_h)) out.correction.quality |= kRateInvalid;
+  if (sample.clocks_differ) out.correction.quality |= kClocksDiffer;
   if (implausible.any()) {
     plausibility_.explain(sample, implausible, rejections_);
     out.correction.quality |= kImplausible;
@@ -83,6 +85,7 @@ CompensatedWindow CompensationEngine::complete(const SecondMean& second_mean) {
   row.corrected_deg_per_h = corrected_rate(without_implausible(second_mean).rate_deg_per_h, row.correction);
   row.corrected_mean_deg_per_h = corrected_rate(row.window.rate_deg_per_h, row.correction);
   if (!std::isfinite(second_mean.rate_deg_per_h)) row.correction.quality |= kRateInvalid;
+  if (second_mean.clocks_differ) row.correction.quality |= kClocksDiffer;
   if (second_mean.implausible.any()) row.correction.quality |= kImplausible;
   row.rejections = std::exchange(rejections_, {});
   return row;

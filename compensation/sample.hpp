@@ -34,6 +34,8 @@ struct Sample {
   std::uint32_t status = 0;
   /// Quantities outside the min or max of their field in the frame description: unknown, and implausible.
   QuantitySet out_of_bounds;
+  /// Frames arrive at another rate than described: times, slopes and rates of increments are wrong by this factor.
+  bool clocks_differ = false;
 };
 
 }  // namespace prism

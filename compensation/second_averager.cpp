@@ -23,6 +23,8 @@ SecondMean without_implausible(SecondMean second_mean) {
   if (second_mean.all_implausible.rate) second_mean.rate_deg_per_h = kUnknown;
   if (second_mean.all_implausible.temperature) second_mean.temperature_degc = kUnknown;
   if (second_mean.all_implausible.uhfo) second_mean.uhfo_v = kUnknown;
+  if (second_mean.clocks_differ)
+    second_mean.rate_deg_per_h = second_mean.temperature_degc = second_mean.uhfo_v = kUnknown;
   return second_mean;
 }
 
@@ -90,6 +92,7 @@ void SecondAverager::add(const Sample& sample, QuantitySet implausible) {
   last_interval_s_ = sample.interval_s;
   second_mean_.missing_frames += sample.missing_frames;
   second_mean_.status |= sample.status;
+  second_mean_.clocks_differ |= sample.clocks_differ;
   rate_.add(sample.rate_deg_per_h, sample.interval_s, implausible.rate);
   temperature_.add(sample.temperature_degc, 1, implausible.temperature);
   uhfo_.add(sample.uhfo_v, 1, implausible.uhfo);

@@ -37,9 +37,10 @@ struct SecondMean {
   QuantitySet all_implausible = {};
   SensorList sensor_list = {};       ///< null: no sensors
   std::vector<double> sensors = {};  ///< in the order of sensor_list
+  bool clocks_differ = false;        ///< of a sample of the second (Sample::clocks_differ)
 };
 
-/// Returns the mean with each quantity of all_implausible set to kUnknown, for windows.
+/// Returns the mean with each quantity of all_implausible set to kUnknown, for windows; all, if clocks_differ.
 SecondMean without_implausible(SecondMean second_mean);
 
 /// push() takes samples in order of time and returns a mean when a sample of another second arrives: a later one, or an

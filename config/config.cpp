@@ -114,6 +114,7 @@ Config read_config(Section& top, const fs::path& file) {
   read_sensor_lines(top, base, config);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
+  config.accept_clock = top.boolean("accept_clock", config.accept_clock);
   config.latitude_deg = top.object("site").number("latitude_deg", {-90, 90}, config.latitude_deg);
   read_axes(top, base, config);
   const Section plausibility = top.object("plausibility");

@@ -87,6 +87,7 @@ struct Config {
   std::string frames;  ///< path of the frame description
   std::vector<SensorLineConfig> sensor_lines;
   bool device_clock = false;
+  bool accept_clock = false;      ///< no alarm if frames arrive at another rate than described
   double latitude_deg = 0;        ///< north positive, −90 to 90
   SensorStatements plausibility;  ///< in addition to the limits of the frame description
   std::optional<LogSegmentSettings> log, capture;

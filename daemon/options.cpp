@@ -17,7 +17,7 @@ constexpr int kUsage = 64;
 }  // namespace
 
 pipeline::Overrides overrides_of(const Options& options) {
-  pipeline::Overrides overrides{options.model, options.device, options.socket, {}};
+  pipeline::Overrides overrides{options.model, options.device, options.socket, {}, options.accept_clock};
   if (!options.replay.empty()) overrides.replay_log = options.out.empty() ? "prism-replay" : options.out;
   return overrides;
 }
@@ -29,7 +29,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_option("CONFIG", options.config, "configuration file, see prismd.json(5)");
   app.add_flag("--check", options.check,
                "check the configuration and all files that it names (or a frame description or a model), then exit (0 "
-               "valid, 78 invalid)");
+               "valid, 78 invalid); with --replay, also print how many bytes, frames and rows the capture gives");
   app.add_option("--sniff", options.sniff,
                  "listen on a serial device, or read a capture or a file of bytes, and print which frame description "
                  "fits; CONFIG, if given, is the only description to try (name or path)");
@@ -48,6 +48,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   std::string speed = "max";
   auto* speed_option =
       app.add_option("--speed", speed, "speed of the replay: 1 as recorded, 10 ten times as fast, max (default)");
+  app.add_flag("--accept-clock", options.accept_clock,
+               "accept frames that arrive at another rate than described (else a replay exits with 3)");
   app.add_option("--out", options.out, "directory of the replay's log (default: prism-replay)");
   app.add_option("--socket", options.socket,
                  "socket path instead of the configuration's; required for a socket of a replay");

@@ -13,6 +13,7 @@ namespace prism::daemon {
 struct Options {
   std::string config;
   bool check = false;
+  bool accept_clock = false;        ///< frames may arrive at another rate than described
   std::vector<std::string> replay;  ///< captures to replay, in order; empty: live
   std::optional<double> speed;      ///< absent: max
   std::string sniff;                ///< device or file to identify

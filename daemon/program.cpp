@@ -8,13 +8,12 @@
 namespace prism::daemon {
 namespace {
 
-int check(const pipeline::Setup& setup) {
+void check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz, pipeline::models_text(setup),
              config.line.device.empty() ? "none" : config.line.device);
-  return kExitDone;
 }
 
 }  // namespace
@@ -37,7 +36,8 @@ int run(int argc, char** argv) {
     return kExitConfig;
   }
   begin_logging(setup->config.event_level);
-  if (options.check) return check(*setup);
+  if (options.check) check(*setup);
+  if (options.check && options.replay.empty()) return kExitDone;
   const int code =
       options.replay.empty() ? run_live(options, std::move(*setup)) : run_replay(options, std::move(*setup));
   finish_logging();

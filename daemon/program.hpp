@@ -4,7 +4,7 @@
 
 namespace prism::daemon {
 
-inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
+inline constexpr int kExitDone = 0, kExitFailed = 1, kExitClock = 3, kExitUsage = 64, kExitBug = 70, kExitConfig = 78;
 
 /// Runs prismd with this command line. Returns the exit code.
 int run(int argc, char** argv);

@@ -17,6 +17,7 @@
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
+#include "daemon/funnel.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/acquisition.hpp"
@@ -70,32 +71,6 @@ void pass(pipeline::Acquisition& acquisition, std::size_t line, const drivers::C
   }
 }
 
-// Counts frames per full second of arrival time, if the clock uses it: a wrong rate_hz may leave no row.
-class ArrivalRate {
- public:
-  explicit ArrivalRate(const pipeline::Setup& setup)
-      : watch_(setup.frames->rate_hz),
-        applies_(setup.clock.source == drivers::ClockSource::kHost && setup.frames->kinds.size() == 1) {}
-  /// `frames`: total after the bytes that arrived at time_ns.
-  std::optional<std::string> arrived(std::int64_t time_ns, std::uint64_t frames) {
-    const std::int64_t second = time_ns / compensation::kNanosecondsPerSecond;
-    std::optional<std::string> wrong;
-    if (applies_ && second != second_) {
-      if (full_ && second == second_ + 1) wrong = watch_.push(static_cast<std::uint32_t>(frames - frames_));
-      full_ = second == second_ + 1;
-      second_ = second;
-      frames_ = frames;
-    }
-    return wrong;
-  }
-
- private:
-  pipeline::RateMonitor watch_;
-  bool applies_, full_ = false;
-  std::int64_t second_ = -1;
-  std::uint64_t frames_ = 0;
-};
-
 int fail(const std::string& what) {
   finish_logging();
   fmt::print(stderr, "prismd: {}\n", printable(what));
@@ -111,7 +86,6 @@ class Replay {
             events_.teller()),
         rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
              [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
-        rate_(setup),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
 
@@ -138,11 +112,28 @@ class Replay {
       if (!rows->first_fault().empty()) return fail(rows->first_fault());
     }
     if (acquisition_.frames() == 0 && !stopped_) return fail(no_frame());
-    summarise(seconds);
-    return kExitDone;
+    if (options_.check) {
+      fmt::print("{}", funnel_text(acquisition_));
+    } else {
+      summarise(seconds);
+    }
+    return verdict();
   }
 
  private:
+  int verdict() const {
+    if (const std::string& clocks = acquisition_.last_clocks_problem(); !clocks.empty()) {
+      fail(fmt::format("{}; correct the description, or accept it with --accept-clock", clocks));
+      return kExitClock;
+    }
+    if (!options_.check) return kExitDone;
+    if (!acquisition_.starved().empty()) return fail(acquisition_.starved());
+    for (const pipeline::Axis& axis : acquisition_.pipeline().axes()) {
+      if (axis.rates == 0) return fail(fmt::format("found no rate of axis {}, expected at least one", axis.name));
+    }
+    return kExitDone;
+  }
+
   Result<void> open_sensors() {
     const pipeline::Setup& setup = acquisition_.setup();
     if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
@@ -208,18 +199,12 @@ class Replay {
       }
       if (sensors_) sensors_->until(*packet, give);
       pass(acquisition_, kGyroLine, *packet);
-      if (!reader->is_bare()) watch_rate(packet->time_ns);
     }
     if (const std::string damage = reader->damaged_places().text(); !damage.empty())
       spdlog::warn("{}: {}; skipped, and the rest of the capture was read", file, damage);
     if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
       spdlog::warn("{}: skipped {} packets without a serial record", file, reader->foreign_packets());
-  }
-
-  void watch_rate(std::int64_t time_ns) {
-    const auto wrong = rate_.arrived(time_ns, acquisition_.frames());
-    if (wrong) spdlog::warn("{}: {}", acquisition_.setup().frames->name, *wrong);
   }
 
   std::string no_frame() const {
@@ -275,7 +260,6 @@ class Replay {
   socket::RowRequests row_requests_;
   socket::Rpc rpc_;
   std::unique_ptr<socket::Server> server_;
-  ArrivalRate rate_;
   asio::signal_set signals_;
   asio::steady_timer timer_;
   std::optional<pipeline::SensorCaptures> sensors_;
@@ -291,6 +275,7 @@ int run_replay(const Options& options, pipeline::Setup setup) {
     if (!reader) return fail(reader.error().text());
     if (const auto used = pipeline::use_time_of(*reader, file, setup); !used) return fail(used.error().text());
   }
+  if (options.check) setup.config.log.reset();
   return std::make_unique<Replay>(options, setup)->run();
 }
 

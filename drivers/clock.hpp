@@ -9,6 +9,7 @@
 #include "compensation/sample.hpp"
 #include "drivers/counter_unwrapper.hpp"
 #include "drivers/device_time_check.hpp"
+#include "drivers/frame_rate_check.hpp"
 #include "drivers/lower_hull.hpp"
 #include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -24,8 +25,10 @@ struct ClockSettings {
   ClockSource source = ClockSource::kHost;
   double switch_s = 100;            ///< host: the two windows of the fit alternate after this many seconds; 10 to 3600
   double residual_limit_s = 0.020;  ///< host: largest distance of a reading from the line, see Clock; > 0
-  /// Device: false for raw bytes, whose arrival times are computed from their number; then only the counter counts.
+  /// False for raw bytes, whose arrival times are computed from their number; then (device) only the counter counts.
   bool arrivals_are_measured = true;
+  /// Marks samples if frames arrive at another rate than described. False for a simulated gyro that runs faster.
+  bool check_frame_rate = true;
   /// An accumulated angle may have wrapped unseen after half a wrap at this rate; > 0.
   double max_rate_deg_per_h = 3.6e7;
   /// Longest interval over which the difference of two accumulated angles is a rate, s, unless frames come more slowly.
@@ -41,6 +44,8 @@ struct ClockStatus {
   double period_s = 0;       ///< the frame period in use: estimated (host) or nominal
   bool period_is_estimated = false;  ///< false: still the nominal one
   double residual_s = 0;             ///< host: delay of the last frame relative to the fitted line
+  bool clocks_differ = false;        ///< described and arrival times disagree (FrameRateCheck)
+  double described_per_s = 0;        ///< described seconds per second of arrivals; 0: not known yet
 };
 
 /// Takes one reading and returns at most one sample per axis. The time of a sample is the end of the interval over
@@ -84,6 +89,7 @@ class Clock {
  private:
   void start(const wire::DecodedMessage& reading);
   void forget_angles();
+  void compare_clocks(const wire::DecodedMessage& reading, const CounterStep& step);
   void miss(const CounterStep& step);
   std::int64_t stamp_device(const wire::DecodedMessage& reading, const CounterStep& step);
   std::int64_t stamp_host(const wire::DecodedMessage& reading, const CounterStep& step);
@@ -126,6 +132,7 @@ class Clock {
   };
   std::vector<AxisState> axes_;  ///< as FrameDescription::axes
   DeviceTimeCheck device_check_;
+  FrameRateCheck rate_check_;
   double last_y_ = 0;  ///< device: arrival of the last frame, s since origin
   bool began_session_ = false;
   bool counted_ = false;  ///< the last reading is counted in ClockStatus::samples

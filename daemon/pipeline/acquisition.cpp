@@ -34,6 +34,7 @@ bool same_stream(const Setup& a, const Setup& b) {
   };
   const auto same_source = [](const auto& one, const auto& other) { return one.thermometer == other.thermometer; };
   return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
+         a.clock.check_frame_rate == b.clock.check_frame_rate &&
          sensors_of_list(a.sensors) == sensors_of_list(b.sensors) &&
          std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(),
                     same_line) &&
@@ -173,6 +174,7 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
     pipeline_ = std::make_unique<Pipeline>(setup);
     reported_by_arrival_ = reported_resets_ = 0;
     stages_ = {};
+    reported_clocks_ = false;
   }
   setup_ = std::move(setup);
   rate_watch_ = RateMonitor(setup_.frames->rate_hz);
@@ -205,7 +207,7 @@ void Acquisition::end_session(const Rows& rows) {
 void Acquisition::watch(const Rows& rows) {
   for (const Rows::Window& window : rows.windows) {
     records_[window.axis].watch(window.row, tell_);
-    if (window.axis != 0) continue;
+    if (window.axis != 0 || setup_.frames->counts_frames()) continue;
     if (const auto wrong = rate_watch_.push(window.row.window.second_mean.samples))
       tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
   }
@@ -217,6 +219,14 @@ void Acquisition::watch_stages(std::int64_t now_ns) {
   stages_checked_ns_ = now_ns;
   const auto notice = stages_.push(*pipeline_, now_ns);
   if (notice) tell_(notice->entered ? Severity::kWarning : Severity::kInfo, "no_rate", notice->text);
+  if (std::exchange(reported_clocks_, clocks_differ()) == reported_clocks_) return;
+  if (reported_clocks_) last_clocks_problem_ = clocks_problem();
+  tell_(reported_clocks_ ? Severity::kWarning : Severity::kInfo, "rate",
+        reported_clocks_ ? last_clocks_problem_ : "frames arrive as described again");
+}
+
+std::string Acquisition::clocks_problem() const {
+  return clocks_differ() ? clocks_text(*setup_.frames, pipeline_->clock().status()) : std::string();
 }
 
 void Acquisition::watch_clock() {

@@ -83,6 +83,10 @@ class Acquisition {
   std::size_t lines() const { return lines_.size(); }
   /// Why the gyro's data give no rate now; empty: they do, or no data arrive.
   const std::string& starved() const { return stages_.problem(); }
+  /// How described and arrival times of the frames disagree now; empty: they agree, or it is not known.
+  std::string clocks_problem() const;
+  /// The last disagreement since the start; empty: none.
+  const std::string& last_clocks_problem() const { return last_clocks_problem_; }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
@@ -93,6 +97,7 @@ class Acquisition {
   void watch(const Rows& rows);
   void watch_clock();
   void watch_stages(std::int64_t now_ns);
+  bool clocks_differ() const { return pipeline_->clock().status().clocks_differ; }
 
   Setup setup_;
   const Publish publish_;
@@ -105,6 +110,8 @@ class Acquisition {
   RateMonitor rate_watch_;
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
+  bool reported_clocks_ = false;
+  std::string last_clocks_problem_;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
   std::uint64_t reported_by_arrival_ = 0, reported_resets_ = 0;  ///< of the pipeline's ClockStatus
 };

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/pipeline/axis_record.hpp"
 
+#include <cmath>
+
 namespace prism::pipeline {
 
 void AxisRecord::keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s) {
   if (log_) log_->append(row, session_ns);
   stability_.add(row, block_s);
+  ++rows_.seconds;
+  rows_.windows += row.window.state == compensation::WindowState::kReady;
+  rows_.corrected += std::isfinite(row.corrected_deg_per_h);
   last_window_ = row;
   windowed_ = true;
 }

@@ -29,6 +29,13 @@ class AxisRecord {
   /// Restarts the stability, after a change of model.
   void begin_stability() { stability_.reset(); }
 
+  struct RowCounts {
+    std::uint64_t seconds = 0;    ///< rows
+    std::uint64_t windows = 0;    ///< of these: with a full window
+    std::uint64_t corrected = 0;  ///< of these: with a corrected rate
+  };
+  /// Since the start.
+  const RowCounts& rows() const { return rows_; }
   RowWriter* log() const { return log_.get(); }
   const compensation::BlockStability& stability() const { return stability_; }
   /// Of the current session: null before its first frame or full second, and after its end.
@@ -42,6 +49,7 @@ class AxisRecord {
   compensation::BlockStability stability_;
   compensation::Compensated last_sample_;
   compensation::CompensatedWindow last_window_;
+  RowCounts rows_;
   bool sampled_ = false, windowed_ = false;
   std::uint32_t last_quality_ = compensation::kNoModel;
 };

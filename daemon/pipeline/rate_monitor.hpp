@@ -7,10 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "drivers/clock.hpp"
+
 namespace prism::pipeline {
 
-/// Counts samples per full second. Works with time stamps of the gyro and with the clock "host". Cannot work if the
-/// times are computed from rate_hz (clock "device" with a frame counter or without a counter).
+/// How described and arrival times disagree, in one line. Requires status.clocks_differ.
+std::string clocks_text(const wire::FrameDescription& frames, const drivers::ClockStatus& status);
+
+/// Counts samples per full second, for gyros with time tags. Without them (FrameDescription::counts_frames()) the times
+/// follow from rate_hz, and FrameRateCheck compares it with the arrivals.
 class RateMonitor {
  public:
   explicit RateMonitor(double rate_hz) : rate_hz_(rate_hz) {}

@@ -220,6 +220,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   }
   setup.line = {setup.config.line.device, setup.frames->wire};
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
+  setup.clock.check_frame_rate = !(setup.config.accept_clock || overrides.accept_clock);
   setup.clock.max_rate_deg_per_h = 0;
   for (const Setup::Axis& axis : setup.axes) {
     const compensation::SensorLimits& rate = axis.engine.plausibility.rate;

@@ -63,6 +63,7 @@ struct Overrides {
   std::string socket;  ///< path
   std::string
       replay_log;  ///< directory of a replay's log, so that a replay does not change live files; it writes no capture
+  bool accept_clock = false;    ///< as accept_clock of the configuration
   bool without_models = false;  ///< loads no models: for training, which needs the one-second means only
 };
 

@@ -29,7 +29,7 @@ ordered_json row_json(const Row& row) {
 }
 
 /// The current values: empty if the line does not deliver or has no frame yet. The quality is that of the current
-/// correction, plus `implausible` if the latest sample or second is.
+/// correction, plus `implausible` and `clocks_differ` if the latest sample or second is.
 struct Current {
   const compensation::Compensated* sample = nullptr;
   const compensation::CompensatedWindow* window = nullptr;
@@ -40,8 +40,9 @@ Current current(const Sources& sources, std::size_t axis) {
   const pipeline::AxisRecord& record = sources.acquisition.record(axis);
   if (!sources.gyro_line().delivers() || record.last_sample() == nullptr) return {};
   Current now{record.last_sample(), record.last_window(), sources.acquisition.engine(axis).correction()};
-  now.correction.quality |= now.sample->correction.quality & compensation::kImplausible;
-  if (now.window) now.correction.quality |= now.window->correction.quality & compensation::kImplausible;
+  constexpr std::uint32_t kOfValues = compensation::kImplausible | compensation::kClocksDiffer;
+  now.correction.quality |= now.sample->correction.quality & kOfValues;
+  if (now.window) now.correction.quality |= now.window->correction.quality & kOfValues;
   return now;
 }
 
@@ -184,6 +185,8 @@ ordered_json status_answer(const Sources& sources) {
   json["line"] = counters_json(acquisition.pipeline().decoder().counters());
   json["timing"] = clock_json(acquisition.pipeline());
   json["no_rate"] = acquisition.starved().empty() ? ordered_json() : ordered_json(acquisition.starved());
+  json["clocks_differ"] =
+      acquisition.clocks_problem().empty() ? ordered_json() : ordered_json(acquisition.clocks_problem());
   json["age_s"] = age_json(sources);
   for (std::size_t i = 0; i < acquisition.axes(); ++i) {
     ordered_json& axis = json["axes"][acquisition.axis_name(i)];

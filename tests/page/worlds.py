@@ -70,7 +70,7 @@ class Real:
         self.path = self.folder.name
         self.train()
         self.write("gyro1.json", {**self.about, "line": {"device": f"{self.path}/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
-                                  "frames": f"{self.path}/slow.json" if hurry else "trplg", "clock": "device" if hurry else "host", "model": f"{self.path}/model.json",
+                                  "frames": f"{self.path}/slow.json" if hurry else "trplg", "clock": "device" if hurry else "host", "accept_clock": hurry, "model": f"{self.path}/model.json",
                                   "log": {"directory": f"{self.path}/log"}, "socket": {"path": f"{self.path}/gyro1.sock"}})
         if days:
             self.lay_log(days)

@@ -8,7 +8,7 @@ needs_websockets
 cd "$dir"
 export XDG_RUNTIME_DIR=$dir
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >three.json
-echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"line\": {\"device\": \"$dir/tty\"}, \"log\": {\"directory\": \"$dir/log\"},
+echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"accept_clock\": true, \"line\": {\"device\": \"$dir/tty\"}, \"log\": {\"directory\": \"$dir/log\"},
   \"socket\": {\"path\": \"$PRISM_SOCKET\", \"client_buffer_kib\": 16}, \"axes\": {\"x\": {}, \"y\": {}, \"z\": {}}, \"site\": {\"latitude_deg\": 34}}" >gyro.json
 start sim prismsim --link tty --frames three.json --axis x,y,z --profile steady --speed 100
 wait_for 5 test -e tty

@@ -56,11 +56,11 @@ frames 200
 # start_sim [OPTIONS]: starts a virtual gyro on $dir/tty.
 start_sim() { start sim prismsim --link "$dir/tty" --frames "$dir/frames.json" "$@"; sim=$pid; wait_for 5 test -e "$dir/tty"; }
 
-# config [MEMBERS]: writes $dir/gyro.json for the virtual gyro, with the device clock.
+# config [MEMBERS]: writes $dir/gyro.json for the virtual gyro, with the device clock; it may run faster than real time.
 config() {
   cat >"$dir/gyro.json" <<END
 {"line": {"device": "$dir/tty", "silence_s": 1, "retry_min_s": 0.05, "retry_max_s": 0.2},
- "frames": "$dir/frames.json", "clock": "device",
+ "frames": "$dir/frames.json", "clock": "device", "accept_clock": true,
  "model": "$PRISM_SOURCE/config/models/tao2019-model2.json",
  "log": {"directory": "$dir/log"}, "socket": {"path": "$PRISM_SOCKET"}${1:+, $1}}
 END

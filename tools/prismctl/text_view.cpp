@@ -110,6 +110,7 @@ std::string status_view(const json& status) {
   std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
   text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
   if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += line("no rate", problem);
+  if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty()) text += line("clock", problem);
   const json& axes = at(s, "axes");
   text += axes.is_object() ? line("data", age_text(at(s, "age_s"))) + axes_table(axes, "window") : measured(s);
   text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));

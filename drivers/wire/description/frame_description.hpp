@@ -116,6 +116,8 @@ struct FrameDescription {
   bool carries_gyro() const { return !axes.empty(); }
   /// Nominal time between frames with gyro data, s.
   double period_s() const { return 1 / rate_hz; }
+  /// True if the counter counts frames, or if there is no counter: time follows from the number of frames.
+  bool counts_frames() const { return !counter || counter->ticks_per_frame == 1; }
   /// Nominal rate of frames that the counter counts (of any message type); rate_hz without a counter.
   double counted_rate_hz() const { return counter ? counter->ticks_per_s / counter->ticks_per_frame : rate_hz; }
 };

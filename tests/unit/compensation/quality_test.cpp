@@ -22,11 +22,12 @@ TEST(Quality, EachBitHasItsOwnName) {
   EXPECT_EQ(quality_text(kNoData), "no_data");
   EXPECT_EQ(quality_text(kImplausible), "implausible");
   EXPECT_EQ(quality_text(kSlewLimited), "slew_limited");
+  EXPECT_EQ(quality_text(kClocksDiffer), "clocks_differ");
   EXPECT_EQ(quality_text(kWarming | kFallback), "warming+fallback");
 }
 
 TEST(Quality, EverySetOfBitsReadsBack) {
-  for (std::uint32_t quality = 0; quality < 2048; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
+  for (std::uint32_t quality = 0; quality < 4096; ++quality) EXPECT_EQ(parse_quality(quality_text(quality)), quality);
 }
 
 TEST(Quality, AllNamesTogetherFitTheBuffer) {

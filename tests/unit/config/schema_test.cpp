@@ -23,7 +23,7 @@ constexpr const char* kWhole = R"({
   "gyro": {"serial": "70-1", "axis": "z", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1},
   "line": {"device": "/dev/ttyS0", "baud": 9600, "data_bits": 8, "parity": "none", "stop_bits": 1, "silence_s": 2.5,
            "retry_min_s": 0.5, "retry_max_s": 5.5},
-  "frames": "trplg", "clock": "host", "model": "m", "fallback_model": "n",
+  "frames": "trplg", "clock": "host", "accept_clock": true, "model": "m", "fallback_model": "n",
   "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true, "max_slew_deg_per_h_per_s": 0.5},
   "plausibility": {
     "rate": {"range_deg_per_s": [-400, 400.5], "stuck_s": 10},

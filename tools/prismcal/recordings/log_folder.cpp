@@ -81,6 +81,7 @@ class RowJoiner {
   LogTable result() && {
     for (const LogRow& row : joined_.rows) {
       joined_.left_out.partial += row.second_mean.partial;
+      joined_.left_out.clocks_differ += !row.second_mean.partial && row.second_mean.clocks_differ;
       joined_.left_out.implausible += !row.second_mean.partial && row.second_mean.implausible.any();
     }
     return std::move(joined_);
@@ -283,6 +284,9 @@ std::vector<std::string> LeftOut::lines() const {
   std::vector<std::string> lines;
   if (partial > 0) lines.push_back(counted(partial, "second") + " not used: partial, at the start or end of a session");
   if (implausible > 0) lines.push_back(counted(implausible, "second") + " not used: implausible values");
+  if (clocks_differ > 0)
+    lines.push_back(counted(clocks_differ, "second") +
+                    " not used: frames arrived at another rate than described (clocks_differ)");
   if (duplicates > 0)
     lines.push_back(counted(duplicates, "row") + " left out: the second repeats or goes back in its session");
   if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");

@@ -52,12 +52,13 @@ inline constexpr const char* kRepeatedLater = "repeated in a later segment";
 
 /// Rows and files that join_rows() leaves out, and seconds that readers do not use.
 struct LeftOut {
-  std::vector<LeftOutRow> rows;   ///< duplicate and superseded rows, and duplicate files
-  std::uint64_t duplicates = 0;   ///< rows with an earlier second of their session, or the same again
-  std::uint64_t superseded = 0;   ///< rows repeated in a later segment after a disk error
-  std::uint64_t partial = 0;      ///< partial seconds at the start or end of a session: their rows are kept
-  std::uint64_t implausible = 0;  ///< seconds with implausible values: their rows are kept but not used
-  std::size_t copies = 0;         ///< files that are identical to another one
+  std::vector<LeftOutRow> rows;     ///< duplicate and superseded rows, and duplicate files
+  std::uint64_t duplicates = 0;     ///< rows with an earlier second of their session, or the same again
+  std::uint64_t superseded = 0;     ///< rows repeated in a later segment after a disk error
+  std::uint64_t partial = 0;        ///< partial seconds at the start or end of a session: their rows are kept
+  std::uint64_t implausible = 0;    ///< seconds with implausible values: their rows are kept but not used
+  std::uint64_t clocks_differ = 0;  ///< seconds whose frames arrived at another rate than described: as implausible
+  std::size_t copies = 0;           ///< files that are identical to another one
   std::size_t truncated_segments = 0;
   std::uint64_t truncated_bytes = 0;
   std::vector<std::string> changed;  ///< files that do not match their end line; their rows are used

@@ -140,7 +140,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
     if (begins) ++session;
     const bool follows = i > 0 && !begins && second_mean.second == joined.rows[i - 1].second_mean.second + 1;
     if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
-    const bool valid = !second_mean.partial && !second_mean.implausible.any();
+    const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
     series.rate_deg_per_h.push_back(valid ? joined.rows[i].value * *factor : kUnknown);
   }
   series.rows = joined.rows.size();

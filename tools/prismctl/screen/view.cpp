@@ -321,6 +321,7 @@ std::vector<Line> help_lines() {
           {{"  good", Meaning::kGood}, {"  correction valid"}},
           {{"  warming no_model settling fallback extrapolating slew_limited", Meaning::kWarning}, {"  caution"}},
           {{"  no_data rate_invalid input_missing over_limit implausible", Meaning::kBad}, {"  do not use"}},
+          {{"  clocks_differ", Meaning::kBad}, {"  do not use: wrong rate_hz"}},
           {{"Values of a window that is not full are drawn, but do not set the scale."}}};
 }
 

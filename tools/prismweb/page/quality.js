@@ -10,6 +10,7 @@ const kReasons = {
   fallback: ["care", "an input of the main model is unknown; the fallback model corrects"],
   settling: ["care", "the lag filters have not settled after the start"],
   slew_limited: ["care", "the applied bias is moving to the model's value (slew limit)"],
+  clocks_differ: ["bad", "frames arrive at another rate than the description says; times and slopes are wrong"],
   no_data: ["bad", "no current measurement"],
   rate_invalid: ["bad", "the gyro reports an invalid rate"],
   input_missing: ["bad", "an input of the model is unknown"],
