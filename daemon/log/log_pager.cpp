@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -203,9 +204,10 @@ std::uint64_t LogPager::whole_rows(const NumberedSegment& segment, const Head& h
 tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSegment& segment, std::uint64_t behind,
                                                                std::uint64_t most) {
   const Head* const head = head_of(segment);
-  errno = 0;
   const auto file = open_input(segment.path);
-  if (!file && errno != ENOENT) return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
+  std::error_code ignored;
+  const bool is_lost = !std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored));
+  if (!file && !is_lost) return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
   if (!file || head == nullptr) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, *head, behind, most);
   if (found.rows == 0) return found;

@@ -81,27 +81,38 @@ class LogPage:
     missing: int  # rows before the first one that were deleted or damaged before they were fetched
     more: bool  # further rows exist
     axis: str
+    damaged: List[str]  # one text per row that is not in `rows` because its file was damaged: place, found, expected
 
 
-def _value(field: str) -> Value:
+_TEXTS = ("time_utc", "quality")
+
+
+def _value(column: str, field: str) -> Value:
     if not field:
         return None
-    for kind in (int, float):
-        try:
-            return kind(field)
-        except ValueError:
-            pass
-    return field
+    if column in _TEXTS:
+        return field
+    return int(field) if field.lstrip("-").isdigit() else float(field)
+
+
+def _values(columns: List[str], line: str) -> Dict[str, Value]:
+    """Raises ValueError for a damaged row."""
+    found = line.split(",")
+    if len(found) != len(columns):
+        raise ValueError(f"found {len(found)} fields, expected {len(columns)}")
+    return {column: _value(column, field) for column, field in zip(columns, found)}
 
 
 def page_of(axes: Dict[str, Any]) -> LogPage:
     """`axes`: of the result of `rows`, which has one."""
     (axis, answer), = axes.items()
     rows: List[Dict[str, Value]] = []
+    damaged: List[str] = []
     for segment in answer["segments"]:
         columns = segment["columns"].split(",")
         for number, line in enumerate(segment["rows"], segment["first"]):
-            row: Dict[str, Value] = {"segment": segment["segment"], "row": number}
-            row.update(zip(columns, map(_value, line.split(","))))
-            rows.append(row)
-    return LogPage(rows, answer["after"], answer["missing"], answer["more"], axis)
+            try:
+                rows.append({"segment": segment["segment"], "row": number, **_values(columns, line)})
+            except ValueError as why:
+                damaged.append(f"{segment['file']}, row {number}: {why}")
+    return LogPage(rows, answer["after"], answer["missing"], answer["more"], axis, damaged)

@@ -49,7 +49,7 @@ TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
 
 TEST(FormatsDocument, ListsTheQualities) {
   const auto rows = test::table(test::document_section(kDocument, "### Columns"), "quality");
-  ASSERT_EQ(rows.size(), 11u);
+  ASSERT_EQ(rows.size(), 12u);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_EQ(rows[i].at(0), quality_text(1u << i));
     EXPECT_EQ(rows[i].at(1), std::to_string(1u << i));

@@ -182,10 +182,14 @@ TEST_F(LogFolderTest, TreatsZeroesAtTheEndAsTruncation) {
   EXPECT_EQ(joined().left_out.truncated_bytes, 101u);
 }
 
-TEST_F(LogFolderTest, RejectsADamagedRowWithItsLine) {
+TEST_F(LogFolderTest, ADamagedRowOrFileAffectsOnlyItself) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
-  EXPECT_THAT(error_text(), HasSubstr(".csv:8: found 1 columns, expected 20"));
+  write("gyro1-20261121T120100Z.csv", "a,b\n1,2\n");
+  EXPECT_EQ(joined().rows.size(), 4u);
+  EXPECT_THAT(joined().left_out.lines(),
+              testing::IsSupersetOf({HasSubstr("000Z.csv:8: found 1 columns, expected 20; 1 row not used"),
+                                     HasSubstr("100Z.csv:1: not a log of prismd")}));
 }
 
 TEST_F(LogFolderTest, SalvageReadsAllGoodRows) {
@@ -217,10 +221,10 @@ TEST_F(LogFolderTest, ALockedSegmentIsOpenNotTruncated) {
   write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3));
   const int writer = ::open((log + "/gyro1-20261121T120000Z.csv").c_str(), O_WRONLY | O_CLOEXEC);
   ASSERT_EQ(::flock(writer, LOCK_EX), 0);
-  EXPECT_EQ(joined().left_out.truncated_segments, 0u);
+  EXPECT_EQ(joined().left_out.truncated.size(), 0u);
   EXPECT_EQ(joined().rows.size(), 3u);
   ::close(writer);
-  EXPECT_EQ(joined().left_out.truncated_segments, 1u);
+  EXPECT_EQ(joined().left_out.truncated.size(), 1u);
 }
 
 // A row does not contain which value was implausible, so no value of it is used.
@@ -251,10 +255,11 @@ TEST_F(LogFolderTest, RejectsTwoGyrosAndANewerFormat) {
   EXPECT_THAT(error_text(), HasSubstr("found logs of gyro_serial \"70\""));
   other.replace(other.find("serial: 71"), 10, std::string("serial: \x1b\0", 10));
   write("gyro1-20261121T120100Z.csv", other);
-  EXPECT_THAT(error_text(), HasSubstr("120100Z.csv:3: found \"# gyro_serial: \\x1b\\x00\", expected"))
+  const auto damage = [this] { return joined().left_out.damaged; };
+  EXPECT_THAT(damage(), ElementsAre(HasSubstr("120100Z.csv:3: found \"# gyro_serial: \\x1b\\x00\", expected")))
       << "bytes of a damaged disk must not reach the terminal";
   write("gyro1-20261121T120100Z.csv", "# prism 9 data log, format 3\ntime_utc\n");
-  EXPECT_THAT(error_text(), HasSubstr("found format 3 of a newer prism, expected 1 or 2"));
+  EXPECT_THAT(damage(), ElementsAre(HasSubstr("found format 3 of a newer prism, expected 1 or 2; file not used")));
 }
 
 TEST_F(LogFolderTest, DescribesAFolderWithoutALog) {

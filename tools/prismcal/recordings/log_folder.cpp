@@ -46,6 +46,19 @@ bool lists_any(const std::string& index_file, const std::vector<LogSegment>& seg
                                      [&](const LogSegment& segment) { return index.number(segment.file) > 0; });
 }
 
+// One line per file that cannot be read, and per file with damaged rows: the first of them.
+std::vector<std::string> damage_lines(const LogFolder& folder) {
+  std::vector<std::string> lines;
+  for (const LogFolder::RejectedFile& file : folder.rejected) lines.push_back(file.error.text() + "; file not used");
+  for (const LogSegment& segment : folder.segments) {
+    if (segment.damaged.empty()) continue;
+    const LeftOutRow& row = segment.damaged.front();
+    lines.push_back(
+        fmt::format("{}:{}: {}; {} not used", row.path, row.line, row.why, counted(segment.damaged.size(), "row")));
+  }
+  return lines;
+}
+
 /// Joins the rows of segments, added in order.
 class RowJoiner {
  public:
@@ -64,9 +77,11 @@ class RowJoiner {
       left_out.rows.push_back({segment.path, 0, "identical to another file"});
       return;
     }
-    left_out.truncated_segments += segment.end == SegmentEnd::kTruncated;
-    left_out.truncated_bytes += segment.end == SegmentEnd::kTruncated ? segment.truncated_bytes : 0;
-    if (segment.end == SegmentEnd::kChanged) left_out.changed.push_back(segment.file);
+    if (segment.end == SegmentEnd::kTruncated) {
+      left_out.truncated.push_back(segment.file);
+      left_out.truncated_bytes += segment.truncated_bytes;
+    }
+    if (segment.end == SegmentEnd::kChanged && segment.damaged.empty()) left_out.changed.push_back(segment.file);
     const auto superseded = superseded_from_.find(segment.file);
     for (const LogRow& row : segment.rows) {
       if (superseded == superseded_from_.end() || row.number < superseded->second) {
@@ -166,13 +181,13 @@ std::string deletion_text(const std::string& index_file) {
 
 Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = salvage(path, column);
-  if (!folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
+  if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
   if (folder.segments.empty()) return make_error(path, no_log_text(path));
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   for (const LogSegment& segment : folder.segments) {
-    if (segment.damaged.empty()) continue;
-    const LeftOutRow& row = segment.damaged.front();
-    return make_error(fmt::format("{}:{}", row.path, row.line), row.why);
+    if (!segment.read_failed) continue;
+    const LeftOutRow& last = segment.damaged.back();
+    return make_error(fmt::format("{}:{}", last.path, last.line), last.why);
   }
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
   for (const std::string& file : folder.indexes) {
@@ -277,7 +292,9 @@ LogFolder LogFolder::salvage(const std::string& path, const std::string& column)
 LogTable join_rows(const LogFolder& folder) {
   RowJoiner joiner(folder);
   for (const LogSegment& segment : folder.segments) joiner.add(segment);
-  return std::move(joiner).result();
+  LogTable joined = std::move(joiner).result();
+  joined.left_out.damaged = damage_lines(folder);
+  return joined;
 }
 
 std::vector<std::string> LeftOut::lines() const {
@@ -292,10 +309,12 @@ std::vector<std::string> LeftOut::lines() const {
   if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");
   if (superseded > 0)
     lines.push_back(counted(superseded, "row") + " left out: repeated in a later segment after a disk error");
-  if (truncated_segments > 0)
+  if (!truncated.empty())
     lines.push_back(
-        fmt::format("{} without an end (copied while open, or prismd was killed); {} of incomplete rows left out",
-                    counted(truncated_segments, "segment"), counted(truncated_bytes, "byte")));
+        fmt::format("{} without an end (copied while open, or prismd was killed): {}{}; {} of incomplete rows left out",
+                    counted(truncated.size(), "segment"), truncated.front(), truncated.size() > 1 ? ", …" : "",
+                    counted(truncated_bytes, "byte")));
+  lines.insert(lines.end(), damaged.begin(), damaged.end());
   for (const std::string& file : changed)
     lines.push_back(fmt::format("{} was changed after it was written: it does not match its end line", file));
   return lines;

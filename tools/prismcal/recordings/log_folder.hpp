@@ -31,8 +31,8 @@ struct LogFolder {
   std::vector<RejectedFile> rejected;  ///< files that read_log_segment() cannot read
 
   /// `axis`: selects one of several axes; empty: the only one. `column`: see read_log_segment(). Errors: those of
-  /// read_log_segment(), damaged rows, no .csv file, logs of several instances or gyros, an unknown axis, several axes
-  /// without a selection.
+  /// read_log_segment() if no file can be read, a failed disk, no .csv file, logs of several instances or gyros, an
+  /// unknown axis, several axes without a selection. Damaged rows and files are left out (LeftOut::damaged).
   static Result<LogFolder> read(const std::string& path, const std::string& axis = {}, const std::string& column = {});
   /// Reads all that can be read. For verify and repair.
   static LogFolder salvage(const std::string& path, const std::string& column = {});
@@ -52,15 +52,16 @@ inline constexpr const char* kRepeatedLater = "repeated in a later segment";
 
 /// Rows and files that join_rows() leaves out, and seconds that readers do not use.
 struct LeftOut {
-  std::vector<LeftOutRow> rows;     ///< duplicate and superseded rows, and duplicate files
-  std::uint64_t duplicates = 0;     ///< rows with an earlier second of their session, or the same again
-  std::uint64_t superseded = 0;     ///< rows repeated in a later segment after a disk error
-  std::uint64_t partial = 0;        ///< partial seconds at the start or end of a session: their rows are kept
-  std::uint64_t implausible = 0;    ///< seconds with implausible values: their rows are kept but not used
-  std::uint64_t clocks_differ = 0;  ///< seconds whose frames arrived at another rate than described: as implausible
-  std::size_t copies = 0;           ///< files that are identical to another one
-  std::size_t truncated_segments = 0;
+  std::vector<LeftOutRow> rows;        ///< duplicate and superseded rows, and duplicate files
+  std::uint64_t duplicates = 0;        ///< rows with an earlier second of their session, or the same again
+  std::uint64_t superseded = 0;        ///< rows repeated in a later segment after a disk error
+  std::uint64_t partial = 0;           ///< partial seconds at the start or end of a session: their rows are kept
+  std::uint64_t implausible = 0;       ///< seconds with implausible values: their rows are kept but not used
+  std::uint64_t clocks_differ = 0;     ///< seconds whose frames arrived at another rate than described: as implausible
+  std::size_t copies = 0;              ///< files that are identical to another one
+  std::vector<std::string> truncated;  ///< segments without an end line
   std::uint64_t truncated_bytes = 0;
+  std::vector<std::string> damaged;  ///< per damaged file: its first damaged row, and how many are left out
   std::vector<std::string> changed;  ///< files that do not match their end line; their rows are used
 
   /// Returns readable lines, one per reason.

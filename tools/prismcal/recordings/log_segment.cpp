@@ -222,6 +222,7 @@ Result<LogSegment> read_log_segment(const std::string& path, const std::string& 
   }
   // After a read error of the disk, the rows before it are kept; the rest is damage.
   if (available->error) segment.damaged.push_back({path, good_lines + 1, available->error->what});
+  segment.read_failed = available->error.has_value();
   if (end && (!segment.damaged.empty() || lines.next_begin() < text->size())) segment.end = SegmentEnd::kChanged;
   segment.truncated_bytes = text->size() - good;
   segment.truncated_line = segment.truncated_bytes > 0 ? good_lines + 1 : 0;

@@ -44,6 +44,7 @@ struct LogSegment {
   std::uint64_t supersedes_row = 0;
   std::vector<LogRow> rows;
   std::vector<LeftOutRow> damaged;  ///< unreadable rows before the last good row: not a truncation
+  bool read_failed = false;         ///< the disk failed; the last of `damaged` has the place and the reason
   SegmentEnd end = SegmentEnd::kIntact;
   std::size_t truncated_bytes = 0;  ///< bytes after the last complete row
   std::size_t truncated_line = 0;   ///< line of the first of them
