@@ -25,6 +25,8 @@ constexpr int kMaxPages = 40;  // of up to 256 KiB: covers the range and the int
 struct View {
   std::int64_t from_s, to_s, step_s;  // limits of the periods' begins
   const char* source;
+  /// AxisArchive::building() when the rows were requested.
+  std::optional<double> building = std::nullopt;
 };
 
 json columns() {
@@ -57,7 +59,8 @@ std::string result_of(const AxisArchive& axis, const View& view, const std::vect
   for (const PeriodSummary& step : downsample(periods, view.from_s, view.to_s, view.step_s))
     rows.push_back(row_of(step, view.step_s));
   const auto first = first_of(axis), last = last_of(axis);
-  const auto building = axis.building();
+  auto building = axis.building();  // rows that were read before it was complete are not
+  if (building && view.building) building = std::min(*building, *view.building);
   const json result = {{"axis", axis.name()},
                        {"from_s", view.from_s},
                        {"to_s", view.to_s},
@@ -206,7 +209,8 @@ void answer_range(InstanceProxy& proxy, AxisArchive& axis, const RangeQuery& que
   const std::int64_t last_s = last_of(axis).value_or(0) + 1;
   const double to_s = query.to_s.value_or(std::max(static_cast<double>(last_s), query.from_s.value_or(0)));
   const double from_s = query.from_s.value_or(to_s - query.seconds);
-  View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds"};
+  View view{static_cast<std::int64_t>(std::floor(from_s)), static_cast<std::int64_t>(std::ceil(to_s)), 1, "seconds",
+            axis.building()};
   const double length_s = std::max(to_s - from_s, 1.0);
   view.step_s = step_for(length_s, query.points, 1);
   view.from_s = floor_to(view.from_s, view.step_s);  // the first step is complete
