@@ -209,7 +209,7 @@ def check_words(path, text):
             yield line_of(text, match.start()), "'using namespace std' imports every name"
 
 
-# Examples of 0.2: prismctl/rows.cpp, prismweb/axis_archive.cpp.
+# Examples of 0.2: prismctl's rows and prismweb's archive.
 BY_MESSAGE = re.compile(r"(?:\btext\(\)|\bwhat)\.(?:find|starts_with|ends_with|compare)\(")
 
 
