@@ -101,7 +101,12 @@ class Live {
 
   void report_missing_models() {
     for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
-      if (setup().axes[i].model) continue;
+      const pipeline::Setup::Axis& axis = setup().axes[i];
+      if (!axis.model_problem.empty())
+        tell_(Severity::kError, "no_model",
+              fmt::format("{}{}; rates are recorded uncorrected and marked no_model until a reload",
+                          acquisition_.axis_prefix(i), axis.model_problem));
+      if (axis.model || !axis.model_problem.empty()) continue;
       tell_(
           Severity::kWarning, "no_model",
           acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected and marked no_model");
@@ -130,6 +135,7 @@ class Live {
   void watch_disk() {
     using std::chrono::seconds;
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
+    if (busy >= kDiskTimeout) acquisition_.set_disk_problem(fmt::format("disk: no answer for {} s", busy.count()));
     if (busy >= kDiskTimeout && !disk_blocked_) {
       disk_blocked_ = true;
       const pipeline::LogCounters* const log = acquisition_.log();
@@ -137,6 +143,7 @@ class Live {
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
     } else if (busy < kDiskTimeout && std::exchange(disk_blocked_, false)) {
+      acquisition_.set_disk_problem("");
       tell_(Severity::kInfo, "disk", "the disk answers again");
     }
   }

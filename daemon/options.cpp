@@ -17,7 +17,7 @@ constexpr int kUsage = 64;
 }  // namespace
 
 pipeline::Overrides overrides_of(const Options& options) {
-  pipeline::Overrides overrides{options.model, options.device, options.socket, {}, options.accept_clock};
+  pipeline::Overrides overrides{options.model, options.device, options.socket, {}, options.accept_clock, false, false};
   if (!options.replay.empty()) overrides.replay_log = options.out.empty() ? "prism-replay" : options.out;
   return overrides;
 }
@@ -48,6 +48,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   std::string speed = "max";
   auto* speed_option =
       app.add_option("--speed", speed, "speed of the replay: 1 as recorded, 10 ten times as fast, max (default)");
+  app.add_flag("--strict", options.strict,
+               "exit with 78 if a model cannot be used (default: record uncorrected rates, and report it)");
   app.add_flag("--accept-clock", options.accept_clock,
                "accept frames that arrive at another rate than described (else a replay exits with 3)");
   app.add_option("--out", options.out, "directory of the replay's log (default: prism-replay)");

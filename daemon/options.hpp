@@ -13,6 +13,7 @@ namespace prism::daemon {
 struct Options {
   std::string config;
   bool check = false;
+  bool strict = false;              ///< a model that cannot be used stops the start
   bool accept_clock = false;        ///< frames may arrive at another rate than described
   std::vector<std::string> replay;  ///< captures to replay, in order; empty: live
   std::optional<double> speed;      ///< absent: max

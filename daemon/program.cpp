@@ -25,7 +25,9 @@ int run(int argc, char** argv) {
   if (options.check) {
     if (const int code = check_document(options.config); code >= 0) return code;
   }
-  Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides_of(options));
+  pipeline::Overrides overrides = overrides_of(options);
+  overrides.tolerate_models = options.replay.empty() && !options.check && !options.strict;
+  Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides);
   if (!setup) {
     fmt::print(stderr, "prismd: {}\n", setup.error().text());
     return kExitConfig;

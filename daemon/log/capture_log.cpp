@@ -61,6 +61,7 @@ class CaptureLog::Writer {
 
   std::uint64_t dropped() const { return dropped_; }
   std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
+  std::optional<pipeline::WriteError> write_error() const { return fault_.current(); }
 
  private:
   void try_held() {
@@ -177,6 +178,8 @@ CaptureLog::~CaptureLog() {
 std::uint64_t CaptureLog::dropped_bytes() const { return writer_->dropped(); }
 
 std::optional<pipeline::RetentionStatus> CaptureLog::retention() const { return writer_->retention(); }
+
+std::optional<pipeline::WriteError> CaptureLog::write_error() const { return writer_->write_error(); }
 
 void CaptureLog::mark_opened(std::int64_t time_ns) { batch_.chunks.push_back({time_ns, batch_.bytes.size(), true}); }
 

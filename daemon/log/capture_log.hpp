@@ -37,6 +37,7 @@ class CaptureLog : public pipeline::CaptureSink {
 
   std::uint64_t dropped_bytes() const override;
   std::optional<pipeline::RetentionStatus> retention() const override;
+  std::optional<pipeline::WriteError> write_error() const override;
 
  private:
   class Writer;

@@ -55,6 +55,7 @@ class RowLog {
   const ConsumerRegistry& followers() const { return followers_; }
   /// Thread-safe.
   std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
+  std::optional<pipeline::WriteError> write_error() const { return fault_.current(); }
   /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
   void lose(const std::string& why);
 
@@ -119,6 +120,7 @@ class ThreadedRowWriter : public RowWriter {
   std::optional<pipeline::RetentionStatus> retention() const override {
     return log_ ? log_->retention() : std::nullopt;
   }
+  std::optional<pipeline::WriteError> write_error() const override { return log_ ? log_->write_error() : std::nullopt; }
   void close() override;
   const LogCounters& counters() const override { return *counters_; }
 

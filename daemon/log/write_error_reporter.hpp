@@ -9,8 +9,12 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include "base/host_time.hpp"
+#include "daemon/pipeline/log_writers.hpp"
 
 namespace prism::log {
 
@@ -28,7 +32,7 @@ class WriteErrorReporter {
     const std::lock_guard lock(mutex_);
     again_ = true;
     if (std::exchange(faulty_, true)) return;
-    dropped_in_fault_ = 0;
+    current_ = {why, host_time_ns() / 1'000'000'000, 0};
     tell_(fmt::format("{}: {}; {} are dropped and counted until it works again", what_, why, unit_));
   }
 
@@ -36,7 +40,7 @@ class WriteErrorReporter {
     const std::lock_guard lock(mutex_);
     again_ = true;
     dropped_ += count;
-    dropped_in_fault_ += count;
+    current_.lost += count;
   }
 
   /// `count` units were lost because of `why`.
@@ -51,16 +55,21 @@ class WriteErrorReporter {
     const std::lock_guard lock(mutex_);
     if (!faulty_ || std::exchange(again_, false)) return;
     faulty_ = false;
-    tell_(fmt::format("{}: writing again after {} {} were dropped", what_, dropped_in_fault_, unit_));
+    tell_(fmt::format("{}: writing again after {} {} were dropped", what_, current_.lost, unit_));
+  }
+
+  std::optional<pipeline::WriteError> current() const {
+    const std::lock_guard lock(mutex_);
+    return faulty_ ? std::optional(current_) : std::nullopt;
   }
 
  private:
   const std::string what_, unit_;
   std::atomic<std::uint64_t>& dropped_;
   const Tell tell_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   bool faulty_ = false, again_ = false;
-  std::uint64_t dropped_in_fault_ = 0;
+  pipeline::WriteError current_;  ///< of faulty_
 };
 
 /// Exponential backoff of write attempts, in turns of about a second.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/pipeline/axis_record.hpp"
@@ -87,6 +88,9 @@ class Acquisition {
   std::string clocks_problem() const;
   /// The last disagreement since the start; empty: none.
   const std::string& last_clocks_problem() const { return last_clocks_problem_; }
+  /// The disk does not answer; empty: it does. Set by the owner of the disk thread.
+  const std::string& disk_problem() const { return disk_problem_; }
+  void set_disk_problem(std::string problem) { disk_problem_ = std::move(problem); }
   std::uint64_t sessions() const { return sessions_; }
   /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
@@ -111,7 +115,7 @@ class Acquisition {
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
   bool reported_clocks_ = false;
-  std::string last_clocks_problem_;
+  std::string last_clocks_problem_, disk_problem_;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
   std::uint64_t reported_by_arrival_ = 0, reported_resets_ = 0;  ///< of the pipeline's ClockStatus
 };

@@ -114,15 +114,8 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   return model;
 }
 
-Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overrides& overrides) {
+Result<void> load_models(const Setup& setup, std::size_t index, const Overrides& overrides, Setup::Axis& axis) {
   const config::AxisConfig& config = setup.config.axes[index];
-  Setup::Axis axis;
-  const Result<int> thermometer = find_thermometer(setup, config);
-  if (!thermometer) return tl::unexpected<Error>(thermometer.error());
-  axis.thermometer = *thermometer;
-  axis.engine = config.engine;
-  axis.engine.plausibility.take(setup.frames->plausible);
-  axis.engine.plausibility.take(setup.config.plausibility);
   const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
   const std::string keys = setup.config.path + (setup.config.by_axes ? ":/axes/" + config.name : ":");
   Result<compensation::ModelPtr> model =
@@ -135,6 +128,26 @@ Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overr
   compensation::CompensationEngine trial(axis.engine);
   if (auto taken = trial.use(axis.model, axis.fallback); !taken)
     return make_error(config.fallback_model, taken.error().what);
+  return {};
+}
+
+void leave_out_models(Setup::Axis& axis, const Error& why) {
+  axis.model = axis.fallback = nullptr;
+  axis.model_problem = why.text();
+}
+
+Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overrides& overrides) {
+  const config::AxisConfig& config = setup.config.axes[index];
+  Setup::Axis axis;
+  const Result<int> thermometer = find_thermometer(setup, config);
+  if (!thermometer) return tl::unexpected<Error>(thermometer.error());
+  axis.thermometer = *thermometer;
+  axis.engine = config.engine;
+  axis.engine.plausibility.take(setup.frames->plausible);
+  axis.engine.plausibility.take(setup.config.plausibility);
+  auto loaded = load_models(setup, index, overrides, axis);
+  if (!loaded && !overrides.tolerate_models) return tl::unexpected<Error>(loaded.error());
+  if (!loaded) leave_out_models(axis, loaded.error());
   return axis;
 }
 
@@ -212,7 +225,10 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
     if (!loaded) return tl::unexpected<Error>(loaded.error());
     setup.axes.push_back(std::move(*loaded));
   }
-  if (auto one = check_serials(setup); !one) return tl::unexpected<Error>(one.error());
+  if (auto one = check_serials(setup); !one) {
+    if (!overrides.tolerate_models) return tl::unexpected<Error>(one.error());
+    for (Setup::Axis& axis : setup.axes) leave_out_models(axis, one.error());
+  }
   if (const auto& names = setup.frames->axis_names; names.size() > 1 && setup.config.axes.front().name.empty()) {
     setup.notes.push_back(
         fmt::format("{}: found no \"axis\" or \"axes\"; using {}, the first of {}; use \"axes\" for several",

@@ -19,6 +19,7 @@ struct Setup {
   /// One input axis: models and settings of its engine.
   struct Axis {
     compensation::ModelPtr model, fallback;  ///< null: none
+    std::string model_problem;               ///< why the configured models are not used; empty: they are
     int thermometer = -1;                    ///< configured thermometer, index into Setup::sensors; -1: not configured
     compensation::CompensationSettings
         engine;  ///< plausibility limits combine defaults, frame description and configuration
@@ -63,7 +64,9 @@ struct Overrides {
   std::string socket;  ///< path
   std::string
       replay_log;  ///< directory of a replay's log, so that a replay does not change live files; it writes no capture
-  bool accept_clock = false;    ///< as accept_clock of the configuration
+  bool accept_clock = false;  ///< as accept_clock of the configuration
+  /// Models that cannot be used are left out, with Axis::model_problem, so that the raw rates are recorded.
+  bool tolerate_models = false;
   bool without_models = false;  ///< loads no models: for training, which needs the one-second means only
 };
 

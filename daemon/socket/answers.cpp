@@ -13,6 +13,7 @@
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "daemon/socket/answer_json.hpp"
+#include "daemon/socket/health.hpp"
 #include "daemon/socket/line_answers.hpp"
 #include "daemon/socket/retention_answer.hpp"
 
@@ -155,7 +156,11 @@ std::string lines_without_data(const Sources& sources) {
 }
 
 std::string quality_of(const Sources& sources, std::size_t axis) {
-  return compensation::quality_text(current(sources, axis).correction.quality);
+  return compensation::quality_text(current_quality(sources, axis));
+}
+
+ordered_json health_json(const Health& health) {
+  return {{"state", health_name(health.level)}, {"problems", health.problems}};
 }
 
 std::string qualities(const Sources& sources) {
@@ -175,6 +180,7 @@ ordered_json status_answer(const Sources& sources) {
                        {"version", kVersion},
                        {"state", state_name(sources.gyro_line().state)},
                        {"detail", sources.gyro_line().detail},
+                       {"health", health_json(health_of(sources))},
                        {"state_since_s", seconds(sources.gyro_line().since_ns)},
                        {"started_s", seconds(sources.started_ns)},
                        {"device", c.line.device},
@@ -331,6 +337,10 @@ AxisAnswer axis_answer_of(std::string_view method) {
       {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
   const auto found = kAnswers.find(method);
   return found == kAnswers.end() ? nullptr : found->second;
+}
+
+std::uint32_t current_quality(const Sources& sources, std::size_t axis) {
+  return current(sources, axis).correction.quality;
 }
 
 std::string summary(const Sources& sources) {

@@ -20,6 +20,9 @@ Answer answer_of(std::string_view method);
 /// The same for the methods of an axis.
 AxisAnswer axis_answer_of(std::string_view method);
 
+/// The quality of the correction in use, with that of the last values; kNoData without current data.
+std::uint32_t current_quality(const Sources& sources, std::size_t axis);
+
 /// One human-readable line, also for systemd's STATUS=.
 std::string summary(const Sources& sources);
 

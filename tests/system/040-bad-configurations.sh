@@ -3,7 +3,7 @@
 . "$(dirname "$0")/lib.sh"
 refused() {  # refused WHAT PART-OF-THE-LINE
   code=0
-  prismd "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?
+  prismd --strict "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?
   same "$1: exit code" "$code" 78
   same "$1: lines" "$(wc -l <"$dir/e")" 1
   contains "$1" "$(cat "$dir/e")" "$2"

@@ -13,6 +13,8 @@ start_sim --profile steady --speed 300
 start_prismd
 wait_for 20 field_above .log.dropped status 50
 same "reports of the full disk" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
+same "health" "$(field .health.state status)" failed
+echo "$(field '.health.problems[]' status)" | grep -qE 'log: cannot write \(.*No space left on device.*\) since 20[0-9T:-]*Z, [0-9]+ rows lost' || fail "problems: $(field .health status)"
 for file in "$dir"/small/log/*.csv; do
   same "incomplete rows" "$(grep -v '^#' "$file" | awk -F, 'NR == 1 { columns = NF } NF != columns' | wc -l)" 0
   same "complete rows" "$([ "$(grep -c '^[0-9]' "$file")" -gt 0 ] && echo some)" some
@@ -20,4 +22,5 @@ for file in "$dir"/small/log/*.csv; do
 done
 mount -o remount,size=4m "$dir/small"
 wait_for 5 grep -q 'writing again after' "$dir/prismd.err"
+wait_for 5 field_is '.health.problems | map(select(startswith("log:"))) | length' status 0
 same "state" "$(field .state status)" receiving

@@ -101,6 +101,17 @@ std::string line_state(const json& l) {
                                     : state + ", no value yet";
 }
 
+// "health   failed: log: cannot write (…)", one line per problem; empty for a prismd before 0.3.
+std::string health_lines(const json& health) {
+  if (!health.is_object()) return {};
+  const json& problems = at(health, "problems");
+  std::string text;
+  for (const json& problem : problems.is_array() ? problems : json::array())
+    text += line(text.empty() ? "health" : "",
+                 (text.empty() ? text_of(at(health, "state")) + ": " : "") + text_of(problem));
+  return text.empty() ? line("health", text_of(at(health, "state"))) : text;
+}
+
 }  // namespace
 
 std::string status_view(const json& status) {
@@ -108,6 +119,7 @@ std::string status_view(const json& status) {
   std::string state = text_of(at(s, "state"));
   if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
   std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
+  text += health_lines(at(s, "health"));
   text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
   if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += line("no rate", problem);
   if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty()) text += line("clock", problem);
