@@ -20,8 +20,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-constexpr std::size_t kMaxLineBytes = 32 << 20, kMaxReadBytes = 256 << 10, kMaxPending = 256;
-constexpr std::size_t kIdleBytes = 32 << 10;  // capacity kept between lines: there may be 1000 connections
+constexpr std::size_t kMaxLineBytes = 32 << 20, kMaxRoom = 256 << 10, kMaxPending = 256;
 
 // {"jsonrpc":"2.0","id":17,"result":…} → 17 and `"result":…`.
 bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& member) {
@@ -55,8 +54,7 @@ void AsyncConnection::open(const std::string& path, OnLine on_other_line, OnEnd 
     if (!self->open_) return;
     if (error) return self->disconnect(error.message());
     self->connected_ = true;
-    self->socket_.non_blocking(true, error);
-    self->wait_for_data();
+    self->read();
     self->send_next();
   };
   asio::local::stream_protocol::endpoint endpoint;
@@ -99,25 +97,24 @@ void AsyncConnection::send_next() {
   });
 }
 
-void AsyncConnection::wait_for_data() {
-  socket_.async_wait(asio::socket_base::wait_read, [self = shared_from_this()](error_code error) {
+void AsyncConnection::read() {
+  const std::size_t before = received_.size();
+  received_.resize(before + room_);
+  const auto buffer = asio::buffer(received_.data() + before, room_);
+  socket_.async_read_some(buffer, [self = shared_from_this(), before](error_code error, std::size_t size) {
     if (!self->open_) return;
-    if (error) return self->disconnect(error.message());
+    self->received_.resize(before + size);
+    if (error) return self->disconnect(error == asio::error::eof ? "prismd closed the connection" : error.message());
+    self->take_lines();
+    if (self->received_.size() > kMaxLineBytes)
+      self->disconnect("sent a line that is too long; is this prismd's socket?");
+    if (!self->open_) return;
+    self->adapt_room(size);
     self->read();
-    if (self->open_) self->wait_for_data();
   });
 }
 
-// The buffer has the size of the data, so that an idle connection has none.
-void AsyncConnection::read() {
-  error_code error;
-  const std::size_t before = received_.size();
-  const std::size_t available = std::clamp<std::size_t>(socket_.available(error), 1, kMaxReadBytes);
-  received_.resize(before + available);
-  const std::size_t size = socket_.read_some(asio::buffer(received_.data() + before, available), error);
-  received_.resize(before + size);
-  if (error == asio::error::would_block) return;
-  if (error) return disconnect(error == asio::error::eof ? "prismd closed the connection" : error.message());
+void AsyncConnection::take_lines() {
   std::size_t begin = 0;
   for (std::size_t end; (end = received_.find('\n', std::max(begin, searched_))) != std::string::npos;
        begin = end + 1) {
@@ -126,8 +123,16 @@ void AsyncConnection::read() {
   }
   received_.erase(0, begin);
   searched_ = received_.size();
-  if (received_.size() < kIdleBytes && received_.capacity() > kIdleBytes) received_.shrink_to_fit();
-  if (received_.size() > kMaxLineBytes) disconnect("sent a line that is too long; is this prismd's socket?");
+}
+
+// There may be 1000 connections, most of them idle.
+void AsyncConnection::adapt_room(std::size_t read_bytes) {
+  if (read_bytes == room_) {
+    room_ = std::min(4 * room_, kMaxRoom);
+  } else if (read_bytes < room_ / 8 && room_ > kMinRoom) {
+    room_ = kMinRoom;
+    if (received_.size() < kMinRoom) received_.shrink_to_fit();
+  }
 }
 
 void AsyncConnection::read_line(std::string_view line) {

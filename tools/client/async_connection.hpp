@@ -50,6 +50,7 @@ class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::size_t kMinRoom = 2 << 10;
   struct PendingRequest {
     std::string method, params;
     Answer answer;  ///< null: expired
@@ -58,8 +59,9 @@ class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
   };
 
   void send_next();
-  void wait_for_data();
   void read();
+  void take_lines();
+  void adapt_room(std::size_t read_bytes);
   void read_line(std::string_view line);
   void pass_on(std::string_view line);
   void disconnect(const std::string& reason);
@@ -68,7 +70,8 @@ class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
   OnLine on_other_line_;
   OnEnd on_end_;
   std::string received_;
-  std::size_t searched_ = 0;  ///< bytes of received_ without a line end
+  std::size_t searched_ = 0;     ///< bytes of received_ without a line end
+  std::size_t room_ = kMinRoom;  ///< for the next read
   std::deque<PendingRequest> pending_;
   std::uint64_t last_id_ = 0, current_id_ = 0;  ///< current_id_: of the sent request; 0: none
   std::string line_;
