@@ -77,6 +77,7 @@ LogSegmentSettings read_segments(Section section, const fs::path& root, const st
   read_scaled(section, "segment_mib", {0.01, 1e6}, kMiB, segments.max_bytes);
   read_scaled(section, "segment_hours", {0.01, 8784}, kHour, segments.max_age_s);
   read_scaled(section, "keep_mib", {1, 1e9}, kMiB, segments.keep_bytes);
+  if (section.has("keep_days") && !section.has("keep_mib")) segments.keep_bytes = kNoByteLimit;
   segments.keep_days = section.integer("keep_days", {1, 36500}, segments.keep_days);
   segments.delete_when_full = section.choice("when_full", kFullPolicies, 0) == 1;
   return segments;

@@ -55,6 +55,9 @@ struct SensorLineConfig {
   bool operator==(const SensorLineConfig&) const = default;
 };
 
+/// LogSegmentSettings::keep_bytes if only keep_days is configured.
+inline constexpr std::int64_t kNoByteLimit = 1LL << 60;
+
 /// Limits of files that are written in segments: log and capture.
 struct LogSegmentSettings {
   std::string directory;

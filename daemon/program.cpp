@@ -2,11 +2,20 @@
 #include <fmt/format.h>
 
 #include "daemon/logging.hpp"
+#include "daemon/pipeline/storage_plan.hpp"
 #include "daemon/service.hpp"
 #include "daemon/sniff.hpp"
 
 namespace prism::daemon {
 namespace {
+
+void print_plan(const char* what, const std::optional<config::LogSegmentSettings>& settings,
+                const std::optional<pipeline::StoragePlan>& plan) {
+  if (!plan) return;
+  fmt::print("{}: keeps {}\n", what, plan->text());
+  const std::string warning = pipeline::space_warning(*plan, settings->directory);
+  if (!warning.empty()) fmt::print("warning: {}: {}\n", what, warning);
+}
 
 void check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
@@ -14,6 +23,8 @@ void check(const pipeline::Setup& setup) {
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz, pipeline::models_text(setup),
              config.line.device.empty() ? "none" : config.line.device);
+  print_plan("log", config.log, pipeline::log_plan(setup));
+  print_plan("capture", config.capture, pipeline::capture_plan(setup));
 }
 
 }  // namespace

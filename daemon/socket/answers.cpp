@@ -12,6 +12,7 @@
 #include "compensation/compensated_text.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
+#include "daemon/pipeline/storage_plan.hpp"
 #include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/health.hpp"
 #include "daemon/socket/line_answers.hpp"
@@ -216,6 +217,8 @@ ordered_json status_answer(const Sources& sources) {
                        {"dropped_bytes", capture->dropped_bytes()}};
   if (const auto* const capture = acquisition.capture(pipeline::kGyroLine); capture && capture->retention())
     json["capture"]["retention"] = retention_json(*capture->retention());
+  if (const auto plan = pipeline::log_plan(setup)) json["log"]["keeps"] = plan->text();
+  if (const auto plan = pipeline::capture_plan(setup)) json["capture"]["keeps"] = plan->text();
   json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
   return json;
 }
@@ -282,6 +285,20 @@ ordered_json model_answer(const Sources& sources, std::size_t axis) {
   return json;
 }
 
+// Every key in force; null: nothing is written.
+ordered_json segments_json(const std::optional<config::LogSegmentSettings>& settings) {
+  constexpr double kMiB = 1 << 20, kHour = 3600;
+  if (!settings) return nullptr;
+  const bool unlimited = settings->keep_bytes >= config::kNoByteLimit;
+  return {{"directory", settings->directory},
+          {"segment_mib", static_cast<double>(settings->max_bytes) / kMiB},
+          {"segment_hours", static_cast<double>(settings->max_age_s) / kHour},
+          {"keep_mib", unlimited ? ordered_json() : ordered_json(static_cast<double>(settings->keep_bytes) / kMiB)},
+          {"keep_days", settings->keep_days},
+          {"keep_for", settings->keep_for},
+          {"when_full", settings->delete_when_full ? "delete_oldest" : "stop"}};
+}
+
 ordered_json config_answer(const Sources& sources) {
   const pipeline::Setup& setup = sources.acquisition.setup();
   const config::Config& c = setup.config;
@@ -313,8 +330,8 @@ ordered_json config_answer(const Sources& sources) {
       {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
   json["clock"] = c.device_clock ? "device" : "host";
   json["plausibility"] = plausibility_json(setup.axes.front().engine.plausibility);
-  json["log"] = c.log ? ordered_json(c.log->directory) : ordered_json();
-  json["capture"] = c.capture ? ordered_json(c.capture->directory) : ordered_json();
+  json["log"] = segments_json(c.log);
+  json["capture"] = segments_json(c.capture);
   json["socket"] = c.socket.path;
   return json;
 }

@@ -24,6 +24,11 @@ void move_log(ordered_json& status) {
 ordered_json old_form(const config::SocketMethod& method, ordered_json result) {
   if (!method.of_axes) return result;
   if (method.name == "status") move_log(result);
+  if (method.name == "config") {
+    for (const char* key : {"log", "capture"}) {
+      if (result[key].is_object()) result[key] = ordered_json(result[key]["directory"]);
+    }
+  }
   const ordered_json axes = result["axes"];
   if (axes.size() != 1) return result.size() == 1 ? axes : result;
   ordered_json own = axes.front();

@@ -12,6 +12,8 @@ using nlohmann::ordered_json;
 
 namespace {
 
+constexpr std::int64_t kManyBytes = 1LL << 50;  // above: no limit is configured
+
 const char* why_text(pipeline::NextDeletion::Why why) {
   constexpr std::array kNames{"bytes", "age", "disk_full"};
   return kNames[static_cast<std::size_t>(why)];
@@ -20,13 +22,14 @@ const char* why_text(pipeline::NextDeletion::Why why) {
 }  // namespace
 
 ordered_json retention_json(const pipeline::RetentionStatus& status) {
-  ordered_json json = {{"segments", status.segments},
-                       {"bytes", status.bytes},
-                       {"keep_bytes", status.keep_bytes},
-                       {"keep_s", status.keep_s},
-                       {"deleted_segments", status.deleted_segments},
-                       {"deleted_rows", status.deleted_rows},
-                       {"next", nullptr}};
+  ordered_json json = {
+      {"segments", status.segments},
+      {"bytes", status.bytes},
+      {"keep_bytes", status.keep_bytes < kManyBytes ? ordered_json(status.keep_bytes) : ordered_json()},
+      {"keep_s", status.keep_s},
+      {"deleted_segments", status.deleted_segments},
+      {"deleted_rows", status.deleted_rows},
+      {"next", nullptr}};
   if (!status.next) return json;
   const pipeline::NextDeletion& next = *status.next;
   json["next"] = {{"file", next.file}, {"rows", next.rows}, {"bytes", next.bytes}, {"why", why_text(next.why)}};
