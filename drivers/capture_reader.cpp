@@ -11,11 +11,13 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/capture_search.hpp"
+#include "drivers/hex_dump.hpp"
 
 namespace prism::drivers {
 namespace {
@@ -48,6 +50,7 @@ struct CaptureReader::File {
   std::optional<RawByteStream> bare;
   std::uint64_t bare_position = 0;
   std::size_t bare_chunk = 0;
+  std::optional<std::vector<std::uint8_t>> dump;  // the bytes of a hex dump, read instead of the stream
   std::array<std::uint8_t, kMostBareBytes> bytes{};
   bool ended = false;
   bool nanoseconds = false;     // the magic that prism writes
@@ -107,13 +110,35 @@ struct CaptureReader::File {
     bare = rate;
     const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
     bare_chunk = static_cast<std::size_t>(most);
+    return open_dump();
+  }
+
+  /// A text that begins as a hex dump is read as one.
+  Result<void> open_dump() {
+    std::array<char, 4096> first;
+    const std::size_t got = std::fread(first.data(), 1, first.size(), stream);
+    std::rewind(stream);
+    std::string_view text(first.data(), got);
+    if (got == first.size()) text = text.substr(0, text.rfind('\n') + 1);
+    if (!bytes_of_hex_dump(text)) return {};
+    const auto all = read_text_file(path, kMaxModelBytes);
+    if (!all) return tl::unexpected<Error>(all.error());
+    dump = bytes_of_hex_dump(*all);
     return {};
   }
 
+  std::size_t read_bare() {
+    if (!dump) return std::fread(bytes.data(), 1, bare_chunk, stream);
+    const std::size_t got = std::min(bare_chunk, dump->size() - bare_position);
+    std::copy_n(dump->begin() + static_cast<std::ptrdiff_t>(bare_position), got, bytes.begin());
+    return got;
+  }
+
   std::optional<CapturePacket> next_bare() {
-    const std::size_t got = std::fread(bytes.data(), 1, bare_chunk, stream);
+    const std::size_t got = read_bare();
     if (got == 0) {
-      if (std::ferror(stream)) damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
+      if (!dump && std::ferror(stream))
+        damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
       return std::nullopt;
     }
     bare_position += got;
