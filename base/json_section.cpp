@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/escape.hpp"
+#include "base/hex_bytes.hpp"
 #include "base/plain_text.hpp"
 
 namespace prism {
@@ -37,24 +38,6 @@ std::optional<std::uint64_t> unsigned_value(const Json& json) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-/// "A5 5A" → bytes; empty if the value is anything else.
-std::vector<std::uint8_t> hex_bytes(std::string_view text) {
-  std::vector<std::uint8_t> result;
-  while (!text.empty()) {
-    if (text.front() == ' ') {
-      text.remove_prefix(1);
-      continue;
-    }
-    std::uint8_t byte = 0;
-    const char* last = text.data() + std::min<std::size_t>(text.size(), 2);
-    const auto [end, error] = std::from_chars(text.data(), last, byte, 16);
-    if (error != std::errc{} || end != text.data() + 2) return {};
-    result.push_back(byte);
-    text.remove_prefix(2);
-  }
-  return result;
 }
 
 /// The first key or string in a value that breaks the rule for long texts, or nullptr. At most 32 levels deep

@@ -12,6 +12,8 @@
 #include "compensation/compensation_engine.hpp"
 #include "compensation/sensor_limits.hpp"
 #include "compensation/text_columns.hpp"
+#include "drivers/transport/transport.hpp"
+#include "drivers/wire/description/commands.hpp"
 
 namespace prism::config {
 
@@ -31,7 +33,8 @@ struct AxisConfig {
 };
 
 struct LineConfig {
-  std::string device;  ///< /dev/serial/by-id/…; empty: no live line (replay only)
+  std::string device;          ///< /dev/serial/by-id/…, or the description of `network`; empty: replay only
+  transport::Network network;  ///< instead of a serial device
   // The defaults are in the frame description.
   std::optional<int> baud;
   std::optional<int> data_bits;
@@ -40,6 +43,9 @@ struct LineConfig {
   double silence_s = 2;      ///< without data for this time the line is lost and reopened, 0.1 to 3600 s
   double retry_min_s = 0.1;  ///< first pause before the line is reopened; doubles up to retry_max_s
   double retry_max_s = 5;
+  wire::Commands commands;   ///< parts that replace those of the frame description
+  bool allow_send = false;   ///< administrators may send bytes to the device
+  std::string serve_raw_at;  ///< IP address and port at which others may read the raw bytes; empty: not served
 
   bool operator==(const LineConfig&) const = default;
 };

@@ -58,6 +58,13 @@ LineConfig read_line(const Section& section, const fs::path& base, LineConfig de
   LineConfig line = std::move(defaults);
   line.device = section.text("device", "");
   if (!line.device.empty()) line.device = (base / line.device).lexically_normal().string();
+  line.network = transport::read_network(section);
+  if (!line.network.type.empty()) {
+    if (section.has("device")) section.fail(line.network.type, "given together with \"device\"; expected one of them");
+    transport::Settings settings;
+    settings.network = line.network;
+    line.device = transport::describe(settings);
+  }
   line.baud = optional_integer<int>(section, "baud", {50, 20e6});
   line.data_bits = optional_integer<int>(section, "data_bits", {5, 8});
   if (section.has("parity")) line.parity = kParities[section.choice("parity", kParities)];
@@ -66,6 +73,9 @@ LineConfig read_line(const Section& section, const fs::path& base, LineConfig de
   line.retry_min_s = section.number("retry_min_s", {0.01, 60}, line.retry_min_s);
   line.retry_max_s =
       section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
+  line.commands = wire::read_commands(section);
+  line.allow_send = section.boolean("allow_send", line.allow_send);
+  line.serve_raw_at = transport::read_serving(section.object("serve"));
   return line;
 }
 
@@ -83,7 +93,8 @@ void read_sensor_lines(const Section& top, const fs::path& base, Config& config)
     LineConfig preset;
     preset.silence_s = line.stale_after_s;
     line.line = read_line(section, base, preset);
-    if (line.line.device.empty()) section.fail("device", "is missing or empty, expected a serial device");
+    if (line.line.device.empty())
+      section.fail("device", "is missing or empty, expected a serial device (or \"tcp\" or \"udp\")");
     if (line.line.device == config.line.device && !line.line.device.empty())
       section.fail("device", fmt::format("{} is the gyro's line", line.line.device));
     line.frames = find_data_file(section.text("frames", "ascii-columns"), "frames", base);

@@ -45,7 +45,12 @@ inline constexpr std::array kSocketMethods = {
     SocketMethod{.name = "events", .help = "latest events, newest last", .params = "count", .is_long = true},
     SocketMethod{.name = "subscribe", .help = "start notifications", .params = "streams every axes", .acts = true},
     SocketMethod{.name = "unsubscribe", .help = "end notifications", .params = "streams every axes", .acts = true},
-    SocketMethod{.name = "reload", .help = "reload the configuration and the models", .acts = true, .is_local = true}};
+    SocketMethod{.name = "reload", .help = "reload the configuration and the models", .acts = true, .is_local = true},
+    SocketMethod{.name = "send",
+                 .help = "send bytes to the device of a line",
+                 .params = "line text hex",
+                 .acts = true,
+                 .is_local = true}};
 
 /// Returns nullptr for an unknown name.
 constexpr const SocketMethod* find_method(std::string_view name) {

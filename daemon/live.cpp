@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
@@ -11,6 +12,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <span>
 #include <utility>
 
 #include "base/host_time.hpp"
@@ -35,6 +37,8 @@ using pipeline::Severity;
 constexpr std::size_t kDiskQueueBytes = 4 << 20;
 constexpr std::chrono::seconds kDiskTimeout{3};
 constexpr std::chrono::milliseconds kExitTimeout{3500};
+constexpr std::chrono::milliseconds kStopStep{10};  // the lines' stop commands take at most a second
+constexpr int kStopSteps = 100;
 
 class Live {
  public:
@@ -54,7 +58,9 @@ class Live {
                                   tell_, [this] { return socket::summary(sources()); }})),
         rpc_(sources(), publisher_, row_requests_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
-        tick_(io_) {
+        tick_(io_),
+        stop_timer_(io_) {
+    rpc_.send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) { return lines_[line]->send(bytes); });
     for (std::size_t i = 0; i < acquisition_.lines(); ++i) {
       acquisition_.line(i).since_ns = started_ns_;
       const bool alone = acquisition_.lines() == 1;
@@ -197,6 +203,12 @@ class Live {
       reloader_->reload([](const Result<std::string>&) {});  // the result is an event
     }
     notify_stopping();
+    for (const auto& line : lines_) line->begin_stop();
+    const auto stopping = [](const auto& line) { return line->is_stopping(); };
+    for (int i = 0; i < kStopSteps && std::any_of(lines_.begin(), lines_.end(), stopping); ++i) {
+      stop_timer_.expires_after(kStopStep);
+      co_await stop_timer_.async_wait(kUse);
+    }
     for (const auto& line : lines_) line->stop();
     io_.stop();
   }
@@ -243,7 +255,7 @@ class Live {
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;
-  asio::steady_timer tick_;
+  asio::steady_timer tick_, stop_timer_;
   std::unique_ptr<socket::Server> server_;
   bool disk_blocked_ = false;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;

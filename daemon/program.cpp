@@ -20,9 +20,9 @@ void print_plan(const char* what, const std::optional<config::LogSegmentSettings
 void check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}\n", config.path, setup.frames->name,
+  fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}, unit {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz, pipeline::models_text(setup),
-             config.line.device.empty() ? "none" : config.line.device);
+             config.line.device.empty() ? "none" : config.line.device, pipeline::unit_name(setup));
   print_plan("log", config.log, pipeline::log_plan(setup));
   print_plan("capture", config.capture, pipeline::capture_plan(setup));
 }
@@ -44,8 +44,10 @@ int run(int argc, char** argv) {
     return kExitConfig;
   }
   if (setup->config.line.device.empty() && options.replay.empty()) {
-    fmt::print(stderr, "prismd: {}:/line/device: is missing, expected the gyro's serial device (or use --replay)\n",
-               setup->config.path);
+    fmt::print(
+        stderr,
+        "prismd: {}:/line/device: is missing, expected the gyro's serial device (or \"tcp\", \"udp\", or --replay)\n",
+        setup->config.path);
     return kExitConfig;
   }
   begin_logging(setup->config.event_level);

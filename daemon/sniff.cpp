@@ -20,6 +20,7 @@
 #include "daemon/line/arrival_clock.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
+#include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/transport.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/decode/sniffer.hpp"
@@ -31,6 +32,7 @@ namespace fs = std::filesystem;
 using Steady = std::chrono::steady_clock;
 
 constexpr auto kListen = std::chrono::milliseconds(1000);
+constexpr auto kOpenWithin = std::chrono::seconds(10);
 constexpr std::size_t kShownMisses = 3;
 
 // Returns the requested description, or all from every directory of descriptions. Prints a message for each that cannot
@@ -111,11 +113,27 @@ std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescript
   return formats;
 }
 
-Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wire,
-                           const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  auto opened = transport::open({device, wire});
+// Waits until the line is open; a serial device is open at once.
+Result<void> wait_for(transport::Transport& line, const std::string& name) {
+  std::array<std::uint8_t, 1> unused;
+  for (const auto end = Steady::now() + kOpenWithin; !line.opening().empty();) {
+    if (Steady::now() >= end) return make_error(name, line.opening());
+    pollfd wait{line.fd(), POLLIN, 0};
+    if (::poll(&wait, 1, 100) <= 0) continue;
+    const transport::Received received = line.read(unused);
+    if (received.kind == transport::Received::Kind::kLost) return make_error(name, received.why);
+  }
+  return {};
+}
+
+// Sends nothing.
+Result<bool> sniff_line(const transport::Settings& settings, const std::string& heading,
+                        const std::vector<wire::FrameDescriptionPtr>& descriptions) {
+  const std::string device = transport::describe(settings);
+  auto opened = transport::open(settings);
   if (!opened) return tl::unexpected<Error>(opened.error());
   transport::Transport& line = **opened;
+  if (auto ready = wait_for(line, device); !ready) return tl::unexpected<Error>(ready.error());
   wire::Sniffer sniffer(descriptions);
   const line::ArrivalClock clock;
   std::array<std::uint8_t, 65536> buffer;
@@ -127,7 +145,14 @@ Result<bool> sniff_line_at(const std::string& device, const wire::WireFormat& wi
       return make_error(device, "the line was lost while listening");
     if (received.bytes > 0) sniffer.feed({buffer.data(), received.bytes}, clock.now_ns());
   }
-  return print_ranking(sniffer, device + " at " + format_text(wire));
+  return print_ranking(sniffer, heading);
+}
+
+// Result of run_sniff.
+int code_of(const Result<bool>& fits) {
+  if (fits) return *fits ? kExitDone : kExitFailed;
+  fmt::print(stderr, "prismd: {}\n", fits.error().text());
+  return kExitFailed;
 }
 
 }  // namespace
@@ -136,17 +161,19 @@ int run_sniff(const std::string& path, const std::string& description) {
   const std::vector<wire::FrameDescriptionPtr> descriptions = descriptions_of(description);
   if (descriptions.empty()) return kExitFailed;
   struct stat info {};
-  if (::stat(path.c_str(), &info) != 0 || !S_ISCHR(info.st_mode))
-    return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
-  for (const wire::WireFormat& wire : wire_formats(descriptions)) {
-    const Result<bool> fits = sniff_line_at(path, wire, descriptions);
-    if (!fits) {
-      fmt::print(stderr, "prismd: {}\n", fits.error().text());
-      return kExitFailed;
-    }
-    if (*fits) return kExitDone;
+  const bool exists = ::stat(path.c_str(), &info) == 0;
+  if (!exists && transport::parse_endpoint(path)) {
+    transport::Settings settings;
+    settings.network = {"tcp", path, false, ""};
+    return code_of(sniff_line(settings, transport::describe(settings), descriptions));
   }
-  return kExitFailed;
+  if (!exists || !S_ISCHR(info.st_mode)) return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
+  Result<bool> fits = false;
+  for (const wire::WireFormat& wire : wire_formats(descriptions)) {
+    fits = sniff_line({path, wire}, path + " at " + format_text(wire), descriptions);
+    if (!fits || *fits) break;
+  }
+  return code_of(fits);
 }
 
 int check_document(const std::string& path) {

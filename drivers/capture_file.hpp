@@ -40,6 +40,8 @@ class CaptureWriter {
 
   /// Adds bytes that had arrived at `time_ns` (0 to 2^32 s). Buffered until flush().
   Result<void> data(std::int64_t time_ns, std::span<const std::uint8_t> bytes);
+  /// Adds bytes that were sent to the device at `time_ns`; a replay ignores them.
+  Result<void> sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes);
   /// Records that the line was opened at `time_ns`: replay starts a new session here.
   Result<void> opened(std::int64_t time_ns);
   /// Writes the buffer; with `sync`, waits until it is on the disk.

@@ -111,6 +111,10 @@ Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint
   return file_->append(time_ns, CaptureEvent::kData, bytes);
 }
 
+Result<void> CaptureWriter::sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
+  return file_->append(time_ns, CaptureEvent::kSent, bytes);
+}
+
 Result<void> CaptureWriter::opened(std::int64_t time_ns) { return file_->append(time_ns, CaptureEvent::kOpened, {}); }
 
 Result<void> CaptureWriter::flush(bool sync) {

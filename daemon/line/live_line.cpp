@@ -35,12 +35,29 @@ LiveLine::LiveLine(asio::io_context& io, pipeline::Acquisition& acquisition, std
       pause_timer_(io),
       arrival_(clock),
       alone_(alone),
+      raw_service_(io, [this](Severity severity, const std::string& text) { this->tell(severity, "serve", text); }),
       last_progress_(Clock::now()) {}
 
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
   retry_ = std::chrono::duration<double>(config().retry_min_s);
+  raw_service_.use(config().serve_raw_at);
   open_or_pause();
+}
+
+void LiveLine::begin_stop() {
+  stopping_ = true;
+  if (is_open()) open_->conversation->stop();
+}
+
+Result<void> LiveLine::send(std::span<const std::uint8_t> bytes) {
+  const std::string name = transport::describe(settings());
+  if (!config().allow_send)
+    return make_error(name, "the configuration does not allow it; expected \"allow_send\": true");
+  if (!is_open()) return make_error(name, "is not open: " + status().detail);
+  auto sent = open_->conversation->send(bytes);
+  if (sent) tell(Severity::kInfo, "sent", fmt::format("{}: sent {}", name, drivers::bytes_text(bytes)));
+  return sent;
 }
 
 void LiveLine::stop() {
@@ -52,7 +69,8 @@ void LiveLine::stop() {
 
 void LiveLine::reopen() {
   pause_timer_.cancel();
-  open_.reset();
+  close();
+  raw_service_.use(config().serve_raw_at);
   open_or_pause();
 }
 
@@ -63,24 +81,61 @@ void LiveLine::open_or_pause() {
 bool LiveLine::open() {
   auto opened = transport::open(settings());
   if (!opened) {
-    const std::string& why = opened.error().text();
-    set(LineState::kConnecting, why);
-    complain("line_absent", why + "; retrying");
+    not_opened(opened.error().text());
     return false;
   }
   open_.emplace(io_, std::move(*opened));
   ++opening_;
   begun_ = false;
+  proceed({});
+  return true;
+}
+
+void LiveLine::not_opened(const std::string& why) {
+  set(LineState::kConnecting, why);
+  complain("line_absent", why + "; retrying");
+}
+
+void LiveLine::opened() {
+  open_->established = true;
   if (alone_) arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
   status().notes = open_->transport->notes();
   status().hardware.reset();
-  listen();
-  if (complaint_kind_ == "line_silent") return true;  // logged once, even if the line is reopened
-  set(LineState::kConnecting, "open, no data yet");
-  tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
-  for (const std::string& note : status().notes) tell(Severity::kInfo, "line_note", note);
-  return true;
+  const bool known = complaint_kind_ == "line_silent" || complaint_kind_ == "line_start_up";
+  if (!known && !continues_fault()) {  // else logged once, even if the line is reopened
+    set(LineState::kConnecting, "open, no data yet");
+    tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
+    for (const std::string& note : status().notes) tell(Severity::kInfo, "line_note", note);
+  }
+  converse();
+}
+
+// Last in a function: a start-up that fails at once closes the line.
+void LiveLine::converse() {
+  Conversation::Owner owner;
+  owner.sent = [this](std::span<const std::uint8_t> bytes) {
+    acquisition_.sent(number_, bytes, arrival_.stamp(Clock::now()));
+  };
+  owner.starting = [this](const std::string& step) {
+    if (complaint_.empty()) set(LineState::kConnecting, "start-up: " + step);
+  };
+  owner.started = [this] {
+    if (begun_ && complaint_kind_ != "line_silent") receiving();
+  };
+  owner.failed = [this](const char* kind, const std::string& why) {
+    set(LineState::kConnecting, why);
+    lose(kind, why);
+  };
+  last_frame_ = last_data_;
+  frames_ = acquisition_.frames_of(number_);
+  open_->conversation.emplace(io_, *open_->transport, acquisition_.setup().line_commands(number_), std::move(owner));
+  open_->conversation->start();
+}
+
+void LiveLine::close() {
+  if (is_open()) polls_before_ = status().polls;
+  open_.reset();
 }
 
 // A sensor line's texts begin with its name.
@@ -91,9 +146,11 @@ void LiveLine::tell(Severity severity, const char* kind, const std::string& text
 
 void LiveLine::set(LineState state, const std::string& detail) { status().set(state, detail, host_time_ns()); }
 
-// Logs a fault once; again only if it changes, or after data arrived.
+// Logs a fault once; again only if it changes, or after data arrived. A connection that was lost, then refused, is one
+// fault.
 void LiveLine::complain(const char* kind, const std::string& text) {
-  if (text == complaint_) return;
+  const bool same = complaint_kind_ == "line_start_up" && complaint_kind_ == kind;
+  if (text == complaint_ || same || continues_fault()) return;
   complaint_ = text;
   complaint_kind_ = kind;
   tell(Severity::kWarning, kind, text);
@@ -110,6 +167,7 @@ void LiveLine::listen() {
 void LiveLine::readable() {
   using Kind = transport::Received::Kind;
   const transport::Received received = open_->transport->read(buffer_);
+  if (!open_->established) return proceed(received);
   if (received.kind == Kind::kLost) {
     set(LineState::kConnecting, received.why);
     return lose("line_lost", "lost: " + received.why);
@@ -118,15 +176,43 @@ void LiveLine::readable() {
   if (received.kind == Kind::kData) {
     last_data_ = last_progress_ = Clock::now();
     const std::int64_t arrival_ns = arrival_.stamp(last_data_);
+    const std::span<const std::uint8_t> bytes(buffer_.data(), received.bytes);
     if (!begun_) begin_receiving(arrival_ns);
-    acquisition_.feed(number_, {buffer_.data(), received.bytes}, arrival_ns);
+    raw_service_.send(bytes);
+    acquisition_.feed(number_, bytes, arrival_ns);
+    const std::uint64_t frames = acquisition_.frames_of(number_);
+    const std::uint64_t complete = frames > frames_ ? frames - frames_ : 0;
+    frames_ = frames;
+    if (complete > 0) frames_came();
+    listen();
+    return open_->conversation->received(bytes, complete);
   }
   listen();
+}
+
+// A line that opens in steps.
+void LiveLine::proceed(const transport::Received& received) {
+  if (received.kind == transport::Received::Kind::kLost) {
+    not_opened(transport::describe(settings()) + ": " + received.why);
+    open_.reset();
+    return pause();
+  }
+  listen();
+  if (const std::string step = open_->transport->opening(); step.empty()) {
+    opened();
+  } else if (complaint_.empty()) {
+    set(LineState::kConnecting, step);
+  }
 }
 
 void LiveLine::begin_receiving(std::int64_t arrival_ns) {
   begun_ = true;
   acquisition_.begin_session(number_, arrival_ns);
+  if (!open_->conversation->is_starting()) receiving();
+}
+
+// Data come, and the start-up commands, if any, were answered.
+void LiveLine::receiving() {
   set(LineState::kReceiving);
   tell(Severity::kInfo, "line_receiving", transport::describe(settings()) + ": receiving");
   retry_ = std::chrono::duration<double>(config().retry_min_s);
@@ -136,7 +222,7 @@ void LiveLine::begin_receiving(std::int64_t arrival_ns) {
 
 void LiveLine::lose(const char* kind, const std::string& why) {
   complain(kind, transport::describe(settings()) + ": " + why + "; opening it again until data comes");
-  open_.reset();
+  close();
   acquisition_.finish(number_);
   pause();
 }
@@ -157,14 +243,25 @@ void LiveLine::count_hardware() {
 asio::awaitable<void> LiveLine::watch() {
   while (!stopping_) {
     const auto silence = as_steady(std::chrono::duration<double>(config().silence_s));
-    const auto due = open_ ? last_data_ + silence : Clock::now() + silence;
+    const auto due = is_open() ? last_data_ + silence : Clock::now() + silence;
     const auto next =
         std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
+    raw_service_.retry();
     if (stopping_ || !open_) continue;
+    if (!open_->established) {  // a step may take seconds, and a peer may come at any time
+      last_progress_ = Clock::now();
+      continue;
+    }
     acquisition_.expire(number_, arrival_.now_ns());
     count_hardware();
+    const drivers::PollCounters polls = open_->conversation->polls();
+    status().polls = {polls_before_.requests + polls.requests, polls_before_.missed + polls.missed,
+                      polls_before_.skipped + polls.skipped};
+    if (open_->conversation->is_starting()) last_data_ = last_progress_ = Clock::now();  // it has its own time limits
+    watch_frames(silence);
+    if (!open_) continue;
     // Unread bytes: the line has data, but this process did not run (stopped, swapped out, no CPU time).
     if (Clock::now() - last_data_ < silence || open_->transport->has_unread()) continue;
     std::string why = fmt::format("no data for {} s", config().silence_s);
@@ -173,6 +270,24 @@ asio::awaitable<void> LiveLine::watch() {
     set(LineState::kSilent, why);
     lose("line_silent", why);
   }
+}
+
+void LiveLine::frames_came() {
+  last_frame_ = last_data_;
+  if (status().state != LineState::kReceiving && !open_->conversation->is_starting()) receiving();
+}
+
+// A device that sends bytes but no frames may have lost its settings.
+void LiveLine::watch_frames(Clock::duration silence) {
+  const Clock::time_point now = Clock::now();
+  const wire::Commands& commands = acquisition_.setup().line_commands(number_);
+  const bool again = commands.again_when_silent.value_or(false) && commands.start && !commands.start->empty();
+  if (!again || open_->conversation->is_starting() || now - last_frame_ < silence || now - last_data_ >= silence)
+    return;
+  last_frame_ = now;
+  complain("line_silent", fmt::format("{}: no frame for {} s; sending the start-up commands again",
+                                      transport::describe(settings()), config().silence_s));
+  open_->conversation->start();
 }
 
 // A line can be readable without data: without this pause it would be read in a busy loop.

@@ -11,16 +11,20 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "daemon/line/arrival_clock.hpp"
+#include "daemon/line/conversation.hpp"
+#include "daemon/line/raw_service.hpp"
 #include "daemon/pipeline/acquisition.hpp"
+#include "drivers/transport/transport.hpp"
 
 namespace prism::line {
 
-/// A session lasts from open until the line is lost (error, end of file, no data for silence_s). Between sessions it
-/// pauses: for retry_min_s if the device does not exist; else the pause doubles up to retry_max_s and is reset when
-/// data arrives.
+/// A line that opens slowly, through a network, is open only when its transport is. A session lasts from open until the
+/// line is lost (error, end of file, no data for silence_s). Between sessions it pauses: for retry_min_s if the device
+/// does not exist; else the pause doubles up to retry_max_s and is reset when data arrives.
 class LiveLine {
  public:
   /// `number`: of the line in the acquisition. `acquisition` and `clock` must outlive this. `alone`: no other line uses
@@ -31,12 +35,17 @@ class LiveLine {
   /// Opens the line now or as soon as the device exists, until stop().
   void start();
   void stop();
+  /// Sends the stop commands, if there are any and the line is open; is_stopping() is false when they are done.
+  void begin_stop();
+  bool is_stopping() const { return is_open() && open_->conversation->is_stopping(); }
+  /// Sends bytes to the device. Errors: not allowed by the configuration, the line is not open.
+  Result<void> send(std::span<const std::uint8_t> bytes);
   /// Ends the session and opens the line at once, with the current settings.
   void reopen();
 
   /// Time of the last data or end of the planned pause. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
-  bool is_open() const { return open_.has_value(); }
+  bool is_open() const { return open_ && open_->established; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -45,12 +54,17 @@ class LiveLine {
   struct Open {
     Open(boost::asio::io_context& io, std::unique_ptr<transport::Transport> opened)
         : transport(std::move(opened)), ready(io, transport->fd()) {}
-    ~Open() { ready.release(); }
+    ~Open() {
+      conversation.reset();
+      ready.release();
+    }
     Open(const Open&) = delete;
     Open& operator=(const Open&) = delete;
 
     std::unique_ptr<transport::Transport> transport;
     boost::asio::posix::stream_descriptor ready;
+    bool established = false;                  ///< the transport has been opened
+    std::optional<Conversation> conversation;  ///< of an established line
   };
 
   boost::asio::awaitable<void> watch();
@@ -58,14 +72,23 @@ class LiveLine {
   void readable();
   void open_or_pause();
   bool open();
+  void proceed(const transport::Received& received);
+  void opened();
+  void not_opened(const std::string& why);
+  void close();
   void count_hardware();
   void rest();
   void pause();
   void lose(const char* kind, const std::string& why);
   void complain(const char* kind, const std::string& text);
   void tell(pipeline::Severity severity, const char* kind, const std::string& text);
+  bool continues_fault() const { return !complaint_.empty() && transport::has_one_fault(settings()); }
   void set(pipeline::LineState state, const std::string& detail = {});
+  void converse();
   void begin_receiving(std::int64_t arrival_ns);
+  void receiving();
+  void frames_came();
+  void watch_frames(Clock::duration silence);
 
   const config::LineConfig& config() const { return acquisition_.setup().line_config(number_); }
   const transport::Settings& settings() const { return acquisition_.setup().line_settings(number_); }
@@ -80,10 +103,13 @@ class LiveLine {
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock& arrival_;
   const bool alone_;
-  Clock::time_point last_data_, last_progress_;
+  RawService raw_service_;
+  Clock::time_point last_data_, last_progress_, last_frame_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false;
   std::string complaint_, complaint_kind_;
+  drivers::PollCounters polls_before_;  ///< of earlier openings
+  std::uint64_t frames_ = 0;            ///< at last_frame_
   std::array<std::uint8_t, 65536> buffer_;
 };
 

@@ -100,8 +100,11 @@ class CaptureLog::Writer {
       file_.reset();
     }
     if (!file_ && !open(second)) return false;
-    if (after_loss && !chunk.mark && !good(file_->opened(chunk.time_ns))) return false;
-    return good(chunk.mark ? file_->opened(chunk.time_ns) : file_->data(chunk.time_ns, bytes));
+    const bool mark = chunk.event == drivers::CaptureEvent::kOpened;
+    if (after_loss && !mark && !good(file_->opened(chunk.time_ns))) return false;
+    if (mark) return good(file_->opened(chunk.time_ns));
+    return good(chunk.event == drivers::CaptureEvent::kSent ? file_->sent(chunk.time_ns, bytes)
+                                                            : file_->data(chunk.time_ns, bytes));
   }
 
   bool open(std::int64_t second) {
@@ -181,11 +184,21 @@ std::optional<pipeline::RetentionStatus> CaptureLog::retention() const { return 
 
 std::optional<pipeline::WriteError> CaptureLog::write_error() const { return writer_->write_error(); }
 
-void CaptureLog::mark_opened(std::int64_t time_ns) { batch_.chunks.push_back({time_ns, batch_.bytes.size(), true}); }
+void CaptureLog::mark_opened(std::int64_t time_ns) {
+  batch_.chunks.push_back({time_ns, batch_.bytes.size(), drivers::CaptureEvent::kOpened});
+}
 
 void CaptureLog::data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
+  add(drivers::CaptureEvent::kData, bytes, time_ns);
+}
+
+void CaptureLog::sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
+  add(drivers::CaptureEvent::kSent, bytes, time_ns);
+}
+
+void CaptureLog::add(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
   batch_.bytes.insert(batch_.bytes.end(), bytes.begin(), bytes.end());
-  batch_.chunks.push_back({time_ns, batch_.bytes.size(), false});
+  batch_.chunks.push_back({time_ns, batch_.bytes.size(), event});
   const bool old = time_ns - batch_.chunks.front().time_ns >= compensation::kNanosecondsPerSecond;
   if (old || batch_.bytes.size() >= kBatchBytes) flush();
 }

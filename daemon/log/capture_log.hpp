@@ -14,6 +14,7 @@
 #include "daemon/log/segments.hpp"
 #include "daemon/log/write_error_reporter.hpp"
 #include "daemon/pipeline/log_writers.hpp"
+#include "drivers/capture_record.hpp"
 
 namespace prism::log {
 
@@ -33,6 +34,7 @@ class CaptureLog : public pipeline::CaptureSink {
 
   void mark_opened(std::int64_t time_ns) override;
   void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) override;
+  void sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) override;
   void flush() override;
 
   std::uint64_t dropped_bytes() const override;
@@ -44,7 +46,7 @@ class CaptureLog : public pipeline::CaptureSink {
   struct Chunk {
     std::int64_t time_ns;
     std::size_t end;  // offset in bytes
-    bool mark;
+    drivers::CaptureEvent event;
   };
   struct Batch {
     std::vector<Chunk> chunks;
@@ -52,6 +54,8 @@ class CaptureLog : public pipeline::CaptureSink {
     bool after_loss = false;  // the batch before was dropped
   };
   using BatchPtr = std::shared_ptr<Batch>;
+
+  void add(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns);
 
   DiskThread& disk_;
   std::shared_ptr<Writer> writer_;

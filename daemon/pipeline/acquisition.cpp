@@ -45,8 +45,10 @@ bool same_stream(const Setup& a, const Setup& b) {
 
 // Settings with which each line is opened.
 bool same_wires(const Setup& a, const Setup& b) {
-  const auto same = [](const auto& one, const auto& other) { return one.line == other.line; };
-  return a.line == b.line &&
+  const auto same = [](const auto& one, const auto& other) {
+    return one.line == other.line && one.frames->commands == other.frames->commands;
+  };
+  return same(a, b) &&
          std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(), same);
 }
 
@@ -114,6 +116,10 @@ void Acquisition::begin_session(std::size_t line, std::int64_t now_ns) {
   rate_watch_.begin();
   stages_.begin();
   end_session(pipeline_->begin_session(now_ns));
+}
+
+void Acquisition::sent(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
+  if (!captures_.empty()) captures_[line]->sent(bytes, time_ns);
 }
 
 void Acquisition::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {

@@ -44,6 +44,8 @@ class Acquisition {
   void begin_session(std::size_t line, std::int64_t now_ns);
   /// Arrival times never decrease over all lines, except when the host clock was set.
   void feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  /// Bytes were sent to the device: only stored in the capture.
+  void sent(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t time_ns);
   /// The host clock was set from before_ns to now_ns. Begins a session on every line.
   void clock_set(std::int64_t before_ns, std::int64_t now_ns);
   /// No data arrived on the line until now_ns.
@@ -92,6 +94,11 @@ class Acquisition {
   const std::string& disk_problem() const { return disk_problem_; }
   void set_disk_problem(std::string problem) { disk_problem_ = std::move(problem); }
   std::uint64_t sessions() const { return sessions_; }
+  /// Of any line, in the current pipeline.
+  std::uint64_t frames_of(std::size_t line) const {
+    const auto& decoder = line == kGyroLine ? pipeline_->decoder() : pipeline_->sensor_feeds()[line - 1].decoder();
+    return decoder.counters().frames;
+  }
   /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + pipeline_->decoder().counters().frames; }
 

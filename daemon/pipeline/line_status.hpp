@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/poller.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::pipeline {
@@ -20,6 +21,7 @@ struct LineStatus {
   std::int64_t last_data_ns = 0;                    ///< arrival of the last bytes; 0: none since the start
   std::optional<transport::LineCounters> hardware;  ///< nullopt if the driver does not count
   std::vector<std::string> notes;                   ///< settings that the device did not accept at open
+  drivers::PollCounters polls;                      ///< since the start
 
   /// True if the line delivers rows, so that the latest values are current.
   bool delivers() const { return state == LineState::kReceiving || state == LineState::kReplaying; }

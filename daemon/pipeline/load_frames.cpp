@@ -31,6 +31,7 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std
   if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
   auto effective = std::make_shared<wire::FrameDescription>(**frames);
   effective->wire = wire_format(line, effective->wire);
+  effective->commands = effective->commands.with(line.commands);
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 

@@ -100,6 +100,8 @@ class CaptureSink {
   virtual ~CaptureSink() = default;
   virtual void mark_opened(std::int64_t time_ns) = 0;
   virtual void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
+  /// Bytes that were sent to the device.
+  virtual void sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
   virtual void flush() = 0;
   virtual std::uint64_t dropped_bytes() const = 0;
   /// As RowWriter::write_error().

@@ -17,6 +17,12 @@
 namespace prism::pipeline {
 namespace {
 
+transport::Settings line_settings(const config::LineConfig& line, const wire::FrameDescription& frames) {
+  transport::Settings settings{line.device, frames.wire};
+  settings.network = line.network;
+  return settings;
+}
+
 Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config) {
   wire::GyroChoice choice;
   choice.axes.clear();
@@ -47,7 +53,7 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
         fmt::format(
             "found no sensor with a name, expected at least one; name them in \"columns\" of the sensor line {}",
             config.name));
-  return Setup::SensorLine{config.name, *frames, {config.line.device, (*frames)->wire}, config.stale_after_s};
+  return Setup::SensorLine{config.name, *frames, line_settings(config.line, **frames), config.stale_after_s};
 }
 
 /// The device's sensors, then those of each line, named LINE.SENSOR.
@@ -192,7 +198,10 @@ Result<void> replace(config::Config& config, const Overrides& overrides) {
   for (config::AxisConfig& axis : config.axes) {
     if (overrides.without_models) axis.model.clear(), axis.fallback_model.clear();
   }
-  if (!overrides.device.empty()) config.line.device = absolute(overrides.device);
+  if (!overrides.device.empty()) {
+    config.line.device = absolute(overrides.device);
+    config.line.network = {};
+  }
   if (!overrides.socket.empty()) config.socket.path = absolute(overrides.socket);
   if (overrides.replay_log.empty()) return {};
   config.capture.reset();
@@ -234,7 +243,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
         fmt::format("{}: found no \"axis\" or \"axes\"; using {}, the first of {}; use \"axes\" for several",
                     setup.config.path, names.front(), fmt::join(names, ", ")));
   }
-  setup.line = {setup.config.line.device, setup.frames->wire};
+  setup.line = line_settings(setup.config.line, *setup.frames);
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   setup.clock.check_frame_rate = !(setup.config.accept_clock || overrides.accept_clock);
   setup.clock.max_rate_deg_per_h = 0;
@@ -284,6 +293,14 @@ std::string models_text(const Setup& setup) {
     text += model ? model->info().id.substr(0, 12) + " " + model->info().name : "none";
   }
   return text;
+}
+
+std::string unit_name(const Setup& setup) {
+  bool network = false;
+  for (std::size_t i = 0; i <= setup.sensor_lines.size(); ++i) {
+    network = network || transport::needs_network(setup.line_settings(i)) || !setup.line_config(i).serve_raw_at.empty();
+  }
+  return (network ? "prismd-net@" : "prismd@") + std::filesystem::path(setup.config.path).stem().string();
 }
 
 std::string log_name(const Setup& setup, std::size_t axis) {

@@ -52,6 +52,9 @@ struct Setup {
   const config::LineConfig& line_config(std::size_t number) const {
     return number == 0 ? config.line : config.sensor_lines[number - 1].line;
   }
+  const wire::Commands& line_commands(std::size_t number) const {
+    return (number == 0 ? frames : sensor_lines[number - 1].frames)->commands;
+  }
   const transport::Settings& line_settings(std::size_t number) const {
     return number == 0 ? line : sensor_lines[number - 1].line;
   }
@@ -83,6 +86,9 @@ std::string log_metadata(const Setup& setup, std::size_t axis);
 /// Short text of the models in use, without the fallback models: start of the id and name; with axis names if there are
 /// several.
 std::string models_text(const Setup& setup);
+
+/// The systemd unit that the set-up needs: prismd@NAME, or prismd-net@NAME if a line goes through a network.
+std::string unit_name(const Setup& setup);
 
 /// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".
 std::string log_name(const Setup& setup, std::size_t axis);

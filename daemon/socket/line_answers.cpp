@@ -20,6 +20,12 @@ ordered_json hardware_json(const std::optional<transport::LineCounters>& counter
           {"buffer_overruns", counters->buffer_overruns}};
 }
 
+// Counters of the requests of a polled line.
+void put_polls(ordered_json& json, const wire::Commands& commands, const drivers::PollCounters& polls) {
+  if (!commands.poll) return;
+  json["polls"] = {{"requests", polls.requests}, {"missed", polls.missed}, {"skipped", polls.skipped}};
+}
+
 // In a replay, time is that of the bytes.
 std::int64_t time_of(const Sources& sources) {
   const pipeline::LineState state = sources.gyro_line().state;
@@ -66,6 +72,7 @@ ordered_json line_answer(const Sources& sources) {
   json["timing"] = clock_json(acquisition.pipeline());
   json["nominal_period_s"] = setup.frames->period_s();
   json["hardware"] = hardware_json(sources.gyro_line().hardware);
+  put_polls(json, setup.frames->commands, sources.gyro_line().polls);
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
   return json;
 }
@@ -86,6 +93,7 @@ ordered_json sensor_lines_answer(const Sources& sources) {
     own["stale_after_s"] = line.stale_after_s;
     own["decoder"] = counters_json(feed.decoder().counters());
     own["hardware"] = hardware_json(status.hardware);
+    put_polls(own, line.frames->commands, status.polls);
     if (const pipeline::CaptureSink* capture = acquisition.capture(i + 1))
       own["capture_dropped_bytes"] = capture->dropped_bytes();
   }

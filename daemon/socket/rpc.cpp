@@ -14,6 +14,7 @@
 #include "config/socket_protocol.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/old_form.hpp"
+#include "daemon/socket/send_params.hpp"
 
 namespace prism::socket {
 namespace {
@@ -158,10 +159,13 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
 }
 
 void Rpc::dispatch(const std::string& name, const Call& call) {
-  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {
-      {"history", &Rpc::history},         {"rows", &Rpc::rows},
-      {"events", &Rpc::events},           {"subscribe", &Rpc::subscribe},
-      {"unsubscribe", &Rpc::unsubscribe}, {"reload", &Rpc::reload}};
+  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {{"history", &Rpc::history},
+                                                                              {"rows", &Rpc::rows},
+                                                                              {"events", &Rpc::events},
+                                                                              {"subscribe", &Rpc::subscribe},
+                                                                              {"unsubscribe", &Rpc::unsubscribe},
+                                                                              {"reload", &Rpc::reload},
+                                                                              {"send", &Rpc::send}};
   const config::SocketMethod* const method = config::find_method(name);
   if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
   if (const auto own = kOwn.find(name); own != kOwn.end()) return (this->*own->second)(call);
@@ -353,6 +357,15 @@ void Rpc::reload(const Call& call) {
   reload_([this, call](Result<std::string> outcome) {
     outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kFailed, outcome.error().text());
   });
+}
+
+void Rpc::send(const Call& call) {
+  if (!call.client->privileged()) return fail(call, kNotPermitted, "send needs root or the user that prismd runs as");
+  const auto params = send_params(call.params, sources_.acquisition.setup());
+  if (!params) return fail(call, kInvalidParams, params.error().what);
+  if (!send_) return fail(call, kFailed, "send: a replay has no device");
+  if (const auto sent = send_(params->line, params->bytes); !sent) return fail(call, kFailed, sent.error().text());
+  reply(call, {{"sent", params->bytes.size()}});
 }
 
 // Sends a response whose result is existing JSON text.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,9 +35,15 @@ class Rpc {
  public:
   using Reload = std::function<void(std::function<void(Result<std::string>)>)>;
 
+  /// Sends bytes to the device of a line (0: the gyro's). Errors: not allowed, or not possible now.
+  using Send = std::function<Result<void>(std::size_t line, std::span<const std::uint8_t> bytes)>;
+
   /// `publisher`: the one of `sources`; subscriptions change it.
   Rpc(const Sources& sources, Publisher& publisher, RowRequests& row_requests, Reload reload)
       : sources_(sources), publisher_(publisher), row_requests_(row_requests), reload_(std::move(reload)) {}
+
+  /// Without this call, "send" fails: a replay has no device.
+  void send_by(Send send) { send_ = std::move(send); }
 
   /// Returns the requests in one line (without line end) of the client. If the line is invalid, sends an error and
   /// returns no request.
@@ -66,6 +73,7 @@ class Rpc {
   void events(const Call& call);
   void rows(const Call& call);
   void reload(const Call& call);
+  void send(const Call& call);
   void reply(const Call& call, const nlohmann::ordered_json& result);
   /// The same for a result of protocol 2, which the call may want in the old form.
   void reply(const Call& call, const config::SocketMethod& method, nlohmann::ordered_json result);
@@ -77,6 +85,7 @@ class Rpc {
   Publisher& publisher_;
   RowRequests& row_requests_;
   Reload reload_;
+  Send send_;
 };
 
 /// Parameters of "rows" without the axis.

@@ -11,10 +11,21 @@
 #include <string>
 #include <vector>
 
+#include "base/json_section.hpp"
 #include "base/result.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::transport {
+
+/// Where a line through a network begins. With an empty `type` the line is a serial device.
+struct Network {
+  std::string type;      ///< key of a row of the table in transport.cpp: "tcp", "udp"
+  std::string address;   ///< HOST:PORT
+  bool listens = false;  ///< waits at the address for the device, instead of connecting to it
+  std::string from;      ///< address of the only accepted sender; empty: any
+
+  bool operator==(const Network&) const = default;
+};
 
 /// Settings to open a line.
 struct Settings {
@@ -22,6 +33,7 @@ struct Settings {
   wire::WireFormat format;  ///< any speed that the hardware meets within 2 %
   bool exclusive = true;    ///< no other program may read the line at the same time
   bool low_latency = true;  ///< asks the driver to deliver bytes at once (FTDI: 1 ms instead of 16)
+  Network network = {};     ///< instead of the device
 
   bool operator==(const Settings&) const = default;
 };
@@ -48,12 +60,15 @@ struct LineCounters {
   bool operator==(const LineCounters&) const = default;
 };
 
-/// An open line; the destructor closes it. No function waits.
+/// A line that is open or being opened; the destructor closes it. No function waits.
 class Transport {
  public:
   virtual ~Transport() = default;
-  /// For poll(2): readable when data are available. The transport closes it.
+  /// For poll(2): readable when data are available, or when the opening can proceed. The transport closes it.
   virtual int fd() const = 0;
+  /// Empty if the line is open, else what it waits for: "connecting to 192.0.2.7:4001". Then read() opens it further
+  /// and returns kNothing, or kLost if that failed.
+  virtual std::string opening() const { return {}; }
   virtual Received read(std::span<std::uint8_t> buffer) = 0;
   /// Sends as many bytes as fit now; returns their number, or an error.
   virtual Result<std::size_t> write(std::span<const std::uint8_t> bytes) = 0;
@@ -65,7 +80,14 @@ class Transport {
   virtual const std::vector<std::string>& notes() const = 0;
 };
 
-/// Opens a line of the type that the settings select. Errors: the line's name and the reason.
+/// Reads the network line in a configuration's section of a line: one of the keys "tcp", "udp" …; none: an empty type.
+/// Errors are those of the section.
+Network read_network(const Section& line);
+
+/// Reads {"raw": {"tcp": {"listen": "ADDRESS:PORT"}}}: where others may read the bytes of the line; empty: nowhere.
+std::string read_serving(const Section& section);
+
+/// Opens a line of the type that the settings select, or begins to open it. Errors: the line's name and the reason.
 Result<std::unique_ptr<Transport>> open(const Settings& settings);
 
 /// Human-readable name of the line.
@@ -73,5 +95,11 @@ std::string describe(const Settings& settings);
 
 /// Returns false if the device does not exist now: checking again costs little and needs no growing pause.
 bool is_present(const Settings& settings);
+
+/// Returns true if all faults until the next data are one: a connection that was lost, refused and not answered.
+inline bool has_one_fault(const Settings& settings) { return !settings.network.type.empty(); }
+
+/// Returns true if the line goes through a network.
+inline bool needs_network(const Settings& settings) { return !settings.network.type.empty(); }
 
 }  // namespace prism::transport

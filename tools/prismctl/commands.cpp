@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/hex_bytes.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "tools/client/connection.hpp"
@@ -96,7 +97,59 @@ View view_of(std::string_view method) {
   return [](const nlohmann::json& result) { return printable_json(json_text(with_only_axis(result), 2)) + "\n"; };
 }
 
+// The bytes of a text in hex; \\r, \\n, \\t, \\\\ and \\xHH are one byte each.
+std::string hex_of_escaped(std::string_view text) {
+  std::string hex;
+  const auto add = [&hex](char c) { hex += fmt::format("{:02x}", static_cast<unsigned char>(c)); };
+  constexpr std::string_view kNames = "rnt\\", kBytes = "\r\n\t\\";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view rest = text.substr(i + 1);
+    const std::size_t known = text[i] == '\\' && !rest.empty() ? kNames.find(rest.front()) : std::string_view::npos;
+    if (known != std::string_view::npos) {
+      add(kBytes[known]);
+      ++i;
+    } else if (text[i] == '\\' && rest.starts_with('x') && hex_bytes(rest.substr(1, 2)).size() == 1 &&
+               rest.size() > 2) {
+      hex += rest.substr(1, 2);
+      i += 3;
+    } else {
+      add(text[i]);
+    }
+  }
+  return hex;
+}
+
 std::string help_of(std::string_view method) { return std::string(config::find_method(method)->help); }
+
+struct SendSettings {
+  std::vector<std::string> words;
+  std::string line;
+  bool hex = false;
+};
+
+CLI::App* declare_send(CLI::App& app, SendSettings& settings) {
+  auto* command = app.add_subcommand("send", help_of("send") + ", if its configuration has \"allow_send\": true");
+  command
+      ->add_option("TEXT", settings.words,
+                   "the text; before it, the instance as with --name; \\r \\n \\t \\xHH are bytes")
+      ->required()
+      ->expected(1, 2)
+      ->type_name("");
+  command->add_option("--line", settings.line, "sensor line (default: the gyro's)")
+      ->check(tools::following(TextRule::kSensorName));
+  command->add_flag("--hex", settings.hex, "TEXT is bytes in hex: \"55 AA\"");
+  tools::add_examples(*command, {"prismctl send gyro1 '=config,0\\r\\n'", "prismctl send --hex 'FA FF 10 00 F1'"});
+  return command;
+}
+
+int send(Choice choice, const SendSettings& settings) {
+  if (settings.words.size() == 2) choice.name = settings.words.front();
+  const std::string& given = settings.words.back();
+  nlohmann::json params = {{"hex", settings.hex ? given : hex_of_escaped(given)}};
+  if (!settings.line.empty()) params["line"] = settings.line;
+  return ask(choice, "send", params,
+             [](const nlohmann::json& r) { return fmt::format("sent {} bytes\n", json_text(at(r, "sent"))); });
+}
 
 }  // namespace
 
@@ -174,6 +227,8 @@ int run(int argc, char** argv) {
     code =
         ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
+  SendSettings sent;
+  declare_send(app, sent)->callback([&] { code = send(choice, sent); });
   auto* version = app.add_subcommand("version", help_of("version"));
   tools::add_examples(*version, {"prismctl version"});
   version->callback([&] {

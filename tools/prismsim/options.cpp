@@ -14,6 +14,7 @@
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
+#include "drivers/transport/endpoint.hpp"
 #include "tools/command_line.hpp"
 
 namespace prism::prismsim {
@@ -27,6 +28,7 @@ struct CommandLine {
   std::string profile = "paper", frames = "trplg", speed = "1";
   std::vector<std::string> axes, invalid;
   std::optional<double> rate_hz, hours;
+  std::string tcp, tcp_listen, udp;  // addresses of a network line
   double cycles = 1;
   double latitude_deg = compensation::AxisPlacement().latitude_deg;
   std::vector<double> elevation_deg = {compensation::AxisPlacement().elevation_deg};
@@ -101,6 +103,12 @@ void declare_output(CLI::App& app, CommandLine& line, SimOptions& options) {
       ->check(tools::within(1, 65536));
   app.add_flag("--pty", options.terminal, "send on a pseudo-terminal and print its path");
   app.add_option("--link", options.link, "the same, and create a symbolic link to it")->type_name("PATH");
+  app.add_option("--tcp", line.tcp, "send through TCP: connect to a prismd that listens")->type_name("HOST:PORT");
+  app.add_option("--tcp-listen", line.tcp_listen, "send through TCP: wait for a prismd that connects")
+      ->type_name("HOST:PORT");
+  app.add_option("--udp", line.udp, "send datagrams to this address")->type_name("HOST:PORT");
+  app.add_flag("--obey", options.obey,
+               "send only after the description's start commands, and only on request if it has a poll");
   app.add_flag("--wait", options.wait, "on a pseudo-terminal: start when a program opens it");
   app.add_flag("--overrun", options.overrun, "on a pseudo-terminal: drop bytes if the reader is too slow");
   app.add_option("--speed", line.speed, "on a pseudo-terminal: 1 real time, 10 ten times as fast, max")
@@ -162,13 +170,31 @@ std::optional<int> place(const CommandLine& line, SimOptions& options) {
   return std::nullopt;
 }
 
+std::optional<int> read_network(const CommandLine& line, SimOptions& options) {
+  const std::tuple<const char*, const std::string&, transport::Network> lines[] = {
+      {"--tcp", line.tcp, {"tcp", line.tcp, false, ""}},
+      {"--tcp-listen", line.tcp_listen, {"tcp", line.tcp_listen, true, ""}},
+      {"--udp", line.udp, {"udp", line.udp, false, ""}}};
+  for (const auto& [name, address, network] : lines) {
+    if (address.empty()) continue;
+    if (!options.network.type.empty()) return complain(kUsage, fmt::format("{}: found two network lines", name));
+    if (const auto endpoint = transport::parse_endpoint(address); !endpoint)
+      return complain(kUsage, fmt::format("{}: {}", name, endpoint.error()));
+    options.network = network;
+  }
+  return std::nullopt;
+}
+
 std::optional<int> understand(const CommandLine& line, SimOptions& options) {
   const auto profile = simulation::find_profile(line.profile);
   if (!profile) return complain(kUsage, "--profile: " + profile.error().text());
   options.simulation.profile = *profile;
   options.terminal = options.terminal || !options.link.empty();
-  if (options.terminal == !options.out.empty()) {
-    return complain(kUsage, "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help");
+  if (auto code = read_network(line, options)) return code;
+  if (options.terminal + !options.out.empty() + !options.network.type.empty() != 1) {
+    return complain(kUsage,
+                    "expected one of --out FILE (a capture), --pty (a pseudo-terminal), --tcp, --tcp-listen and --udp; "
+                    "see prismsim --help");
   }
   if (line.speed != "max") {
     char* end = nullptr;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/transport/transport.hpp"
 #include "tools/prismsim/simulation/simulated_line.hpp"
 
 namespace prism::prismsim {
@@ -19,6 +20,8 @@ struct SimOptions {
   bool terminal = false;          ///< send on a pseudo-terminal
   std::string link;               ///< symbolic link to it; empty: none
   bool wait = false;              ///< the simulation starts when a program opens the terminal
+  transport::Network network;     ///< send on a network line; empty type: no
+  bool obey = false;              ///< sends only after the description's start commands, or when asked
   bool overrun = false;           ///< drops bytes if the pseudo-terminal is full
   std::optional<double> speed;    ///< of the pseudo-terminal's time; nullopt: as fast as the reader
   std::uint64_t chunk_bytes = 0;  ///< bytes per capture packet; 0: one frame

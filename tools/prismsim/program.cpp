@@ -7,7 +7,9 @@
 #include <cstdio>
 
 #include "tools/prismsim/capture_run.hpp"
+#include "tools/prismsim/network_outlet.hpp"
 #include "tools/prismsim/options.hpp"
+#include "tools/prismsim/pseudo_terminal.hpp"
 #include "tools/prismsim/stop.hpp"
 #include "tools/prismsim/terminal_run.hpp"
 
@@ -67,6 +69,13 @@ int run(int argc, char** argv) {
   if (auto code = parse_sim_options(argc, argv, options)) return *code;
   catch_stop_signals();
   announce(options);
+  if (!options.network.type.empty()) {
+    NetworkOutlet outlet(options.network);
+    const auto done = run_terminal(options, outlet);
+    if (!done) return fail(done.error());
+    conclude(*done, outlet.path(), *options.frames);
+    return kDone;
+  }
   if (!options.terminal) {
     const auto done = run_capture(options);
     if (!done) return fail(done.error());

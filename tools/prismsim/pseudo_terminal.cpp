@@ -70,7 +70,7 @@ PseudoTerminal::~PseudoTerminal() {
   if (master_ >= 0) ::close(master_);
 }
 
-bool PseudoTerminal::has_reader() const {
+bool PseudoTerminal::has_reader() {
   pollfd ends{master_, 0, 0};
   ::poll(&ends, 1, 0);
   return !(ends.revents & POLLHUP);
@@ -81,14 +81,19 @@ std::size_t PseudoTerminal::write_some(std::span<const std::uint8_t> bytes) {
   return written > 0 ? static_cast<std::size_t>(written) : 0;
 }
 
-void PseudoTerminal::wait_for_room(int milliseconds) const {
+std::size_t PseudoTerminal::read_some(std::span<std::uint8_t> bytes) {
+  const ssize_t size = ::read(master_, bytes.data(), bytes.size());
+  return size > 0 ? static_cast<std::size_t>(size) : 0;
+}
+
+void PseudoTerminal::wait_for_room(int milliseconds) {
   pollfd room{master_, POLLOUT, 0};
   ::poll(&room, 1, milliseconds);
 }
 
 // The master cannot query how much its reader has not read. Opening the other end for a moment shows it: poll() there
 // first transfers the pending bytes, then reports whether there are any.
-bool PseudoTerminal::is_drained() const {
+bool PseudoTerminal::is_drained() {
   if (!has_reader()) return true;
   const int slave = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (slave < 0) return true;

@@ -7,10 +7,11 @@
 #include <string>
 
 #include "base/result.hpp"
+#include "tools/prismsim/outlet.hpp"
 
 namespace prism::prismsim {
 
-class PseudoTerminal {
+class PseudoTerminal : public Outlet {
  public:
   /// Creates a terminal in raw mode; `link`, if not empty, becomes a symbolic link to it. Replaces an existing link;
   /// any other existing file is an error.
@@ -19,19 +20,16 @@ class PseudoTerminal {
   PseudoTerminal(PseudoTerminal&& other) noexcept;
   PseudoTerminal& operator=(PseudoTerminal&&) = delete;
   /// Disconnects the reader and removes the link if it is still its own.
-  ~PseudoTerminal();
+  ~PseudoTerminal() override;
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const override { return path_; }
 
   /// True while a program has the other end open.
-  bool has_reader() const;
-
-  /// Writes as much as fits without waiting; returns the number of bytes.
-  std::size_t write_some(std::span<const std::uint8_t> bytes);
-  /// Waits for space, at most the given time; a signal ends it, too.
-  void wait_for_room(int milliseconds) const;
-  /// Returns true if the reader has read everything, or there is no reader.
-  bool is_drained() const;
+  bool has_reader() override;
+  std::size_t write_some(std::span<const std::uint8_t> bytes) override;
+  std::size_t read_some(std::span<std::uint8_t> bytes) override;
+  void wait_for_room(int milliseconds) override;
+  bool is_drained() override;
 
  private:
   PseudoTerminal(int master, std::string path) : master_(master), path_(std::move(path)) {}

@@ -4,11 +4,15 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <thread>
 #include <vector>
 
+#include "tools/prismsim/obedient_device.hpp"
 #include "tools/prismsim/stop.hpp"
 #include "tools/prismsim/truth_file.hpp"
 
@@ -18,7 +22,7 @@ namespace {
 using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000};
+constexpr milliseconds kLookForReader{10}, kSettle{50}, kLeastNap{1}, kDrainFor{5000}, kLook{2};
 constexpr std::size_t kMostPending = 2048;  // bytes per write: a reader at "max" gets chunks as large as on a real line
 
 // steady_clock is CLOCK_MONOTONIC here; unlike sleep_until, this returns on a signal.
@@ -28,13 +32,13 @@ void nap_until(Steady::time_point when) {
   ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
 }
 
-// Waits until a program has opened the terminal and had time to set it up (which discards its content).
-void await_reader(const PseudoTerminal& terminal) {
+// Waits until a program has opened the line and had time to set it up (which discards its content).
+void await_reader(Outlet& terminal) {
   while (!terminal.has_reader() && !stop_requested()) nap_until(Steady::now() + kLookForReader);
   if (!stop_requested()) nap_until(Steady::now() + kSettle);
 }
 
-void drain(const PseudoTerminal& terminal) {
+void drain(Outlet& terminal) {
   const auto deadline = Steady::now() + kDrainFor;
   while (!terminal.is_drained() && Steady::now() < deadline && !stop_requested())
     nap_until(Steady::now() + kLookForReader);
@@ -43,8 +47,11 @@ void drain(const PseudoTerminal& terminal) {
 
 class TerminalRun {
  public:
-  TerminalRun(const SimOptions& options, PseudoTerminal& terminal)
-      : options_(options), terminal_(terminal), line_(options.frames, options.simulation) {}
+  TerminalRun(const SimOptions& options, Outlet& terminal)
+      : options_(options), terminal_(terminal), line_(options.frames, options.simulation) {
+    const wire::Commands& commands = options.frames->commands;
+    if (options.obey || commands.start || commands.poll) device_.emplace(commands);
+  }
 
   Result<simulation::SimulationCounters> run() {
     if (!options_.truth.empty()) {
@@ -62,7 +69,8 @@ class TerminalRun {
     while (line_.counters().frames < frames && !stop_requested()) {
       if (options_.speed) await_next_frame();
       if (auto done = make_due_frames(frames); !done) return tl::unexpected<Error>(done.error());
-      send();
+      if (device_) obey();
+      if (!options_.obey || device_->sends_frame()) send();
     }
     drain(terminal_);
     if (truth_) {
@@ -83,7 +91,22 @@ class TerminalRun {
   // Sends frames faster than 1 kHz in groups, unless the reader is behind.
   void await_next_frame() {
     const auto next = due(line_.counters().frames + 1), now = Steady::now();
+    for (auto step = now + kLook; options_.obey && step < next && !stop_requested(); step += kLook) {
+      nap_until(step);
+      obey();
+      if (device_->is_asked()) return;  // the reply does not wait for the next frame's time
+    }
     if (next > now) nap_until(in_bunches_ ? std::max(next, now + kLeastNap) : next);
+  }
+
+  // Answers what the reader sent.
+  void obey() {
+    const bool reader = terminal_.has_reader();
+    if (reader && !had_reader_) device_->restart();
+    had_reader_ = reader;
+    std::array<std::uint8_t, 4096> bytes;
+    const std::vector<std::uint8_t> answers = device_->received({bytes.data(), terminal_.read_some(bytes)});
+    if (!answers.empty()) terminal_.write_some(answers);
   }
 
   // At least one frame, then all that are due, up to the size of one write.
@@ -119,8 +142,10 @@ class TerminalRun {
   }
 
   const SimOptions& options_;
-  PseudoTerminal& terminal_;
+  Outlet& terminal_;
   simulation::SimulatedLine line_;
+  std::optional<ObedientDevice> device_;
+  bool had_reader_ = false;
   std::optional<TruthFiles> truth_;
   std::vector<std::uint8_t> pending_;
   Steady::time_point start_;
@@ -131,7 +156,7 @@ class TerminalRun {
 
 }  // namespace
 
-Result<simulation::SimulationCounters> run_terminal(const SimOptions& options, PseudoTerminal& terminal) {
+Result<simulation::SimulationCounters> run_terminal(const SimOptions& options, Outlet& terminal) {
   return TerminalRun(options, terminal).run();
 }
 

@@ -123,6 +123,7 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   if (!s.good()) return;
   read_roles(s, choice, description);
   read_send(s, description);
+  description.commands = read_commands(s);
   for (const Section& vector : s.objects("vectors", false))
     description.test_vectors.push_back(read_vector(vector, description.stuffing));
   if (s.good()) check_description(s, description);
@@ -148,7 +149,7 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
 
 /// Removes from the canonical text everything that does not affect decoding.
 void erase_beliefs(Json& description) {
-  description.erase("$schema");
+  for (const char* key : {"$schema", "start", "stop", "again_when_silent", "poll"}) description.erase(key);
   if (!description.contains("gyro")) return;  // sensors only
   description["gyro"].erase("range_deg_per_s");
   description.erase("sensors");  // in the form with "axes" only: the decoding of an axis does not depend on them

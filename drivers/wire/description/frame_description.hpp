@@ -13,6 +13,7 @@
 #include "compensation/sensor_limits.hpp"
 #include "compensation/sensors.hpp"
 #include "compensation/text_columns.hpp"
+#include "drivers/wire/description/commands.hpp"
 #include "drivers/wire/description/message_type.hpp"
 #include "drivers/wire/description/stuffing.hpp"
 #include "drivers/wire/description/wire_format.hpp"
@@ -88,8 +89,8 @@ struct FrameDescription {
   std::string name;    ///< one word: trplg, kvh1750
   std::string title;   ///< one line, human-readable
   std::string source;  ///< source of the format and its verification
-  /// 16 hex digits over the canonical text: identifies the description that decoded a log. Plausibility limits are
-  /// excluded, because adding one does not change the decoded values.
+  /// 16 hex digits over the canonical text: identifies the description that decoded a log. Plausibility limits and
+  /// commands are excluded, because adding one does not change the decoded values.
   std::string id;
   WireFormat wire;
   Stuffing stuffing = Stuffing::kNone;  ///< message types and test vectors are of unstuffed frames
@@ -108,6 +109,7 @@ struct FrameDescription {
   SlowChannel uhfo;
   /// Filled if the choice requests sensors; known but not requested sensors are decoded and dropped.
   std::vector<SensorRule> sensors;
+  Commands commands;           ///< what the device must be sent
   SensorStatements plausible;  ///< plausibility limits of the device's sensors, if described
   std::uint32_t max_frame_bytes =
       0;  ///< longest frame of all message types; with stuffing: on the line without escapes

@@ -96,6 +96,18 @@ TEST(Config, ReadsEveryKeyAndAllowsComments) {
   EXPECT_THAT(config.warnings[0], HasSubstr("/correction/extrapolation: \"blend\""));
 }
 
+TEST(Config, ReadsNetworkLines) {
+  const Config tcp = good(R"({"line": {"tcp": {"address": "moxa:4001"}, "silence_s": 0.5}})");
+  EXPECT_EQ(tcp.line.network, (transport::Network{"tcp", "moxa:4001", false, ""}));
+  EXPECT_EQ(tcp.line.device, "tcp moxa:4001");
+  const Config listens = good(R"({"line": {"tcp": {"listen": "[::1]:4001"}}})");
+  EXPECT_EQ(listens.line.network, (transport::Network{"tcp", "[::1]:4001", true, ""}));
+  const Config udp = good(R"({"line": {"udp": {"listen": "0.0.0.0:4002", "from": "192.0.2.7"}},
+    "axes": {"z": {}}, "sensor_lines": {"room": {"tcp": {"address": "moxa:4002"}}}})");
+  EXPECT_EQ(udp.line.network, (transport::Network{"udp", "0.0.0.0:4002", true, "192.0.2.7"}));
+  EXPECT_EQ(udp.sensor_lines[0].line.device, "tcp moxa:4002");
+}
+
 struct Refused {
   const char* text;
   const char* message;
@@ -115,6 +127,17 @@ TEST(Config, ReportsPositionFoundAndExpected) {
        "/etc/prism/gyro1.json:/line/retry_max_s: found 1, expected a number within 3 to 600"},
       {R"({"line": {"parity": "mark"}})",
        "/etc/prism/gyro1.json:/line/parity: found \"mark\", expected \"none\" or \"even\" or \"odd\""},
+      {R"({"line": {"tcp": {"address": "moxa"}}})",
+       "/etc/prism/gyro1.json:/line/tcp/address: found \"moxa\" without a port, expected HOST:PORT"},
+      {R"({"line": {"tcp": {}}})", "/etc/prism/gyro1.json:/line/tcp: \"address\" is missing"},
+      {R"({"line": {"tcp": {"address": "moxa:4001", "listen": "[::1]:4001"}}})",
+       "/etc/prism/gyro1.json:/line/tcp/address: given together with \"listen\"; expected one of them"},
+      {R"({"line": {"device": "/dev/ttyS0", "tcp": {"address": "moxa:4001"}}})",
+       "/etc/prism/gyro1.json:/line/tcp: given together with \"device\"; expected one of them"},
+      {R"({"line": {"tcp": {"address": "moxa:4001"}, "udp": {"listen": "0.0.0.0:4002"}}})",
+       "/etc/prism/gyro1.json:/line/udp: given together with \"tcp\"; expected one of them"},
+      {R"({"line": {"udp": {"listen": "0.0.0.0:4002", "from": "gyro"}}})",
+       "/etc/prism/gyro1.json:/line/udp/from: found \"gyro\", expected an IP address"},
       {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {...}"},
       {R"({"gyro": {"sign": 0}})", "/etc/prism/gyro1.json:/gyro/sign: found 0, expected 1 or -1"},
       {R"({"name": "a/b"})",

@@ -22,7 +22,9 @@ constexpr const char* kWhole = R"({
   "$schema": "prismd.schema.json", "name": "table",
   "gyro": {"serial": "70-1", "axis": "z", "sign": -1, "scale_factor_arcsec_per_pulse": 0.1},
   "line": {"device": "/dev/ttyS0", "baud": 9600, "data_bits": 8, "parity": "none", "stop_bits": 1, "silence_s": 2.5,
-           "retry_min_s": 0.5, "retry_max_s": 5.5},
+           "retry_min_s": 0.5, "retry_max_s": 5.5, "allow_send": true, "again_when_silent": true,
+           "start": [{"send": "A", "expect": "B", "within_ms": 5}, {"send_hex": "41", "expect_hex": "42"}, {"wait_ms": 5}],
+           "stop": [{"send": "A"}]},
   "frames": "trplg", "clock": "host", "accept_clock": true, "model": "m", "fallback_model": "n",
   "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true, "max_slew_deg_per_h_per_s": 0.5},
   "plausibility": {
@@ -50,6 +52,17 @@ constexpr const char* kAxes = R"({
       "retry_min_s": 0.5, "retry_max_s": 5.5}}
 })";
 
+// Lines through a network.
+constexpr const char* kNetwork = R"({
+  "line": {"tcp": {"address": "moxa:4001"}, "poll": {"every_ms": 100, "pause_ms": 5, "within_ms": 5,
+           "requests": [{"send": "A", "within_ms": 5}, {"send_hex": "41"}]}},
+  "axes": {"x": {}},
+  "sensor_lines": {
+    "chamber": {"tcp": {"listen": "[::1]:4001"}, "start": [], "stop": [], "poll": {"send_hex": "41"}, "allow_send": true,
+                "again_when_silent": false, "serve": {"raw": {"tcp": {"listen": "[::1]:5001"}}}},
+    "air": {"udp": {"listen": "0.0.0.0:4002", "from": "192.0.2.7"}}}
+})";
+
 Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path), nullptr, true, true); }
 Json schema() { return load(kSource / "config/prismd.schema.json"); }
 bool reader_accepts(const Json& config) { return parse_config(config.dump(), "/etc/prism/x.json").has_value(); }
@@ -64,9 +77,19 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
   std::set<std::string> written, asked, tried;
   test::add_schema_keys(schema(), written);
   test::add_reader_keys("config/config.cpp", asked);
-  for (const char* file : {"config/axis_reader.cpp", "config/line_reader.cpp"}) test::add_reader_keys(file, asked);
+  for (const char* file :
+       {"config/axis_reader.cpp", "config/line_reader.cpp", "drivers/transport/tcp_line.cpp",
+        "drivers/transport/udp_line.cpp", "drivers/transport/raw_server.cpp", "drivers/wire/description/commands.cpp"})
+    test::add_reader_keys(file, asked);
   walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
   walk(Json::parse(kAxes), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
+  walk(Json::parse(kNetwork), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
+  // Keys that the readers hold in variables or tables, or in arrays.
+  for (const char* key : {"tcp", "udp", "address", "start", "stop", "send", "expect", "send_hex", "expect_hex",
+                          "every_ms", "pause_ms", "within_ms", "wait_ms", "requests"}) {
+    asked.insert(key);
+    tried.insert(key);
+  }
   for (const char* name : {"x", "chamber", "air"}) tried.erase(name);
   EXPECT_EQ(written, asked);
   EXPECT_EQ(tried, asked);
@@ -84,8 +107,9 @@ TEST(ConfigSchema, AcceptsShippedConfigurations) {
 
 // Replaces each value by values of every type. The schema accepts all that the reader accepts; both reject wrong types.
 class ConfigForms : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Both, ConfigForms, testing::Values(kWhole, kAxes),
-                         [](const auto& form) { return form.index == 0 ? "OneAxis" : "Axes"; });
+constexpr const char* kFormNames[] = {"OneAxis", "Axes", "Network"};
+INSTANTIATE_TEST_SUITE_P(Both, ConfigForms, testing::Values(kWhole, kAxes, kNetwork),
+                         [](const auto& form) { return kFormNames[form.index]; });
 
 TEST_P(ConfigForms, GetTheSameResultFromSchemaAndReader) {
   const test::SchemaValidator validator(schema());

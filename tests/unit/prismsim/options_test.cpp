@@ -85,7 +85,9 @@ TEST(SimOptions, ReportErrorsInOneLine) {
     EXPECT_EQ(parsed.code, code) << complaint;
     EXPECT_EQ(parsed.complaint, "prismsim: " + complaint + "\n");
   };
-  const std::string where = "expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help";
+  const std::string where =
+      "expected one of --out FILE (a capture), --pty (a pseudo-terminal), --tcp, --tcp-listen and --udp; see prismsim "
+      "--help";
   refused({}, 64, where);
   refused({"--out", "a", "--pty"}, 64, where);
   refused({"--out", "a", "--profile", "fourth"}, 64,

@@ -26,9 +26,10 @@ TEST_F(RpcTest, EveryMethodAnswersItsId) {
   for (const config::SocketMethod& method : config::kSocketMethods) {
     const json answer = asker_.ask(rpc_, json{{"jsonrpc", "2.0"}, {"id", method.name}, {"method", method.name}}.dump());
     EXPECT_EQ(answer["id"], method.name);
-    const bool fails = method.name == "rows" || method.name == "reload";  // without a log, a reload
+    const bool sends = method.name == "send";                                      // without bytes
+    const bool fails = method.name == "rows" || method.name == "reload" || sends;  // without a log, a reload
     EXPECT_EQ(answer.contains("result"), !fails) << answer;
-    EXPECT_TRUE(!fails || answer["error"]["code"] == kFailed) << answer;
+    EXPECT_TRUE(!fails || answer["error"]["code"] == (sends ? kInvalidParams : kFailed)) << answer;
   }
 }
 
@@ -121,6 +122,27 @@ TEST_F(RpcTest, AReloadTellsItsRefusal) {
   EXPECT_EQ(answer["error"]["code"], kFailed);
   EXPECT_EQ(answer["error"]["message"], "gyro.json: no");
   EXPECT_EQ(reloads_, 1);
+}
+
+TEST_F(RpcTest, SendsBytesToTheDevice) {
+  const auto ask = [this](const std::string& params) {
+    return asker_.ask(rpc_, R"({"jsonrpc":"2.0","id":1,"method":"send","params":)" + params + "}");
+  };
+  EXPECT_EQ(ask(R"({"text": "READ?"})")["error"]["message"], "send: a replay has no device");
+  std::string sent;
+  rpc_.send_by([&sent](std::size_t line, std::span<const std::uint8_t> bytes) -> Result<void> {
+    sent += std::to_string(line) + ":" + std::string(bytes.begin(), bytes.end()) + ";";
+    if (bytes.size() == 3) return make_error("tty", "no");
+    return {};
+  });
+  EXPECT_EQ(ask(R"({"text": "READ?\r"})")["result"]["sent"], 6);
+  EXPECT_EQ(ask(R"({"hex": "41 42"})")["result"]["sent"], 2);
+  EXPECT_EQ(ask(R"({"text": "ABC"})")["error"]["message"], "tty: no");
+  EXPECT_EQ(sent, "0:READ?\r;0:AB;0:ABC;");
+  for (const char* wrong : {"{}", "[]", R"({"text": ""})", R"({"text": 1})", R"({"hex": "4"})",
+                            R"({"text": "A", "hex": "41"})", R"({"text": "A", "line": "oven"})"}) {
+    EXPECT_EQ(ask(wrong)["error"]["code"], kInvalidParams) << wrong;
+  }
 }
 
 TEST_F(RpcTest, ASubscriberGetsItsRows) {

@@ -93,6 +93,9 @@ const std::map<std::string, std::vector<std::string>> kSections = {
     {"sensor", {"sensors", "*"}},
     {"role", {"status"}},
     {"vector", {"vectors"}},
+    {"command", {"start"}},
+    {"poll", {"poll"}},
+    {"request", {"poll", "requests"}},
 };
 
 TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {

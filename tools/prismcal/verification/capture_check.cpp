@@ -13,7 +13,7 @@ CheckedCapture check_capture(const std::string& path) {
   const bool open = is_locked(path);  // checked before reading: a capture that ends meanwhile is read to its end
   auto reader = drivers::CaptureReader::open(path);
   if (!reader) return {{path, FileState::kUnreadable, without_path(reader.error(), path)}, {}};
-  std::size_t packets = 0, opened = 0, bytes = 0, others = 0, back = 0;
+  std::size_t packets = 0, opened = 0, bytes = 0, sent = 0, others = 0, back = 0;
   std::int64_t first_ns = 0, last_ns = 0;
   std::uint64_t good = 0;
   for (; const auto packet = reader->next(); ++packets) {
@@ -25,10 +25,12 @@ CheckedCapture check_capture(const std::string& path) {
     opened += opens;
     others += packet->event == drivers::CaptureEvent::kOther;
     if (packet->event == drivers::CaptureEvent::kData) bytes += packet->bytes.size();
+    if (packet->event == drivers::CaptureEvent::kSent) sent += packet->bytes.size();
   }
   others += reader->foreign_packets();
   std::string text = fmt::format("{}, {} of the line, opened {}", counted(packets, "packet"), counted(bytes, "byte"),
                                  counted(opened, "time"));
+  if (sent > 0) text += ", " + counted(sent, "byte") + " sent to the device";
   if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
   if (back > 0) text += "; the time goes back " + counted(back, "time");
   if (others > 0) text += "; " + counted(others, "packet") + " of other programs";

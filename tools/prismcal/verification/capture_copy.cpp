@@ -23,6 +23,7 @@ Result<std::uint64_t> copy_packets(drivers::CaptureReader& reader, drivers::Capt
     Result<void> done;
     if (packet->event == drivers::CaptureEvent::kOpened) done = writer.opened(packet->time_ns);
     if (packet->event == drivers::CaptureEvent::kData) done = writer.data(packet->time_ns, packet->bytes);
+    if (packet->event == drivers::CaptureEvent::kSent) done = writer.sent(packet->time_ns, packet->bytes);
     others += packet->event == drivers::CaptureEvent::kOther;
     if (!done) return tl::unexpected<Error>(done.error());
   }

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "drivers/start_up.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace prism::drivers {
+namespace {
+
+constexpr std::size_t kMostHeld = 64;  // longest expected answer
+constexpr std::size_t kShown = 16;
+
+template <class Bytes>
+std::string hex_text(const Bytes& bytes) {
+  return fmt::format("{:02X}", fmt::join(bytes, " "));
+}
+
+}  // namespace
+
+std::string bytes_text(std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty() && (bytes.back() == '\r' || bytes.back() == '\n')) bytes = bytes.first(bytes.size() - 1);
+  const bool plain = std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t c) { return c >= 0x20 && c <= 0x7e; });
+  return plain && !bytes.empty() ? std::string(bytes.begin(), bytes.end()) : hex_text(bytes);
+}
+
+std::span<const std::uint8_t> StartUp::proceed(Time now) {
+  while (!is_done() && !failed_) {
+    const wire::Command& step = steps_[step_];
+    if (!sent_) {
+      sent_ = true;
+      answered_ = false;
+      answer_bytes_ = 0;
+      last_bytes_.clear();
+      deadline_ = now + (step.expect.empty() ? step.wait : step.within);
+      if (!step.send.empty()) return step.send;
+    }
+    const bool waits = step.expect.empty() ? now < deadline_ : !answered_;
+    if (waits && now < deadline_) return {};
+    failed_ = waits;
+    if (failed_) return {};
+    ++step_;
+    sent_ = false;
+  }
+  return {};
+}
+
+void StartUp::received(std::span<const std::uint8_t> bytes) {
+  if (is_done() || !sent_ || answered_) return;
+  const wire::CommandBytes& expected = steps_[step_].expect;
+  answer_bytes_ += bytes.size();
+  for (const std::uint8_t byte : bytes) {
+    last_bytes_.push_back(byte);
+    if (last_bytes_.size() > kMostHeld) last_bytes_.pop_front();
+    if (expected.empty() || byte != expected.back() || last_bytes_.size() < expected.size()) continue;
+    answered_ = std::equal(expected.rbegin(), expected.rend(), last_bytes_.rbegin());
+    if (answered_) return;
+  }
+}
+
+std::string StartUp::text() const {
+  std::string text = fmt::format("step {} of {}", std::min(step_ + 1, steps_.size()), steps_.size());
+  if (!failed_) return text;
+  text += fmt::format(": expected {}, received ", bytes_text(steps_[step_].expect));
+  if (last_bytes_.empty()) return text + "nothing";
+  const std::size_t shown = std::min(last_bytes_.size(), kShown);
+  const std::vector<std::uint8_t> last(last_bytes_.end() - static_cast<std::ptrdiff_t>(shown), last_bytes_.end());
+  if (answer_bytes_ > shown) text += fmt::format("{} bytes, the last ", answer_bytes_);
+  return text + hex_text(last);
+}
+
+}  // namespace prism::drivers
