@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <utility>
@@ -61,14 +62,14 @@ struct Course {
     line_bytes = prismd()->line_bytes();
   }
 
-  std::unique_ptr<Bench> prismd() const { return prismd(programs.prismd); }
-  std::unique_ptr<Bench> prismd(const char* program) const {
-    auto bench = std::make_unique<Bench>(frames, "prismd", programs.folder);
+  std::unique_ptr<Bench> prismd(bool through_tcp = false) const { return prismd(programs.prismd, through_tcp); }
+  std::unique_ptr<Bench> prismd(const char* program, bool through_tcp = false) const {
+    auto bench = std::make_unique<Bench>(frames, "prismd", programs.folder, through_tcp);
     bench->start_prismd(program, description, clock, programs.model);
     return bench;
   }
-  std::unique_ptr<Bench> relay() const {
-    auto bench = std::make_unique<Bench>(frames, "relay", programs.folder);
+  std::unique_ptr<Bench> relay(bool through_tcp = false) const {
+    auto bench = std::make_unique<Bench>(frames, "relay", programs.folder, through_tcp);
     bench->start_relay(programs.relay, frame_bytes, line_bytes);
     return bench;
   }
@@ -123,6 +124,28 @@ void compare_paced(const Programs& programs, double rate_hz) {
   cpu_before.print("  CPU relative to the other prismd", 1.15);
 }
 
+// The same through TCP on the loopback interface, compared with a bare TCP relay.
+void compare_tcp(const Programs& programs) {
+  constexpr int kRounds = 16;
+  constexpr double kRateHz = 1000;
+  const Course course(programs, kRateHz, "host");
+  const auto paced = [](std::unique_ptr<Bench> bench) {
+    bench->line_bytes();
+    return bench->paced(kRateHz, 2);
+  };
+  Rounds latency, cpu;
+  for (int round = 0; round < kRounds; ++round) {
+    const bool first = round % 2 == 0;
+    const Outcome one = paced(first ? course.prismd(true) : course.relay(true));
+    const Outcome two = paced(first ? course.relay(true) : course.prismd(true));
+    const Outcome &ours = first ? one : two, &floor = first ? two : one;
+    latency.add(ours.latency_us, floor.latency_us);
+    cpu.add(ours.cpu_us_per_frame, floor.cpu_us_per_frame);
+  }
+  latency.print("TCP: median latency, 1000 frames/s", 1.25);
+  cpu.print("TCP: CPU per frame, 1000 frames/s", 1.5);
+}
+
 // Added lateness of another subscriber's lines while four clients request an hour of history.
 void compare_history(const Programs& programs, const char* program, double rate_hz) {
   const Course course(programs, rate_hz, "device");
@@ -159,9 +182,15 @@ int main(int argc, char** argv) {
     return 1;
   }
   const Programs programs{argv[1], argv[2], *text, argv[4], argv[5], argc == 7 ? argv[6] : nullptr};
-  const auto [a, b] = compare_flood(programs);
+  const bool only_tcp = std::getenv("PRISM_ONLY_TCP") != nullptr;
+  const auto [a, b] = only_tcp ? std::pair<Outcome, Outcome>() : compare_flood(programs);
   fmt::print("{:<34} {:>12} {:>12} {:>8}   target\n", "", "prismd", "relay", "ratio");
+  if (only_tcp) {
+    compare_tcp(programs);
+    return 0;
+  }
   for (const double rate_hz : {100.0, 1000.0}) compare_paced(programs, rate_hz);
+  compare_tcp(programs);
   print_row("CPU per frame at maximum rate", a.cpu_us_per_frame, b.cpu_us_per_frame,
             a.cpu_us_per_frame / b.cpu_us_per_frame, "us", 2.0, false);
   print_row("frames/s at maximum rate", a.lines_per_s, b.lines_per_s, a.lines_per_s / b.lines_per_s, "1/s", 1.0, true);

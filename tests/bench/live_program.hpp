@@ -2,8 +2,11 @@
 // Runs a program between a pseudo-terminal and one client; writes, reads and measures for the live benchmark.
 #pragma once
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -20,6 +23,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -59,6 +63,29 @@ inline Pty open_pty() {
   ::tcsetattr(pty.slave, TCSANOW, &raw);
   return pty;
 }
+
+// A line through TCP on the loopback interface: listens; `master` is the accepted connection.
+struct TcpLine {
+  int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::string address;
+
+  TcpLine() {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof own;
+    ::bind(listener, reinterpret_cast<sockaddr*>(&own), size);
+    ::listen(listener, 1);
+    ::getsockname(listener, reinterpret_cast<sockaddr*>(&own), &size);
+    address = fmt::format("127.0.0.1:{}", ntohs(own.sin_port));
+  }
+  ~TcpLine() { ::close(listener); }
+  int accept() const {
+    const int line = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC), yes = 1;
+    ::setsockopt(line, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    return line;
+  }
+};
 
 inline int connect_with_patience(const std::string& path) {
   sockaddr_un address{};
@@ -100,8 +127,9 @@ inline Outcome outcome_of(std::size_t frames, std::size_t lines, double seconds,
 // The program under test, its line and the client.
 class Bench {
  public:
-  Bench(wire::FrameDescriptionPtr frames, const std::string& name, std::string folder)
+  Bench(wire::FrameDescriptionPtr frames, const std::string& name, std::string folder, bool through_tcp = false)
       : frames_(std::move(frames)), pty_(open_pty()), folder_(std::move(folder)) {
+    if (through_tcp) tcp_.emplace();
     static int number = 0;
     socket_ = fmt::format("{}/{}{}.sock", folder_, name, ++number);
     ::unlink(socket_.c_str());
@@ -115,7 +143,9 @@ class Bench {
   }
 
   void start_relay(const char* program, std::size_t frame_bytes, std::size_t line_bytes) {
-    spawn({program, pty_.path, socket_, std::to_string(frame_bytes), std::to_string(line_bytes)});
+    const std::string device = tcp_ ? tcp_->address : pty_.path;
+    spawn({program, device, socket_, std::to_string(frame_bytes), std::to_string(line_bytes)});
+    accept_line();
     client_ = connect_with_patience(socket_);
   }
 
@@ -131,12 +161,15 @@ class Bench {
     const std::string config = folder_ + "/bench.json", frames = folder_ + "/frames.json";
     std::ofstream(frames) << description;
     std::ofstream(config) << fmt::format(
-        R"({{"line": {{"device": "{}"}}, "frames": "{}", "clock": "{}", "model": "{}", {}, "event_level": "{}",
+        R"({{"line": {{{}}}, "frames": "{}", "clock": "{}", "model": "{}", {}, "event_level": "{}",
             "socket": {{"path": "{}", "client_buffer_kib": 4096}}}})",
-        pty_.path, frames, clock, model,
+        tcp_ ? fmt::format(R"("tcp": {{"address": "{}"}})", tcp_->address)
+             : fmt::format(R"("device": "{}")", pty_.path),
+        frames, clock, model,
         start.log.empty() ? R"("write_log": false)" : fmt::format(R"("log": {{"directory": "{}"}})", start.log),
         start.error_output == STDERR_FILENO ? "error" : "debug", socket_);
     spawn({program, config}, start);
+    accept_line();
     client_ = connect_with_patience(socket_);
     const std::string ask =
         "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"subscribe\",\"params\":{\"streams\":[\"sample\"]}}\n";
@@ -242,6 +275,12 @@ class Bench {
   }
 
  private:
+  void accept_line() {
+    if (!tcp_) return;
+    ::close(pty_.master);
+    pty_.master = tcp_->accept();
+  }
+
   void spawn(const std::vector<std::string>& words, const Start& start = {"", {}, STDERR_FILENO}) {
     child_ = ::fork();
     if (child_ != 0) return;
@@ -294,6 +333,7 @@ class Bench {
   wire::FrameDescriptionPtr frames_;
   wire::FrameEncoder encoder_{frames_};
   Pty pty_;
+  std::optional<TcpLine> tcp_;
   std::string socket_, folder_;
   pid_t child_ = -1;
   int client_ = -1;

@@ -40,7 +40,7 @@ refused() {
   same "exit code of prismsim $*" "$found" "$code"
   same "last line of prismsim $*" "$(tail -n 1 refused.err)" "$words"
 }
-refused 64 "prismsim: expected either --out FILE (a capture) or --pty (a pseudo-terminal); see prismsim --help"
+refused 64 "prismsim: expected one of --out FILE (a capture), --pty (a pseudo-terminal), --tcp, --tcp-listen and --udp; see prismsim --help"
 refused 64 "prismsim: --profile: found profile \"x\", expected one of paper, second, third, beyond, fast, steady, warm-up" --out x.pcap --profile x
 refused 78 "prismsim: --frames: /nowhere.json: cannot be read: No such file or directory" --out x.pcap --frames /nowhere.json
 refused 1 "prismsim: /nowhere/x.pcap: cannot be written: No such file or directory" --out /nowhere/x.pcap

@@ -161,7 +161,7 @@ TEST(StartUp, TenThousandDamagedAnswers) {
     for (; ms < 3000 && !run.is_done() && !run.has_failed(); ms += 100) {
       while (!run.proceed(after(ms)).empty()) continue;
       std::string answer = i % 2 ? "OK\r\n" : "";
-      for (unsigned n = random() % 40; n-- > 0;)
+      for (auto n = random() % 40; n-- > 0;)
         answer.insert(answer.begin() + static_cast<long>(random() % (answer.size() + 1)), static_cast<char>(random()));
       run.received(bytes_of(answer));
     }

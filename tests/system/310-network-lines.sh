@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+# A gyro behind a network, as a user sets it up: --check, status, events, raw bytes for another reader, and the replay of the capture.
+. "$(dirname "$0")/lib.sh"
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+command -v python3 >/dev/null || skip "no python3"
+frames 50
+port=$(free_port) raw=$(free_port)
+net_config() { # LINE-MEMBERS
+  cat >"$dir/gyro.json" <<END
+{"line": {$1, "silence_s": 1}, "frames": "$dir/frames.json", "clock": "device", "log": {"directory": "$dir/log"},
+ "capture": {"directory": "$dir/bytes"}, "socket": {"path": "$PRISM_SOCKET"}}
+END
+}
+net_config "\"tcp\": {\"address\": \"localhost:$port\"}, \"serve\": {\"raw\": {\"tcp\": {\"listen\": \"127.0.0.1:$raw\"}}}"
+contains "the unit of a network line" "$(prismd --check "$dir/gyro.json" 2>&1)" "line tcp localhost:$port, unit prismd-net@gyro"
+start_prismd
+wait_for 5 sh -c "prismctl --json status | jq -re .detail | grep -q 'connection refused'"
+start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady; sim=$pid
+wait_for 10 field_is .state status receiving
+same "the line's name" "$(field .device status)" "tcp localhost:$port"
+socat -u "TCP:127.0.0.1:$raw" "CREATE:$dir/reader1" & children+=("$!")
+socat -u "TCP:127.0.0.1:$raw" "CREATE:$dir/reader2" & children+=("$!")
+start slow sh -c "exec socat -u TCP:127.0.0.1:$raw EXEC:'sleep 100'"
+sleep 3
+contains "a sniffed network line" "$(prismd --sniff "127.0.0.1:$raw" "$dir/frames.json")" " fits "
+kill -9 "$sim"
+wait_for 5 field_is .state status connecting
+[ "$(stat -c %s "$dir/reader1")" -gt 2000 ] || fail "the first reader of the raw bytes got $(stat -c %s "$dir/reader1") bytes"
+cmp "$dir/reader1" "$dir/reader2" 2>&1 | grep -v EOF && fail "two readers got different bytes"
+contains "a reader's bytes" "$(prismd --sniff "$dir/reader1" "$dir/frames.json")" " fits "
+start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady
+wait_for 10 field_is .state status receiving
+sleep 1
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+same "reports of the loss" "$(grep -c ': lost:' "$dir/prismd.err")" 1
+same "reports of the refused connections: at the start only" "$(grep -c 'retrying' "$dir/prismd.err")" 1
+prismd "$dir/gyro.json" --replay "$dir"/bytes/*.pcap --out "$dir/again" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
+cat "$dir"/log/*.csv >"$dir/a"; cat "$dir"/again/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
+
+# The device connects; then datagrams.
+net_config "\"tcp\": {\"listen\": \"[::1]:$port\"}"
+rm -r "$dir/log" "$dir/bytes"; start_prismd
+contains "waiting" "$(field .detail status)" "waiting for a connection to [::1]:$port"
+start sim prismsim --tcp "[::1]:$port" --frames "$dir/frames.json" --profile steady; sim=$pid
+wait_for 10 field_is .state status receiving
+kill -9 "$sim" "$prismd"; wait "$sim" "$prismd" 2>/dev/null || true
+net_config "\"udp\": {\"listen\": \"127.0.0.1:$port\", \"from\": \"127.0.0.1\"}"
+rm -f "$PRISM_SOCKET"; start_prismd
+start sim prismsim --udp "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady
+wait_for 10 field_is .state status receiving
+sleep 2
+same "missing frames" "$(field .timing.missing_frames line)" 0
+
+# Mistakes name the missing part.
+refused() { # TEXT LINE-MEMBERS
+  net_config "$2"
+  code=0; prismd "$dir/gyro.json" --check 2>"$dir/e" >/dev/null || code=$?
+  same "exit code: $2" "$code" 78
+  contains "$2" "$(cat "$dir/e")" "$1"
+}
+refused '/line/tcp/address: found "moxa" without a port, expected HOST:PORT' '"tcp": {"address": "moxa"}'
+refused '/line/tcp/address: found ":4001" without a host, expected HOST:PORT' '"tcp": {"address": ":4001"}'
+refused '/line/tcp/listen: found "::1:4001", an IPv6 address without brackets; expected [ADDRESS]:PORT' '"tcp": {"listen": "::1:4001"}'
+refused '/line/udp: "listen" is missing' '"udp": {}'
+refused '/line/tcp: given together with "device"; expected one of them' '"device": "tty", "tcp": {"address": "moxa:4001"}'
+refused '/line/serve/raw/tcp/listen: found "127.0.0.1" without a port, expected ADDRESS:PORT' '"device": "tty", "serve": {"raw": {"tcp": {"listen": "127.0.0.1"}}}'

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+# A device server of Debian's packages between the virtual gyro and prismd: ser2net and gensiot, as docs/lines.md shows them.
+. "$(dirname "$0")/lib.sh"
+PATH=$PATH:/usr/sbin
+command -v ser2net >/dev/null && command -v gensiot >/dev/null || skip "no ser2net or gensio-bin (tools/setup all)"
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+frames 50
+start_sim --profile steady
+through() { # NAME PORT: prismd receives the complete stream through this server
+  cat >"$dir/gyro.json" <<END
+{"line": {"tcp": {"address": "127.0.0.1:$2"}, "silence_s": 1}, "frames": "$dir/frames.json", "clock": "device", "write_log": false,
+ "socket": {"path": "$PRISM_SOCKET"}}
+END
+  start_prismd
+  wait_for 10 field_is .state status receiving
+  sleep 3
+  [ "$(field .decoder.frames line)" -gt 100 ] || fail "$1: found $(field .decoder.frames line) frames, expected more than 100"
+  same "$1: missing frames" "$(field .timing.missing_frames line)" 0
+  same "$1: rejected frames" "$(field .decoder.bad_check line)" 0
+  kill -9 "$server"
+  wait_for 5 field_is .state status connecting
+  start "$1" "${command[@]}"; server=$pid
+  wait_for 10 field_is .state status receiving
+  kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+  kill -9 "$server"; wait "$server" 2>/dev/null || true
+}
+port=$(free_port)
+cat >"$dir/ser2net.yaml" <<END
+connection: &gyro
+  accepter: tcp,127.0.0.1,$port
+  connector: serialdev,$(readlink -f "$dir/tty"),115200n81,local
+END
+command=(ser2net -n -c "$dir/ser2net.yaml" -P "$dir/ser2net.pid")
+start ser2net "${command[@]}"; server=$pid
+through ser2net "$port"
+port=$(free_port)
+command=(gensiot --server -a -i "serialdev,$(readlink -f "$dir/tty"),115200n81,local" "tcp,127.0.0.1,$port")
+start gensiot "${command[@]}"; server=$pid
+through gensiot "$port"
