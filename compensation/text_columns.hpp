@@ -29,4 +29,7 @@ struct TextColumns {
   bool operator==(const TextColumns&) const = default;
 };
 
+/// Why these characters cannot be separators; empty: they can. The word "semicolon" would be nine of them.
+std::string separators_problem(const std::string& separators);
+
 }  // namespace prism

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "compensation/text_columns.hpp"
 #include "config/search_path.hpp"
 
 namespace prism::config {
@@ -43,7 +44,8 @@ TextColumns read_columns(const Section& section) {
     text.columns.push_back(read_column(columns.object(name), name));
   }
   text.separators = section.raw_text("separators", text.separators);
-  if (text.separators.empty()) section.fail("separators", "is empty, expected the characters between two columns");
+  if (const std::string problem = separators_problem(text.separators); !problem.empty())
+    section.fail("separators", problem);
   text.ends_with_cr = section.choice("line_end", kLineEnds, 0) == 1;
   text.decimal_comma = section.boolean("decimal_comma", text.decimal_comma);
   for (const char* key : {"separators", "line_end", "decimal_comma"}) {

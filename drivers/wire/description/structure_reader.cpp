@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "compensation/text_columns.hpp"
 #include "drivers/wire/description/frame_view.hpp"
 #include "drivers/wire/description/readers.hpp"
 
@@ -106,7 +107,8 @@ void read_text(const Section& s, MessageType& kind) {
   kind.text.columns = static_cast<std::uint32_t>(s.integer("columns", {0, FrameView::kMaxElements}, 0));
   if (s.boolean("decimal_comma", false)) kind.text.point = ',';
   kind.text.write = s.raw_text("write", "");
-  if (kind.text.separators.empty()) s.fail("separators", "is empty; expected at least one character");
+  if (const std::string problem = separators_problem(kind.text.separators); !problem.empty())
+    s.fail("separators", problem);
   if (kind.text.separators.find(kind.text.point) != std::string::npos)
     s.fail("separators", fmt::format("contains '{}', which can occur in numbers", kind.text.point));
 }

@@ -127,6 +127,8 @@ TEST(Instruments, ReportErrorsInOneLine) {
   EXPECT_EQ(refusal(test::read_file(test::frames_dir() / "trplg.json"), columns({{{"t", "degC"}, 0}})),
             "f.json: does not describe text lines without a gyro, as required by \"columns\"");
   auto within = columns({{{"t", "degC"}, 0}});
+  within.text.separators = "semicolon";
+  EXPECT_THAT(refusal(text, within), testing::HasSubstr("expected the characters between two columns"));
   within.text.separators = ".;";
   EXPECT_EQ(refusal(text, within), "f.json:/kinds/0/text/separators: contains '.', which can occur in numbers");
 }

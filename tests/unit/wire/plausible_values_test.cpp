@@ -60,6 +60,22 @@ TEST(Beliefs, ReportErrorsWithTheirPosition) {
             "f.json:/uhfo/greatest_slope_degc_per_s: only valid for the temperature");
 }
 
+// Units that differ from the role's: a temperature in K is 273.15 too high without a word.
+TEST(Units, OfTheTemperatureAndTheVoltageAreChecked) {
+  const auto refusal = [](const std::string& field, const std::string& unit) {
+    std::string text = believed_text("", "", "");
+    const std::string name = "\"" + field + "\": {";
+    text.replace(text.find(name), name.size(), name + "\"unit\": \"" + unit + "\", ");
+    const auto parsed = parse_frame_description(text, "f.json");
+    return parsed ? "" : parsed.error().text();
+  };
+  EXPECT_EQ(refusal("t", "K"),
+            "f.json:/temperature/field: the field \"t\" is in K, expected degC; add \"offset\": "
+            "-273.15 to the field, and make its \"unit\" degC");
+  EXPECT_EQ(refusal("t", "degF"), "f.json:/temperature/field: the field \"t\" is in degF, expected degC");
+  EXPECT_EQ(refusal("t", "degC"), "");
+}
+
 std::vector<std::uint8_t> small_frame(int rate, int temperature) {
   std::vector<std::uint8_t> bytes = {0xAB, 0xCD};
   for (const int value : {rate, temperature}) {
