@@ -3,9 +3,11 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|report|allan|convert|verify|campaign) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|report|inspect|allan|convert|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
+    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'report --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit') words='s ms us ns' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
@@ -24,18 +26,19 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    cv) words='-h --help --inputs --target --fold-column --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    predict) words='-h --help --out --extrapolation --json' ;;
-    evaluate) words='-h --help --training --limits --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    compare) words='-h --help --on --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json' ;;
-    allan) words='-h --help --column --axis --unit --time --interval --grid --estimator --confidence --json' ;;
-    convert) words='-h --help --out --frames --map --interval --config --axis' ;;
+    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    cv) words='-h --help --inputs --target --fold-column --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    predict) words='-h --help --out --extrapolation --separator --decimal --encoding --header-row --time-format --time-unit --json --quiet' ;;
+    evaluate) words='-h --help --training --limits --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json --quiet' ;;
+    compare) words='-h --help --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json --quiet' ;;
+    report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json --quiet' ;;
+    inspect) words='-h --help --interval --separator --decimal --encoding --header-row --time-format --time-unit --json' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --estimator --confidence --json --quiet' ;;
+    convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --quiet' ;;
     verify) words='-h --help --repair --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory --detach' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare report allan convert verify campaign' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -26,6 +26,7 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
     fuzz_csv_row) seeds=(tests/replay/captures) ;;
     fuzz_config) seeds=(config/examples tests/fuzz/corpus/config) ;;
     fuzz_capture_reader) seeds=(tests/fuzz/corpus/capture) ;;
+    fuzz_table) seeds=(tests/files/data) ;;
     fuzz_rpc_line) seeds=(tests/fuzz/corpus/rpc) ;;
   esac
   "$fuzzer" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \

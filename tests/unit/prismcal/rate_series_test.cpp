@@ -85,7 +85,7 @@ TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
   recordings::RateSeriesChoice missing;
   missing.column = "z";
   EXPECT_THAT(recordings::read_rate_series(written("a,b\n1,2\n"), missing).error().text(),
-              HasSubstr("found no column \"z\", expected one of a, b"));
+              HasSubstr("found no column \"z\", expected a number from 1 to 2 or one of a, b"));
 }
 
 TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {

@@ -8,6 +8,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 
 namespace prism::commands {
 namespace {
@@ -19,18 +20,20 @@ struct AllanChoice {
   evaluation::AllanGrid grid = evaluation::AllanGrid::kOctave;
   evaluation::AllanEstimator estimator = evaluation::AllanEstimator::kOverlapping;
   double probability = 0.683;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 int run(const AllanChoice& choice) {
   recordings::RateSeriesChoice wanted = choice.series;
   if (choice.interval_s > 0) wanted.interval_s = choice.interval_s;
+  if (choice.quiet) wanted.table.announce = {};
   const auto series = recordings::read_rate_series(choice.file, wanted);
   const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
     return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);
   });
   if (!analysis) return failed(analysis.error());
-  for (const std::string& note : series->notes) fmt::print(stderr, "{}: {}\n", choice.file, note);
+  for (const std::string& note : series->notes)
+    if (!choice.quiet) fmt::print(stderr, "{}: {}\n", choice.file, note);
   fmt::print("{}", choice.json ? analysis::allan_json(*analysis, *series, choice.file)
                                : analysis::allan_text(*analysis, *series, choice.file));
   return 0;
@@ -48,17 +51,18 @@ void add_allan_command(CLI::App& app, int& code) {
   const std::map<std::string, evaluation::AllanEstimator> estimators = {
       {"overlapping", evaluation::AllanEstimator::kOverlapping},
       {"non-overlapping", evaluation::AllanEstimator::kNonOverlapping}};
-  command->add_option("file", choice->file, "prismd's log (file or folder), or any CSV of evenly spaced rates")
+  command->add_option("file", choice->file, "prismd's log (file or folder), or any table of evenly spaced rates")
       ->required();
   command->add_option("--column", choice->series.column,
                       "rate column: its name or number from 1 (default: rate_deg_per_h)");
   command->add_option("--axis", choice->series.axis, "axis to use, if the log has several");
   command->add_option("--unit", choice->series.unit,
-                      "deg/h, deg/s, rad/s or arcsec/s (default: by the column's name, else deg/h)");
+                      "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header, else deg/h)");
   command->add_option("--time", choice->series.time_column,
-                      "time column, s: its name or number (default: time_s or t_s)");
+                      "time column: its name or number (default: by name and unit)");
   command->add_option("--interval", choice->interval_s, "seconds between rows, if the file has no time")
       ->check(tools::positive());
+  add_table_options(*command, choice->series.table);
   command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")
       ->transform(CLI::CheckedTransformer(grids));
   command->add_option("--estimator", choice->estimator, "overlapping or non-overlapping")
@@ -66,6 +70,7 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("--confidence", choice->probability, "probability of the intervals, 0.5 to 0.999 (default 0.683)")
       ->check(tools::within(0.5, 0.999));
   command->add_flag("--json", choice->json, "print JSON");
+  command->add_flag("--quiet", choice->quiet, "no remarks on stderr");
   tools::add_examples(*command,
                       {"prismcal allan logs/", "prismcal allan table.csv --column rate_x_dps --grid decade --json",
                        "prismcal allan rates.txt --interval 0.01 --unit deg/s"});

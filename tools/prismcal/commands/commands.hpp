@@ -19,6 +19,7 @@ void add_predict_command(CLI::App& app, int& code);   ///< applies a model to th
 void add_evaluate_command(CLI::App& app, int& code);  ///< evaluates one model on recordings
 void add_compare_command(CLI::App& app, int& code);   ///< compares models on recordings
 void add_report_command(CLI::App& app, int& code);    ///< the paper's experiment
+void add_inspect_command(CLI::App& app, int& code);   ///< shows how a file of another program is understood
 void add_allan_command(CLI::App& app, int& code);     ///< Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< converts a recording to a capture
 void add_verify_command(CLI::App& app, int& code);    ///< checks prism's files; repaired copies

@@ -58,6 +58,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--simulated", options.simulated, "mark all pages as simulated data");
   command.add_flag("--any-gyro", options.any_gyro, "accept a recording of another gyro than the model's");
   command.add_flag("--json", options.json, "print the report as JSON");
+  command.add_flag("--quiet", options.quiet, "no remarks on stderr");
 }
 
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
@@ -91,7 +92,9 @@ bool is_simulated(const recordings::Recording& recording, const CommonOptions& o
 
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options) {
-  auto recording = recordings::read_recording(path, options.source);
+  recordings::SourceOptions source = options.source;
+  if (options.quiet) source.table.announce = {};
+  auto recording = recordings::read_recording(path, source);
   if (!recording) return tl::unexpected(recording.error());
   const std::string serial = recording->value("gyro_serial");
   if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&

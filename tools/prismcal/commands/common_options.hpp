@@ -24,7 +24,7 @@ struct CommonOptions {
   bool simulated = false;
   bool any_gyro = false;
   bool json = false;
-  bool quiet = false;  ///< do not print the path of the report
+  bool quiet = false;  ///< print neither the path of the report nor how tables were understood
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);

@@ -19,6 +19,7 @@ namespace {
 struct ConvertChoice {
   std::string recording, frames = "second-means", out;
   recordings::SourceOptions source;
+  bool quiet = false;
 };
 
 Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
@@ -75,7 +76,10 @@ Result<std::size_t> write_capture(const recordings::Recording& recording, wire::
 Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
-  const auto recording = recordings::read_recording(choice.recording, choice.source);
+  recordings::SourceOptions source = choice.source;
+  if (choice.quiet) source.table.announce = {};
+  source.judged = false;  // prismd judges the frames
+  const auto recording = recordings::read_recording(choice.recording, source);
   if (!recording) return tl::unexpected(recording.error());
   if (recording->second_means.empty()) return make_error(choice.recording, "found no row");
   return write_capture(*recording, *frames, choice.out);
@@ -93,6 +97,7 @@ void add_convert_command(CLI::App& app, int& code) {
   command->add_option("--frames", choice->frames, "frame description with one frame per second, by name or path")
       ->capture_default_str();
   add_source_options(*command, choice->source);
+  command->add_flag("--quiet", choice->quiet, "no remarks on stderr");
   tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
   command->callback([choice, &code] {
     const auto frames = convert(*choice);

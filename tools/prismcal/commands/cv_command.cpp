@@ -5,12 +5,14 @@
 #include <memory>
 
 #include "base/escape.hpp"
+#include "base/plain_text.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/training/cross_validation.hpp"
 #include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
@@ -22,6 +24,7 @@ constexpr Eigen::Index kMaxRefined =
 
 struct CvChoice {
   std::string file, inputs, target, fold_column;
+  tables::TableOptions table;
   MethodOptions method;
 };
 
@@ -46,16 +49,23 @@ struct Problem {
 };
 
 Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSettings& settings) {
-  const auto table = recordings::CsvTable::read(choice.file);
+  tables::TableOptions options = choice.table;
+  if (choice.method.quiet) options.announce = {};
+  const auto table = recordings::CsvTable::read(choice.file, options);
   if (!table) return tl::unexpected<Error>(table.error());
-  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
-  const auto inputs = table->columns(names);
-  if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const auto target = table->columns({choice.target});
-  if (!target) return tl::unexpected<Error>(target.error());
-  auto data = training::normalise(*inputs, target->row(0).transpose(), settings.scaling, names);
+  std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
+  const auto d = static_cast<Eigen::Index>(names.size());
+  names.push_back(choice.target);
+  if (!choice.fold_column.empty()) names.push_back(choice.fold_column);
+  auto columns = table->columns(names);
+  if (!columns) return tl::unexpected<Error>(columns.error());
+  if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
+    fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));
+  names.resize(static_cast<std::size_t>(d));
+  auto data =
+      training::normalise(columns->values.topRows(d), columns->values.row(d).transpose(), settings.scaling, names);
   if (!data) return tl::unexpected<Error>(data.error());
-  const std::size_t n = table->rows();
+  const auto n = static_cast<std::size_t>(columns->values.cols());
   if (choice.fold_column.empty()) {
     if (static_cast<std::size_t>(settings.folds) > n)
       return make_error("--folds", fmt::format("found {}, expected at most {} rows", settings.folds, n));
@@ -63,9 +73,8 @@ Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSet
     return Problem{std::move(*data), shuffled ? training::shuffled_folds(n, settings.folds, settings.seed)
                                               : training::blocked_folds(std::vector<int>(n, 0), settings.folds)};
   }
-  const auto column = table->column(choice.fold_column);
-  if (!column) return tl::unexpected<Error>(column.error());
-  auto folds = training::folds_from(*column);
+  const Eigen::VectorXd column = columns->values.bottomRows(1).transpose();
+  auto folds = training::folds_from({column.begin(), column.end()});
   if (!folds) return tl::unexpected<Error>(folds.error());
   return Problem{std::move(*data), std::move(*folds)};
 }
@@ -124,10 +133,11 @@ void add_cv_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("cv", "cross-validation errors of an LSSVM on a CSV table");
   const auto choice = std::make_shared<CvChoice>();
   choice->method.tune = "shuffled";
-  command->add_option("table", choice->file, "CSV with a line of names")->required();
+  command->add_option("table", choice->file, "table with a line of names: CSV of any kind, or .mat")->required();
   command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
   command->add_option("--target", choice->target, "column to predict")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers");
+  add_table_options(*command, choice->table);
   add_method_options(*command, choice->method);
   tools::add_examples(*command, {"prismcal cv table.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight huber"});
   command->callback([choice, &code] {

@@ -7,12 +7,14 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/plain_text.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/training/methods.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
@@ -21,6 +23,7 @@ namespace {
 
 struct FitChoice {
   std::string file, inputs, target, fold_column, time, out, diagnostics;
+  tables::TableOptions table;
   MethodOptions method;
 };
 
@@ -36,16 +39,18 @@ std::string diagnostics_csv(const training::SampleDiagnostics& d) {
   return text;
 }
 
-std::string provenance(const recordings::CsvTable& table, const FitChoice& choice,
+std::string provenance(const recordings::CsvTable& table, Eigen::Index rows, const FitChoice& choice,
                        const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
-  json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", table.rows()}}};
+  json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", rows}}};
   json["training"] = provenance_json(summary);
   return json_text(json);
 }
 
 Result<int> run(const FitChoice& choice) {
-  const auto table = recordings::CsvTable::read(choice.file);
+  tables::TableOptions options = choice.table;
+  if (choice.method.quiet) options.announce = {};
+  const auto table = recordings::CsvTable::read(choice.file, options);
   if (!table) return tl::unexpected<Error>(table.error());
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
@@ -53,18 +58,28 @@ Result<int> run(const FitChoice& choice) {
   data.names = recordings::csv_fields(choice.inputs, ',');
   if (auto good = set_terms(choice.method, data.names, training::plain_terms(data.names.size()), {}, *settings); !good)
     return tl::unexpected<Error>(good.error());
-  auto inputs = table->columns(data.names);
-  if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const auto target = table->columns({choice.target});
-  if (!target) return tl::unexpected<Error>(target.error());
-  data.inputs = std::move(*inputs);
-  data.target = target->row(0).transpose();
+  std::vector<std::string> names = data.names;
+  names.push_back(choice.target);
+  if (!choice.time.empty()) names.push_back(choice.time);
+  if (!choice.fold_column.empty()) names.push_back(choice.fold_column);
+  auto columns = table->columns(names, false, choice.time);
+  if (!columns) return tl::unexpected<Error>(columns.error());
+  if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
+    fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));
+  // Below four rows in each fold, a tuning is decided by chance.
+  const bool tuned = settings->method->has(training::kOwnSearch) || settings->method->has(training::kTuning);
+  if (const auto least = 4 * static_cast<Eigen::Index>(settings->folds);
+      tuned && !(settings->c && settings->sigma2) && choice.fold_column.empty() && columns->values.cols() < least)
+    return make_error(choice.file,
+                      fmt::format("found {}, expected {} or more",
+                                  counted(static_cast<std::size_t>(columns->values.cols()), "row"), least));
+  const auto d = static_cast<Eigen::Index>(data.names.size());
+  data.inputs = columns->values.topRows(d);
+  data.target = columns->values.row(d).transpose();
   if (!choice.time.empty()) {
-    const auto time = table->column(choice.time);
-    if (!time) return tl::unexpected<Error>(time.error());
-    if (!std::is_sorted(time->begin(), time->end()))
+    data.time_s = columns->values.row(d + 1).transpose();
+    if (!std::is_sorted(data.time_s.begin(), data.time_s.end()))
       return make_error("--time", "found unsorted rows, expected them in order of " + choice.time);
-    data.time_s = Eigen::Map<const Eigen::VectorXd>(time->data(), data.target.size());
   }
   if (!choice.fold_column.empty()) {
     if (settings->method->has(training::kOwnSearch))
@@ -74,9 +89,8 @@ Result<int> run(const FitChoice& choice) {
       return make_error("--fold-column",
                         fmt::format("found it with --tune {}, which has no folds", choice.method.tune));
     }
-    const auto column = table->column(choice.fold_column);
-    if (!column) return tl::unexpected<Error>(column.error());
-    auto folds = training::folds_from(*column);
+    const Eigen::VectorXd column = columns->values.bottomRows(1).transpose();
+    auto folds = training::folds_from({column.begin(), column.end()});
     if (!folds) return tl::unexpected<Error>(folds.error());
     settings->given_folds = std::move(*folds);
     settings->tuning = training::Tuning::kGiven;
@@ -92,7 +106,8 @@ Result<int> run(const FitChoice& choice) {
   if (!trained) return tl::unexpected<Error>(trained.error());
   const auto summary = summary_json(*trained, *settings, data.names);
   if (!choice.out.empty()) {
-    const std::string text = compensation::format_model(*trained->model, provenance(*table, choice, summary));
+    const std::string text =
+        compensation::format_model(*trained->model, provenance(*table, data.target.size(), choice, summary));
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {
@@ -108,7 +123,7 @@ Result<int> run(const FitChoice& choice) {
 void add_fit_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("fit", "train a model on a CSV table with any inputs and target");
   const auto choice = std::make_shared<FitChoice>();
-  command->add_option("table", choice->file, "CSV with a line of names")->required();
+  command->add_option("table", choice->file, "table with a line of names: CSV of any kind, or .mat")->required();
   command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
   command->add_option("--target", choice->target, "column to predict")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers, for tuning");
@@ -116,6 +131,7 @@ void add_fit_command(CLI::App& app, int& code) {
   command->add_option("--out", choice->out, "model file to write");
   command->add_option("--diagnostics", choice->diagnostics,
                       "CSV to write: alpha, weight, fitted, leave-one-out residual of each row");
+  add_table_options(*command, choice->table);
   add_method_options(*command, choice->method);
   tools::add_examples(*command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
   command->callback([choice, &code] {

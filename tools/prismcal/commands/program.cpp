@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   add_evaluate_command(app, code);
   add_compare_command(app, code);
   add_report_command(app, code);
+  add_inspect_command(app, code);
   add_allan_command(app, code);
   add_convert_command(app, code);
   add_verify_command(app, code);

@@ -1,17 +1,51 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/commands/recording_options.hpp"
 
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <iterator>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/escape.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/tables/time_format.hpp"
 
 namespace prism::commands {
+
+void add_table_options(CLI::App& command, tables::TableOptions& options) {
+  command.add_option("--separator", options.separator,
+                     "of a table: comma, semicolon, tab, blank, bar, none or one character (default: detected)");
+  command.add_option("--decimal", options.decimal, "sign of a table's decimals, . or , (default: detected)");
+  command.add_option("--encoding", options.encoding, "of a table, as UTF-16 or ISO-8859-1 (default: detected)");
+  command.add_option("--header-row", options.header_row, "line of the names of a table, 0: none (default: detected)")
+      ->check(tools::within(0, 100000));
+  command
+      .add_option("--time-format", options.time_format,
+                  "of a table: number, unix, excel, datenum, labview, gps, iso, dmy, mdy or clock (default: detected)")
+      ->check(
+          CLI::IsMember(std::vector<std::string>(std::begin(tables::kTimeFormats), std::end(tables::kTimeFormats))));
+  command
+      .add_option("--time-unit", options.time_unit,
+                  "of a table's time: s, ms, us or ns (default: by its header, else detected)")
+      ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
+  // Each file once, also if a command reads it several times.
+  options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
+    if (said->insert(line).second) fmt::print(stderr, "{}\n", printable(line));
+  };
+}
 
 void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
   command
       .add_option("--map", options.map,
-                  "any CSV: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time; repeat or list")
+                  "any table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time; repeat or list")
       ->delimiter(',');
-  command.add_option("--interval", options.interval_s, "seconds between rows, if a mapped CSV has no time")
+  command.add_option("--interval", options.table.interval_s, "seconds between rows, if a mapped table has no time")
       ->check(tools::positive());
+  add_table_options(command, options.table);
   command.add_option("--config", options.config, "captures: configuration of the prismd that recorded them");
   command.add_option("--axis", options.axis, "axis to use, if the recording has several");
 }

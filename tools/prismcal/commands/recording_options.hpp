@@ -9,7 +9,11 @@
 
 namespace prism::commands {
 
-/// --map, --interval, --config.
+/// --separator, --decimal, --encoding, --header-row, --time-format, --time-unit. Sets options.announce to print on
+/// stderr.
+void add_table_options(CLI::App& command, tables::TableOptions& options);
+
+/// --map, --interval, --config, --axis, and those of add_table_options().
 void add_source_options(CLI::App& command, recordings::SourceOptions& options);
 
 /// --latitude, --elevation, --azimuth, --no-earth-rate.

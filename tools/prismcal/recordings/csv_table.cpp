@@ -3,72 +3,96 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
 
-#include "base/outside_text.hpp"
 #include "base/sha256.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::recordings {
 
-Result<CsvTable> CsvTable::read(const std::string& path) {
+Result<CsvTable> CsvTable::read(const std::string& path, const tables::TableOptions& options) {
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
+  const auto source = tables::open_table(path, options);
+  if (!source) return tl::unexpected<Error>(source.error());
   CsvTable table;
   table.path_ = path;
   table.sha256_ = *sum;
-  auto opened = CsvLines::open(path);
-  if (!opened) return tl::unexpected<Error>(opened.error());
-  CsvLines& lines = *opened;
-  if (lines.next()) {
-    table.header_ = lines.line();
-    table.separator_ = lines.separator();
-    for (std::string& name : lines.fields()) {
-      if (auto good = check_text(TextRule::kText, name, lines.position()); !good)
-        return tl::unexpected<Error>(good.error());
-      if (std::find(table.names_.begin(), table.names_.end(), name) != table.names_.end())
-        return make_error(lines.position(), fmt::format("found column \"{}\" twice", name));
-      table.names_.push_back(std::move(name));
-    }
-  }
-  while (lines.next()) {
-    if (const std::size_t found = lines.field_count(); found != table.names_.size())
-      return make_error(lines.position(), fmt::format("found {} fields, expected {}", found, table.names_.size()));
-    table.lines_.push_back({lines.line(), lines.number()});
-  }
-  if (auto good = lines.finish(); !good) return tl::unexpected<Error>(good.error());
-  if (table.lines_.empty()) return make_error(path, "found no row below a line of names");
+  table.options_ = options;
   return table;
 }
 
-Result<std::vector<double>> CsvTable::column(const std::string& name) const {
-  const auto index = csv_column(names_, name);
-  if (!index)
-    return make_error(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", name,
-                                         names_.size(), fmt::join(names_, ", ")));
-  std::vector<double> values;
-  values.reserve(lines_.size());
-  for (const NumberedLine& line : lines_) {
-    const std::string_view field = *csv_field(line.text, separator_, *index);
-    const auto value = csv_number(field);
-    if (!value) {
-      return make_error(fmt::format("{}:{}", path_, line.number),
-                        fmt::format("column {}: found \"{}\", expected a finite number", name, field));
+Result<CsvColumns> CsvTable::columns(const std::vector<std::string>& names, bool keep_text,
+                                     const std::string& time) const {
+  auto source = tables::open_table(path_, options_);
+  if (!source) return tl::unexpected<Error>(source.error());
+  tables::TableSource& table = **source;
+  tables::Selection selection;
+  selection.keep_text = keep_text;
+  std::size_t time_row = names.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto index = table.find(names[i]);
+    if (!index) return tl::unexpected<Error>(index.error());
+    if (names[i] == time && time_row == names.size()) {
+      time_row = i;
+      const bool has_unit =
+          table.columns()[*index].unit || !options_.time_unit.empty() || !options_.time_format.empty();
+      selection.time = tables::TimeSelection{*index, has_unit ? "" : "s"};
+    } else {
+      selection.numbers.push_back(*index);
     }
-    values.push_back(*value);
   }
-  return values;
+  if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
+  std::vector<double> values;
+  CsvColumns columns;
+  tables::Block block;
+  while (true) {
+    const auto more = table.next(block);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    for (std::size_t row = 0; row < block.rows; ++row) {
+      for (std::size_t i = 0, number = 0; i < names.size(); ++i) {
+        if (i == time_row) {
+          values.push_back(static_cast<double>(block.time_ns[row]) / 1e9);
+          continue;
+        }
+        const tables::Header& header = table.columns()[selection.numbers[number]];
+        const double value = block.columns[number++][row];
+        values.push_back(header.stated ? value * header.unit->factor + header.unit->offset : value);
+      }
+    }
+    for (std::string& text : block.text) columns.text.push_back(std::move(text));
+  }
+  if (table.counts().rows == 0) return make_error(path_, "found no row below a line of names");
+  columns.values = Eigen::Map<const Eigen::MatrixXd>(values.data(), static_cast<Eigen::Index>(names.size()),
+                                                     static_cast<Eigen::Index>(table.counts().rows));
+  columns.separator = table.separator();
+  columns.decimal = table.decimal();
+  for (const tables::Header& header : table.columns())
+    columns.header += (columns.header.empty() ? "" : std::string(1, columns.separator)) + header.text;
+  if (options_.announce) options_.announce(table.understood());
+  return columns;
 }
 
-Result<Eigen::MatrixXd> CsvTable::columns(const std::vector<std::string>& names) const {
-  Eigen::MatrixXd matrix(names.size(), lines_.size());
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto values = column(names[i]);
-    if (!values) return tl::unexpected<Error>(values.error());
-    matrix.row(static_cast<Eigen::Index>(i)) =
-        Eigen::Map<const Eigen::RowVectorXd>(values->data(), static_cast<Eigen::Index>(values->size()));
+std::size_t CsvColumns::drop_holes() {
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < values.cols(); ++i) {
+    if (!values.col(i).allFinite()) continue;
+    if (kept != i) {
+      values.col(kept) = values.col(i);
+      if (!text.empty()) text[static_cast<std::size_t>(kept)] = std::move(text[static_cast<std::size_t>(i)]);
+    }
+    ++kept;
   }
-  return matrix;
+  const auto dropped = static_cast<std::size_t>(values.cols() - kept);
+  values.conservativeResize(Eigen::NoChange, kept);
+  if (!text.empty()) text.resize(static_cast<std::size_t>(kept));
+  return dropped;
+}
+
+Result<std::vector<double>> CsvTable::column(const std::string& name) const {
+  const auto read = columns({name});
+  if (!read) return tl::unexpected<Error>(read.error());
+  return std::vector<double>(read->values.data(), read->values.data() + read->values.size());
 }
 
 }  // namespace prism::recordings

@@ -1,42 +1,46 @@
 // SPDX-License-Identifier: MIT
-// A CSV table without timestamps: a line of names, then one sample per row. Columns are parsed on demand.
+// A table without a fixed meaning of its columns, for fit, cv and predict: columns by name, as numbers.
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {
 
+/// Values of several columns.
+struct CsvColumns {
+  Eigen::MatrixXd values;         ///< one row per column of the table (d × N); a hole is kUnknown
+  std::vector<std::string> text;  ///< the rows as in the file; only if asked for
+  std::string header;             ///< the names as in the file, with its separator
+  char separator = ',', decimal = '.';
+
+  /// Removes the rows with a hole in any column. Returns their number.
+  std::size_t drop_holes();
+};
+
 class CsvTable {
  public:
-  /// Reads the syntax of CsvLines, with a line of names. Errors, with file and line: an unreadable file, no row, a row
-  /// with another number of fields, a duplicate name.
-  static Result<CsvTable> read(const std::string& path);
+  /// Detects how the table is written (../tables/dialect.hpp). Errors: those of open_table().
+  static Result<CsvTable> read(const std::string& path, const tables::TableOptions& options = {});
 
   const std::string& path() const { return path_; }
   const std::string& sha256() const { return sha256_; }
-  const std::vector<std::string>& names() const { return names_; }
-  std::size_t rows() const { return lines_.size(); }
-  /// Parses a column. Errors, with line and column: an unknown name, a field that is not a finite number.
+  /// Reads columns by name or number. A column whose header states a unit in brackets or in a row of units is converted
+  /// to deg/h, degC, V or s. Announces how the table was understood. Errors, with line and column: those of
+  /// TableSource; no row. `times`: columns of `names` that are times, in seconds.
+  Result<CsvColumns> columns(const std::vector<std::string>& names, bool keep_text = false,
+                             const std::string& time = {}) const;
+  /// One of them.
   Result<std::vector<double>> column(const std::string& name) const;
-  /// Parses several columns. Each is a row of the matrix (d × N).
-  Result<Eigen::MatrixXd> columns(const std::vector<std::string>& names) const;
-  const std::string& header() const { return header_; }
-  const std::string& row(std::size_t i) const { return lines_[i].text; }
-  char separator() const { return separator_; }
 
  private:
-  struct NumberedLine {
-    std::string text;
-    std::size_t number;
-  };
-  std::string path_, sha256_, header_;
-  std::vector<std::string> names_;
-  std::vector<NumberedLine> lines_;
-  char separator_ = ',';
+  std::string path_, sha256_;
+  tables::TableOptions options_;
 };
 
 }  // namespace prism::recordings

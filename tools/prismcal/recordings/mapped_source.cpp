@@ -1,78 +1,134 @@
 // SPDX-License-Identifier: MIT
-// Reads any CSV as a recording: columns are mapped by name and unit, rows become samples for SecondAverager.
+// Reads a table of another program as a recording: columns are mapped by name and unit, rows become samples for
+// SecondAverager.
 #include <fmt/format.h>
 
-#include <charconv>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <map>
+#include <optional>
 
+#include "base/plain_text.hpp"
+#include "base/sha256.hpp"
 #include "compensation/second_averager.hpp"
-#include "tools/prismcal/recordings/csv_table.hpp"
+#include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
-#include "tools/prismcal/recordings/units.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/recordings/table_judge.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {
 namespace {
 
-struct MappedColumn {
-  std::string column;
-  const Unit* unit;
-  double scale = 1, offset = 0;  ///< file value · scale + offset is in `unit`
+constexpr std::array<const char*, 3> kQuantities = {"rate", "temperature", "uhfo"};
+
+struct Conversion {
+  double scale = 1, offset = 0, factor = 1, shift = 0;
+  double operator()(double value) const { return (value * scale + offset) * factor + shift; }
 };
-using Map = std::map<std::string, MappedColumn>;
 
-constexpr const char* kGrammar =
-    "QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET], as rate=rate_x:deg/s or rate=Gx:deg/s*0.061-1.2";
+/// The table with the mapped columns selected.
+struct MappedTable {
+  std::unique_ptr<tables::TableSource> source;
+  std::array<std::optional<std::size_t>, 3> place;  ///< of each quantity in a block
+  std::array<Conversion, 3> conversion;
+  bool timed = false;
+};
 
-/// Parses "*0.061-1.2" after a unit. Returns false if the text is invalid.
-bool read_scale_and_offset(std::string_view text, MappedColumn& mapped) {
-  const auto number = [&text](double& value) {
-    text.remove_prefix(text.starts_with('*') || text.starts_with('+') ? 1 : 0);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    return error == std::errc() && std::isfinite(value);
-  };
-  if (text.starts_with('*') && !(number(mapped.scale) && mapped.scale != 0)) return false;
-  if ((text.starts_with('+') || text.starts_with('-')) && !number(mapped.offset)) return false;
-  return text.empty();
-}
-
-Result<Map> parse_map(const std::vector<std::string>& entries) {
-  Map map;
-  for (const std::string& entry : entries) {
-    const std::size_t equals = entry.find('='), colon = entry.rfind(':');
-    if (equals == std::string::npos || colon == std::string::npos || colon < equals) {
-      return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
-    }
-    const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
-    const std::string quantity = entry.substr(0, equals), unit = entry.substr(colon + 1, scale_at - colon - 1);
-    const Unit* found = find_unit(quantity, unit);
-    if (!found) {
-      std::string known;
-      for (const Unit& u : kUnits) known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", u.quantity, u.name);
-      return make_error("--map", fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known));
-    }
-    MappedColumn mapped{entry.substr(equals + 1, colon - equals - 1), found};
-    if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
-      return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
-    if (!map.emplace(quantity, std::move(mapped)).second) {
-      return make_error("--map", "found " + quantity + " twice, expected it once");
-    }
+Result<MappedTable> open_mapped(const std::string& path, const QuantityMap& map, const SourceOptions& options,
+                                bool only_time) {
+  MappedTable table;
+  auto source = tables::open_table(path, options.table);
+  if (!source) return tl::unexpected<Error>(source.error());
+  table.source = std::move(*source);
+  tables::Selection selection;
+  for (std::size_t q = 0; q < kQuantities.size(); ++q) {
+    const auto at = map.find(kQuantities[q]);
+    if (at == map.end()) continue;
+    const auto column = table.source->find(at->second.column);
+    if (!column) return tl::unexpected<Error>(column.error());
+    const auto unit = unit_of_quantity(kQuantities[q], at->second, table.source->columns()[*column]);
+    if (!unit) return tl::unexpected<Error>(unit.error());
+    table.conversion[q] = {at->second.scale, at->second.offset, (*unit)->factor, (*unit)->offset};
+    if (only_time) continue;
+    table.place[q] = selection.numbers.size();
+    selection.numbers.push_back(*column);
   }
-  if (!map.contains("rate")) return make_error("--map", "found no rate, expected rate=COLUMN:UNIT");
-  return map;
+  if (const auto at = map.find("time"); at != map.end()) {
+    const auto column = table.source->find(at->second.column);
+    if (!column) return tl::unexpected<Error>(column.error());
+    table.timed = true;
+    const std::string unit = at->second.unit ? std::string(at->second.unit->name) : std::string();
+    selection.time = tables::TimeSelection{*column, unit, at->second.scale, at->second.offset};
+  }
+  if (auto good = table.source->select(std::move(selection)); !good) return tl::unexpected<Error>(good.error());
+  return table;
 }
 
-Result<std::vector<double>> converted(const CsvTable& table, const Map& map, const std::string& quantity) {
-  const auto at = map.find(quantity);
-  if (at == map.end()) return std::vector<double>(table.rows(), kUnknown);
-  auto values = table.column(at->second.column);
-  if (!values) return values;
-  const MappedColumn& mapped = at->second;
-  for (double& value : *values)
-    value = (value * mapped.scale + mapped.offset) * mapped.unit->factor + mapped.unit->offset;
-  return values;
+Result<std::vector<std::int64_t>> read_stamps(MappedTable& table) {
+  std::vector<std::int64_t> stamps;
+  tables::Block block;
+  while (true) {
+    const auto more = table.source->next(block);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) return stamps;
+    stamps.insert(stamps.end(), block.time_ns.begin(), block.time_ns.end());
+  }
+}
+
+/// Averages the rows to seconds. `times_ns`: ends of the samples; empty: `interval_s` apart.
+class Averaging {
+ public:
+  Averaging(const std::vector<std::int64_t>& times_ns, const SourceOptions& options)
+      : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged) {}
+
+  void add(const MappedTable& table, const tables::Block& block, std::size_t row, Recording& recording) {
+    Sample sample;
+    sample.time_ns = time_of(index_);
+    const std::int64_t before = index_ > 0 ? time_of(index_ - 1) : sample.time_ns - first_step_ns();
+    sample.interval_s = static_cast<double>(sample.time_ns - before) / 1e9;
+    const auto value = [&](std::size_t quantity) {
+      return table.place[quantity] ? table.conversion[quantity](block.columns[*table.place[quantity]][row]) : kUnknown;
+    };
+    sample.rate_deg_per_h = value(0);
+    sample.temperature_degc = value(1);
+    sample.uhfo_v = value(2);
+    ++index_;
+    if (judged_) judge_.push(sample, block.lines[row]);
+    if (const auto second_mean = averager_.push(sample)) recording.second_means.push_back(*second_mean);
+  }
+  Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
+    if (const auto second_mean = averager_.finish()) recording.second_means.push_back(*second_mean);
+    if (!judged_) return {};
+    auto notes = judge_.finish(path);
+    if (!notes) return tl::unexpected<Error>(notes.error());
+    for (const auto& more : {*notes, judge_seconds(recording.second_means, is_date)})
+      recording.notes.insert(recording.notes.end(), more.begin(), more.end());
+    return {};
+  }
+
+ private:
+  std::int64_t time_of(std::size_t index) const {
+    return times_.empty() ? std::llround(static_cast<double>(index + 1) * interval_s_ * 1e9) : times_[index];
+  }
+  std::int64_t first_step_ns() const {
+    if (times_.size() > 1) return times_[1] - times_[0];
+    return times_.empty() ? std::llround(interval_s_ * 1e9) : 1'000'000'000;
+  }
+
+  const std::vector<std::int64_t>& times_;
+  double interval_s_;
+  bool judged_;
+  compensation::SecondAverager averager_;
+  TableJudge judge_;
+  std::size_t index_ = 0;
+};
+
+void add_grid_notes(const SampleGrid& grid, Recording& recording) {
+  if (!grid.remark.empty()) recording.notes.push_back("time: " + grid.remark);
+  if (grid.lost > 0)
+    recording.notes.push_back(
+        fmt::format("{} lost in {}", counted(grid.lost, "sample"), counted(grid.holes.size(), "hole")));
 }
 
 }  // namespace
@@ -80,38 +136,47 @@ Result<std::vector<double>> converted(const CsvTable& table, const Map& map, con
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
-  const auto table = CsvTable::read(path);
-  if (!table) return tl::unexpected<Error>(table.error());
-  const auto rate = converted(*table, *map, "rate"), temperature = converted(*table, *map, "temperature");
-  const auto uhfo = converted(*table, *map, "uhfo"), time = converted(*table, *map, "time");
-  for (const auto* column : {&rate, &temperature, &uhfo, &time}) {
-    if (!*column) return tl::unexpected<Error>(column->error());
-  }
   const bool timed = map->contains("time");
-  if (!timed && !(options.interval_s > 0))
-    return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
   Recording recording;
-  recording.name = std::filesystem::path(path).stem().string();
-  recording.files.push_back({path, table->sha256(), table->rows()});
-  compensation::SecondAverager averager;
-  for (std::size_t i = 0; i < table->rows(); ++i) {
-    const double now = timed ? (*time)[i] : static_cast<double>(i + 1) * options.interval_s;
-    const double before = timed ? (i > 0               ? (*time)[i - 1]
-                                   : table->rows() > 1 ? now - ((*time)[1] - now)
-                                                       : now - 1)
-                                : now - options.interval_s;
-    if (!(now > before))
-      return make_error(fmt::format("{}, row {}", path, i + 1),
-                        fmt::format("found time {} after {}, expected increasing times", now, before));
-    Sample sample;
-    sample.time_ns = std::llround(now * 1e9);
-    sample.interval_s = now - before;
-    sample.rate_deg_per_h = (*rate)[i];
-    sample.temperature_degc = (*temperature)[i];
-    sample.uhfo_v = (*uhfo)[i];
-    if (const auto second_mean = averager.push(sample)) recording.second_means.push_back(*second_mean);
+  std::vector<std::int64_t> times;
+  if (timed) {
+    auto table = open_mapped(path, *map, options, true);
+    if (!table) return tl::unexpected<Error>(table.error());
+    auto stamps = read_stamps(*table);
+    if (!stamps) return tl::unexpected<Error>(stamps.error());
+    if (stamps->size() > 1) {
+      const auto grid = sample_grid(*stamps, path);
+      if (!grid) return tl::unexpected<Error>(grid.error());
+      times = grid->times_ns(*stamps);
+      add_grid_notes(*grid, recording);
+    } else {
+      times = std::move(*stamps);
+    }
   }
-  if (const auto second_mean = averager.finish()) recording.second_means.push_back(*second_mean);
+  auto table = open_mapped(path, *map, options, false);
+  if (!table) return tl::unexpected<Error>(table.error());
+  if (!timed && !(options.table.interval_s > 0))
+    return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
+  recording.name = std::filesystem::path(path).stem().string();
+  Averaging averaging(times, options);
+  tables::Block block;
+  while (true) {
+    const auto more = table->source->next(block);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    for (std::size_t row = 0; row < block.rows; ++row) averaging.add(*table, block, row, recording);
+  }
+  const bool is_date = table->source->time() && table->source->time()->has_date;
+  if (auto good = averaging.finish(path, is_date, recording); !good) return tl::unexpected<Error>(good.error());
+  const auto sum = sha256_of_file(path);
+  if (!sum) return tl::unexpected<Error>(sum.error());
+  recording.files.push_back({path, *sum, table->source->counts().rows});
+  if (table->source->counts().rows == 0) return make_error(path, "found no row below a line of names");
+  if (options.table.announce) {
+    std::string line = table->source->understood();
+    for (const std::string& note : recording.notes) line += "; " + note;
+    options.table.announce(line);
+  }
   return recording;
 }
 

@@ -3,131 +3,141 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 
-#include "base/outside_text.hpp"
-#include "compensation/evaluation/statistics.hpp"
+#include "base/plain_text.hpp"
 #include "compensation/sample.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
-#include "tools/prismcal/recordings/units.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/tables/header_unit.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {
 namespace {
 
-/// Returns kUnknown for a gap: an empty field, or "nan" as other programs write it.
-std::optional<double> number_or_gap(std::string_view field) {
-  if (field.empty() || field == "nan" || field == "NaN") return kUnknown;
-  return csv_number(field);
+Result<double> factor_of(const std::string& unit) {
+  if (const tables::Unit* found = tables::find_unit("rate", unit)) return found->factor;
+  return make_error("--unit", fmt::format("found \"{}\", expected deg/h, deg/s, rad/s or arcsec/s", unit));
 }
 
-std::string unit_by_name(const std::string& column) {
-  if (column.ends_with("_dps") || column.ends_with("_deg_per_s")) return "deg/s";
-  if (column.ends_with("_rad_per_s") || column.ends_with("_rads")) return "rad/s";
-  return "deg/h";
+/// The factor to deg/h of a column of a table; sets the unit of the series. Errors: a unit of another quantity.
+Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const tables::Header& header) {
+  if (!choice.unit.empty()) {
+    series.unit = choice.unit;
+  } else if (header.unit && header.unit->quantity != "rate") {
+    return make_error("--column", fmt::format("found \"{}\" in {}, expected a rate; --unit states another unit",
+                                              header.text, header.unit->name));
+  } else {
+    series.unit = header.unit ? header.unit->name : "deg/h";
+  }
+  return factor_of(series.unit);
 }
 
-/// Sets the unit of the series and returns its factor to deg/h.
-Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice) {
-  series.unit = choice.unit.empty() ? unit_by_name(series.column) : choice.unit;
-  if (const Unit* unit = find_unit("rate", series.unit)) return unit->factor;
-  return make_error("--unit", fmt::format("found \"{}\", expected deg/h, deg/s, rad/s or arcsec/s", series.unit));
-}
-
-/// The columns to read.
+/// The time column and the rate column of a table.
 struct Layout {
-  std::vector<std::string> names;  ///< "1", "2", … if the file has no names
-  bool named = false;
   std::size_t rate = 0;
   std::optional<std::size_t> time;
 };
 
-Result<Layout> choose_columns(std::vector<std::string> first_line, const RateSeriesChoice& choice,
-                              const std::string& path) {
+Result<Layout> choose_columns(const tables::TableSource& table, const RateSeriesChoice& choice) {
   Layout layout;
-  layout.names = std::move(first_line);
-  layout.named = std::any_of(layout.names.begin(), layout.names.end(),
-                             [](const std::string& field) { return !number_or_gap(field); });
-  for (std::size_t i = 0; !layout.named && i < layout.names.size(); ++i) layout.names[i] = std::to_string(i + 1);
-  const std::string all = fmt::format("{}", fmt::join(layout.names, ", "));
+  const auto& columns = table.columns();
   if (!choice.time_column.empty()) {
-    layout.time = csv_column(layout.names, choice.time_column);
-    if (!layout.time)
-      return make_error(path, fmt::format("found no column \"{}\", expected one of {}", choice.time_column, all));
-  } else if (layout.named) {
-    for (const char* name : {"t_s", "time_s"}) {
-      if (const auto found = csv_column(layout.names, name)) layout.time = found;
-    }
+    const auto found = table.find(choice.time_column);
+    if (!found) return tl::unexpected<Error>(found.error());
+    layout.time = *found;
   }
-  auto rate = csv_column(layout.names, choice.column.empty() ? "rate_deg_per_h" : choice.column);
-  if (!rate && choice.column.empty() && layout.names.size() == 1) rate = 0;
-  if (!rate && choice.column.empty() && layout.names.size() == 2 && layout.time) rate = 1 - *layout.time;
-  if (!rate) {
-    return make_error(path, choice.column.empty()
-                                ? fmt::format("found columns {}, expected --column NAME", all)
-                                : fmt::format("found no column \"{}\", expected one of {}", choice.column, all));
+  if (choice.time_column.empty() && columns.size() > 1) layout.time = table.time_column();
+  if (!choice.column.empty()) {
+    const auto found = table.find(choice.column);
+    if (!found) return tl::unexpected<Error>(found.error());
+    layout.rate = *found;
+    return layout;
   }
+  std::optional<std::size_t> rate, only;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].text == "rate_deg_per_h") rate = i;
+    if (layout.time && *layout.time == i) continue;
+    only = i;
+    ++others;
+  }
+  if (!rate && others == 1) rate = only;
+  if (!rate)
+    return make_error(table.path(), fmt::format("found columns {}, expected --column NAME", table.names_text()));
   layout.rate = *rate;
   return layout;
 }
 
-/// Rates and times in the units of the file.
+/// Rates in the unit of the file, and times.
 struct Columns {
-  Layout layout;
-  std::vector<double> rates, times;
-
-  Result<void> add(const CsvLines& lines) {
-    const auto field = lines.field(layout.rate);
-    const auto rate = field ? number_or_gap(*field) : std::nullopt;
-    if (!rate) {
-      return make_error(lines.position(), fmt::format("column {}: found \"{}\", expected a number",
-                                                      layout.names[layout.rate], field.value_or("")));
-    }
-    rates.push_back(*rate);
-    if (!layout.time) return {};
-    const auto time = csv_number(lines.field(*layout.time).value_or(""));
-    if (!time) return make_error(lines.position(), "found no time, expected seconds");
-    if (!times.empty() && !(*time > times.back()))
-      return make_error(lines.position(),
-                        fmt::format("found time {} after {}, expected increasing times", *time, times.back()));
-    times.push_back(*time);
-    return {};
-  }
+  std::vector<double> rates;
+  std::vector<std::int64_t> times_ns;
 };
 
-Result<Columns> read_columns(const std::string& path, const RateSeriesChoice& choice) {
-  auto opened = CsvLines::open(path);
-  if (!opened) return tl::unexpected(opened.error());
-  CsvLines& lines = *opened;
+Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
+  tables::Selection selection;
+  selection.numbers = {layout.rate};
+  if (layout.time) selection.time = tables::TimeSelection{*layout.time, "", 1, 0};
+  if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
   Columns columns;
-  if (!lines.next()) return make_error(path, "found no row of numbers, expected a rate in every line");
-  for (const std::string& field : lines.fields()) {
-    if (auto good = check_text(TextRule::kText, field, lines.position()); !good) return tl::unexpected(good.error());
+  tables::Block block;
+  while (true) {
+    const auto more = table.next(block);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    for (std::size_t i = 0; i < block.time_ns.size(); ++i) {
+      const std::int64_t before = i > 0                      ? block.time_ns[i - 1]
+                                  : columns.times_ns.empty() ? block.time_ns[i]
+                                                             : columns.times_ns.back();
+      if (block.time_ns[i] < before)
+        return make_error(fmt::format("{}:{}", table.path(), block.lines[i]),
+                          fmt::format("found time {} after {}, expected increasing times",
+                                      static_cast<double>(block.time_ns[i]) / 1e9, static_cast<double>(before) / 1e9));
+    }
+    columns.rates.insert(columns.rates.end(), block.columns[0].begin(), block.columns[0].end());
+    columns.times_ns.insert(columns.times_ns.end(), block.time_ns.begin(), block.time_ns.end());
   }
-  auto layout = choose_columns(lines.fields(), choice, path);
-  if (!layout) return tl::unexpected(layout.error());
-  columns.layout = std::move(*layout);
-  for (bool more = !columns.layout.named || lines.next(); more; more = lines.next()) {
-    if (const auto done = columns.add(lines); !done) return tl::unexpected(done.error());
-  }
-  if (auto good = lines.finish(); !good) return tl::unexpected(good.error());
-  if (columns.rates.empty()) return make_error(path, "found no row of numbers, expected a rate in every line");
+  if (columns.rates.empty()) return make_error(table.path(), "found no row of numbers, expected a rate in every line");
   return columns;
 }
 
-double median_step(const std::vector<double>& times) {
-  std::vector<double> steps;
-  steps.reserve(times.size());
-  for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-  return evaluation::median_of(std::move(steps));
+/// Sets the interval, and puts a gap into the rates where samples are lost.
+Result<void> place_in_time(const Columns& columns, const std::string& time_name, const std::string& path,
+                           std::optional<double> given_s, RateSeries& series) {
+  if (columns.times_ns.size() < 2) {
+    series.rate_deg_per_h = columns.rates;
+    series.interval_source = "assumed: the file has no time";
+    return {};
+  }
+  const auto grid = sample_grid(columns.times_ns, path, given_s);
+  if (!grid) return tl::unexpected<Error>(grid.error());
+  series.interval_s = grid->interval_s;
+  series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
+  series.lost = grid->lost;
+  if (!grid->remark.empty()) series.notes.push_back("time: " + grid->remark);
+  series.rate_deg_per_h.reserve(columns.rates.size() + grid->holes.size());
+  std::size_t hole = 0;
+  for (std::size_t i = 0; i < columns.rates.size(); ++i) {
+    if (hole < grid->holes.size() && grid->holes[hole].row == i) {
+      series.rate_deg_per_h.push_back(kUnknown);
+      ++hole;
+    }
+    series.rate_deg_per_h.push_back(columns.rates[i]);
+  }
+  if (grid->lost > 0)
+    series.notes.push_back(
+        fmt::format("{} lost in {}", counted(grid->lost, "sample"), counted(grid->holes.size(), "hole")));
+  return {};
 }
 
 // prismd's log has one row per second. Partial seconds, missing seconds and the time between sessions are gaps.
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
-  const auto factor = set_unit(series, choice);
+  const auto factor = set_unit(series, choice, tables::read_header(series.column));
   if (!factor) return tl::unexpected(factor.error());
   const auto folder = LogFolder::read(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
@@ -156,27 +166,31 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   std::error_code error;
   const bool log = std::filesystem::is_directory(path, error) || is_log(path);
   if (log && choice.time_column.empty() && !choice.interval_s) return read_log_series(path, choice);
-  const auto columns = read_columns(path, choice);
-  if (!columns) return tl::unexpected(columns.error());
-  const auto& [layout, rates, times] = *columns;
+  tables::TableOptions options = choice.table;
+  options.interval_s = choice.interval_s.value_or(0);
+  auto table = tables::open_table(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
+  const auto layout = choose_columns(**table, choice);
+  if (!layout) return tl::unexpected<Error>(layout.error());
   RateSeries series;
-  series.column = layout.names[layout.rate];
-  const auto factor = set_unit(series, choice);
-  if (!factor) return tl::unexpected(factor.error());
-  series.rows = rates.size();
-
-  const bool timed = times.size() > 1;
-  series.interval_s = choice.interval_s ? *choice.interval_s : timed ? median_step(times) : 1;
-  series.interval_source = choice.interval_s ? "given"
-                           : timed           ? "median step of " + layout.names[*layout.time]
-                                             : "assumed: the file has no time";
+  const tables::Header& header = (*table)->columns()[layout->rate];
+  series.column = header.text;
+  const auto factor = set_unit(series, choice, header);
+  if (!factor) return tl::unexpected<Error>(factor.error());
+  const auto columns = read_columns(**table, *layout);
+  if (!columns) return tl::unexpected<Error>(columns.error());
+  series.rows = columns->rates.size();
+  const std::string time_name = layout->time ? (*table)->columns()[*layout->time].text : "";
+  if (auto placed = place_in_time(*columns, time_name, path, choice.interval_s, series); !placed)
+    return tl::unexpected<Error>(placed.error());
+  if (choice.interval_s) {
+    series.interval_s = *choice.interval_s;
+    series.interval_source = "given";
+  }
   if (!(series.interval_s > 0))
     return make_error(path, fmt::format("found interval {} s, expected more than 0", series.interval_s));
-  series.rate_deg_per_h.reserve(series.rows);
-  for (std::size_t i = 0; i < series.rows; ++i) {
-    if (timed && i > 0 && times[i] - times[i - 1] > 1.5 * series.interval_s) series.rate_deg_per_h.push_back(kUnknown);
-    series.rate_deg_per_h.push_back(rates[i] * *factor);
-  }
+  for (double& rate : series.rate_deg_per_h) rate *= *factor;
+  if (choice.table.announce) choice.table.announce((*table)->understood());
   return series;
 }
 

@@ -7,15 +7,17 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismcal/tables/table_options.hpp"
 
 namespace prism::recordings {
 
 struct RateSeriesChoice {
   std::string column;       ///< name, or number from 1; empty: "rate_deg_per_h", or the only column except the time
-  std::string time_column;  ///< name or number, seconds; empty: "time_s" or "t_s" if present
-  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's name, else deg/h
+  std::string time_column;  ///< name or number; empty: the column whose name and unit are those of a time
+  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header, else deg/h
   std::optional<double> interval_s;  ///< spacing of the rows; overrides the time column
   std::string axis;                  ///< selects one axis of a log with several
+  tables::TableOptions table;        ///< how a table of another program is written
 };
 
 struct RateSeries {
@@ -25,13 +27,13 @@ struct RateSeries {
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
   std::size_t rows = 0;
-  std::vector<std::string> notes;  ///< readable lines on rows left out
+  std::size_t lost = 0;            ///< samples that the time stamps show as lost
+  std::vector<std::string> notes;  ///< readable lines on rows left out, and on the time
 };
 
-/// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise reads the
-/// syntax of CsvLines, with or without a line of names. A time step of more than 1.5 intervals is a gap. Errors, with
-/// file and line: an unreadable file, an unknown column, a field that is not a number, time that does not increase, no
-/// row.
+/// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table
+/// of another program (../tables/table_source.hpp); sample_grid() decides the interval and the gaps. Errors, with file and
+/// line: those of TableSource, an unknown column, a unit that is not one of a rate, time that goes back, no row.
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 
 }  // namespace prism::recordings

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/recording.hpp"
 
+#include <fmt/format.h>
+
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <sstream>
 
+#include "base/file.hpp"
 #include "base/outside_text.hpp"
 #include "compensation/earth_rate.hpp"
+#include "tools/prismcal/recordings/log_segment.hpp"
+#include "tools/prismcal/recordings/quantity_map.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -19,6 +27,27 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
                       "found no site in its log, expected --latitude and --elevation, or --no-earth-rate");
   }
   return placement;
+}
+
+/// A file that neither is a log of prismd nor was meant to be one.
+bool is_foreign(const std::string& path) {
+  std::error_code error;
+  auto in = FileReader::open(path);
+  std::string line;
+  if (std::filesystem::is_directory(path, error) || !in || !in->read_line(line)) return false;
+  return !line.starts_with("# prism ");
+}
+
+/// What to do with a table of another program: the entries of --map, as far as its header tells them.
+Error without_map(const std::string& path, const SourceOptions& options) {
+  const auto table = tables::open_table(path, options.table);
+  if (!table) return table.error();
+  const std::string entries = fmt::format("{}", fmt::join(suggested_map(**table), ","));
+  if (entries.empty())
+    return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
+                              "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
+                              (*table)->names_text(), shell_word(path))};
+  return {path, "not a log of prismd; its header fits: " + train_command(**table)};
 }
 
 }  // namespace
@@ -46,7 +75,9 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
   if (!options.map.empty()) return read_mapped(path, options);
-  return is_capture(path) ? read_capture(path, options) : read_log(path, options.axis);
+  if (is_capture(path)) return read_capture(path, options);
+  if (is_foreign(path)) return tl::unexpected<Error>(without_map(path, options));
+  return read_log(path, options.axis);
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {

@@ -9,6 +9,7 @@
 
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
+#include "tools/prismcal/tables/table_options.hpp"
 
 namespace prism::recordings {
 
@@ -33,12 +34,14 @@ struct Recording {
 };
 
 struct SourceOptions {
-  /// "rate=COLUMN:UNIT", "temperature=…", "uhfo=…", "time=…". COLUMN: name or number from 1. UNIT: see units.hpp;
-  /// "rate=Gx:deg/s*0.061-1.2" scales and shifts a column to its unit. Empty: not a mapped CSV.
+  /// "rate=COLUMN:UNIT", "temperature=…", "uhfo=…", "time=…". COLUMN: name or number from 1. UNIT: see
+  /// ../tables/units.hpp, else by the header; "rate=Gx:deg/s*0.061-1.2" scales and shifts a column to its unit. Empty:
+  /// not a mapped CSV.
   std::vector<std::string> map;
-  double interval_s = 0;  ///< mapped CSV without a time column: seconds between rows, > 0
-  std::string config;     ///< capture: configuration of the prismd that recorded it
-  std::string axis;       ///< selects one axis of a log or capture with several
+  tables::TableOptions table;  ///< how a mapped table is written; its interval_s: spacing of rows without a time, > 0
+  bool judged = true;          ///< mapped table: implausible values and single outliers are left out (table_judge.hpp)
+  std::string config;          ///< capture: configuration of the prismd that recorded it
+  std::string axis;            ///< selects one axis of a log or capture with several
 };
 
 struct SiteOptions {

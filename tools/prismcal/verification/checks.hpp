@@ -23,6 +23,8 @@ struct CheckedCapture {
   std::string damage;  ///< readable text on bytes that are not packets; empty if undamaged
 };
 CheckedCapture check_capture(const std::string& path);
+/// Reads a table of another program to its end.
+Finding check_table(const std::string& path);
 /// Checks a model, a frame description or a configuration. Returns nullopt for JSON of another type, unless it is
 /// `named` on the command line: then it is checked as a configuration.
 std::optional<Finding> check_document(const std::string& path, bool named);

@@ -23,6 +23,14 @@ bool begins_a_log(const std::string& path) {
   return in && kFirstWords.starts_with(first);
 }
 
+bool begins_a_document(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::string first(64, '\0');
+  first.resize(in ? in->read(first) : 0);
+  const std::size_t at = first.find_first_not_of(" \t\r\n");
+  return !in || (at != std::string::npos && first[at] == '{');
+}
+
 // Also by the name, so that a capture with damaged first bytes is a fault, not a file of another type.
 bool should_be_capture(const std::string& path) {
   return path.ends_with(".pcap") || path.ends_with(".pcapng") || recordings::is_capture(path);
@@ -61,7 +69,12 @@ FolderContents of_file(const std::string& path) {
   contents.one_file = true;
   std::vector<std::string> tables;
   sort_in(path, contents, tables);
-  if (!tables.empty()) contents.log = path;
+  // An empty or truncated file named *.csv is a log: prismd was stopped before its first row.
+  if (!tables.empty() && begins_a_log(path)) contents.log = path;
+  if (contents.log.empty() && contents.captures.empty() && contents.documents.empty() && !begins_a_document(path)) {
+    contents.table = path;
+    contents.others.clear();
+  }
   contents.documents.insert(contents.documents.end(), contents.others.begin(), contents.others.end());
   contents.others.clear();
   return contents;

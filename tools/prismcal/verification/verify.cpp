@@ -29,6 +29,7 @@ VerificationResult verify(const std::string& path) {
       result.findings.push_back(finding ? std::move(*finding)
                                         : Finding{document, FileState::kSkipped, "JSON of another type"});
     }
+    if (!contents.table.empty()) result.findings.push_back(check_table(contents.table));
     for (const std::string& other : contents.others)
       result.findings.push_back({other, FileState::kSkipped, "not a file of prism"});
   }

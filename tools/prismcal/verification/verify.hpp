@@ -60,9 +60,10 @@ struct VerificationResult {
   std::size_t faults() const;
 };
 
-/// Checks a log segment (formats 1 and 2), a capture, a model, a frame description or a configuration, or all of them
-/// in a folder and below. Uses the same readers as the other tools. Never fails: an unreadable file is a finding.
-/// Checks only the configuration itself; `prismd --check` also checks the files that it names.
+/// Checks a log segment (formats 1 and 2), a capture, a model, a frame description, a configuration or a table of
+/// another program, or all of prism's files in a folder and below. Uses the same readers as the other tools. Never
+/// fails: an unreadable file is a finding. Checks only the configuration itself; `prismd --check` also checks the files
+/// that it names.
 VerificationResult verify(const std::string& path);
 
 }  // namespace prism::verification

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Units of mapped CSV columns, and their conversion to those of prism.
+// Units of the columns of tables, and their conversion to those of prism.
 #pragma once
 
 #include <numbers>
 #include <string_view>
 
-namespace prism::recordings {
+namespace prism::tables {
 
 /// value · factor + offset: deg/h, degC, V or s.
 struct Unit {
@@ -37,4 +37,4 @@ constexpr const Unit* find_unit(std::string_view quantity, std::string_view name
   return nullptr;
 }
 
-}  // namespace prism::recordings
+}  // namespace prism::tables

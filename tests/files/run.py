@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Each file of tests/files/data (write.py made them from one truth) through each command of prismcal that reads tables: the
+same result as data/plain.csv, or the same refusal. usage: PRISM_BIN=build/unity tests/files/run.py [NAME …]"""
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DATA = os.path.join(HERE, "data")
+PRISMCAL = os.path.join(os.environ["PRISM_BIN"], "tools/prismcal/prismcal")
+faults = []
+
+
+def run(*arguments):
+    try:
+        done = subprocess.run([PRISMCAL, *arguments], capture_output=True, text=True, timeout=20)
+    except subprocess.TimeoutExpired:
+        return -1, "", "no end after 20 s"
+    return done.returncode, done.stdout, done.stderr
+
+
+def payloads(path):
+    """The data of a capture's packets, and their times since the first."""
+    with open(path, "rb") as file:
+        data = file.read()
+    at, packets, first = 24, [], None
+    while at + 16 <= len(data):
+        seconds, nanos, length, _ = struct.unpack_from("<IIII", data, at)
+        first = seconds if first is None else first
+        packets.append((seconds - first, nanos, data[at + 16:at + 16 + length].hex()))
+        at += 16 + length
+    return packets
+
+
+def commands(case, folder):
+    """Name and arguments of each command for a file."""
+    path = os.path.join(DATA, case["file"])
+    columns = case["columns"]
+    options = [o for o in case["options"] if o not in ("--scaled", "--nearly", "--holes")]
+    # Headers with a unit need none in --map; those with a comma or colon are given by number.
+    entries = [f"rate={columns['rate']}" + ("" if has_unit(columns["rate"]) else ":deg/h"),
+               f"temperature={columns['temperature']}" + ("" if has_unit(columns["temperature"]) else ":degC"),
+               f"time={columns['time']}"]
+    mapping = [word for entry in entries for word in ("--map", entry)]
+    time = columns["time"].split(":")[0]
+    return {
+        "allan": ["allan", path, "--column", columns["rate"], "--time", time, "--json", *options],
+        "fit": ["fit", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",
+                "--sigma2", "1", "--json", *options],
+        "cv": ["cv", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",
+               "--sigma2", "1", "--json", *options],
+        "convert": ["convert", path, *mapping, "--out", os.path.join(folder, "out.pcap"), *options],
+    }
+
+
+def has_unit(name):
+    return name not in ("rate", "T", "rate_x", "Temp", "r", "1", "2", "3")
+
+
+def nearly(a, b, tolerance):
+    if isinstance(a, dict):
+        return set(a) == set(b) and all(nearly(a[k], b[k], tolerance) for k in a)
+    if isinstance(a, list):
+        return len(a) == len(b) and all(nearly(x, y, tolerance) for x, y in zip(a, b))
+    if isinstance(a, (int, float)) and isinstance(b, (int, float)):
+        return abs(a - b) <= tolerance * max(abs(a), abs(b), 1e-9)
+    return a == b
+
+
+def result(name, out, folder):
+    """What must be equal of a command's output."""
+    if name == "convert":
+        return payloads(os.path.join(folder, "out.pcap"))
+    json_out = json.loads(out)
+    if name == "allan":
+        return {key: json_out[key] for key in ("points", "values", "holes", "tau0_s")}
+    return {key: json_out[key] for key in json_out if key not in ("model", "id", "inputs", "model_id", "seconds", "names")}
+
+
+def check_same(case, plain, folder):
+    tolerance = 1e-6 if set(case["options"]) & {"--nearly"} else 1e-12
+    reference = case.get("reference", plain)
+    for name, arguments in commands(case, folder).items():
+        code, out, err = run(*arguments)
+        where = f"{case['file']}: {name}"
+        if code != 0:
+            faults.append(f"{where}: exit code {code}: {err.strip()}")
+            continue
+        if not any(line.startswith(os.path.join(DATA, case["file"]) + ": ") for line in err.splitlines()):
+            faults.append(f"{where}: no line of how the file was understood, found {err!r}")
+        found = result(name, out, folder)
+        if "--scaled" in case["options"]:
+            continue
+        if "--holes" in case["options"]:
+            if name == "allan" and found["holes"] != 6:
+                faults.append(f"{where}: found {found['holes']} holes, expected 6")
+            continue
+        if name == "convert" and case["date"]:  # the frame begins with its time and ends with a checksum
+            found = [(seconds, nanos, frame[8:-6]) for seconds, nanos, frame in found]
+            expected = [(seconds, nanos, frame[8:-6]) for seconds, nanos, frame in reference[name]]
+        else:
+            expected = reference[name]
+        if not nearly(found, expected, tolerance) and not (name == "convert" and tolerance > 1e-9):
+            faults.append(f"{where}: differs from plain.csv: {str(found)[:200]} instead of {str(expected)[:200]}")
+    code, out, err = run("inspect", os.path.join(DATA, case["file"]), "--json",
+                         *[o for o in case["options"] if o not in ("--scaled", "--nearly", "--holes")])
+    json_out = json.loads(out)
+    if code != 0 or json_out["rows"] != 60:
+        faults.append(f"{case['file']}: inspect: exit code {code}, {json_out['rows']} rows, expected 60; {json_out['problem']}")
+    if json_out["time"] and json_out["time"]["interval_s"] and abs(json_out["time"]["interval_s"] - 0.5) > 1e-4:
+        faults.append(f"{case['file']}: inspect: every {json_out['time']['interval_s']} s, expected 0.5")
+
+
+def check_refused(case, folder):
+    expected = case["refused"].replace("FILE", os.path.join(DATA, case["file"]))
+    timeless = "inspect" in case  # the columns are good; only their time is not
+    for name, arguments in commands(case, folder).items():
+        if timeless and name in ("fit", "cv"):
+            continue
+        code, _, err = run(*arguments)
+        if code != 1 or expected not in err or len(err.strip().splitlines()) != 1:
+            faults.append(f"{case['file']}: {name}: exit code {code}, expected the one line \"{expected}\", found \"{err.strip()}\"")
+
+
+def check_words(folder):
+    """What a user sees: the finished command line, and silence with --quiet."""
+    path = os.path.join(DATA, "plain.csv")
+    code, _, err = run("train", path, "--out", os.path.join(folder, "m.json"))
+    line = f"prismcal train {path} --map rate=rate_deg_per_h:deg/h --map temperature=T_degC:degC --map time=t_s:s --no-earth-rate --inputs T,dTdt --out model.json"
+    if code != 1 or line not in err:
+        faults.append(f"plain.csv: train without --map: exit code {code}, expected \"{line}\", found \"{err.strip()}\"")
+    code, out, _ = run("inspect", path)
+    if code != 0 or line not in out:
+        faults.append(f"plain.csv: inspect: exit code {code}, expected \"{line}\"")
+    for name, arguments in commands({"file": "plain.csv", "options": ["--quiet"], "columns": {"time": "t_s", "rate": "rate_deg_per_h",
+                                                                                              "temperature": "T_degC"}}, folder).items():
+        code, _, err = run(*arguments)
+        if code != 0 or err:
+            faults.append(f"plain.csv: {name} --quiet: exit code {code}, found \"{err.strip()}\"")
+    for name, expected in (("plain.csv", 0), ("torn.csv", 1), ("short-row.csv", 1), ("two-names.csv", 1)):
+        code, out, err = run("verify", os.path.join(DATA, name))
+        if code != expected:
+            faults.append(f"{name}: verify: exit code {code}, expected {expected}; {out}{err}")
+
+
+def main():
+    with open(os.path.join(HERE, "cases.json")) as file:
+        cases = json.load(file)
+    wanted = sys.argv[1:]
+    with tempfile.TemporaryDirectory(prefix="prism-files-") as folder:
+        plain_case = next(case for case in cases if case["file"] == "plain.csv")
+        plain = {}
+        for name, arguments in commands(plain_case, folder).items():
+            code, out, err = run(*arguments)
+            if code != 0:
+                sys.exit(f"plain.csv: {name}: exit code {code}: {err}")
+            plain[name] = result(name, out, folder)
+        check_words(folder)
+        for case in cases:
+            if wanted and case["file"] not in wanted:
+                continue
+            if "refused" in case:
+                check_refused(case, folder)
+            else:
+                check_same(case, plain, folder)
+    for fault in faults:
+        print(fault)
+    print(f"{len(cases)} files, {len(faults)} faults")
+    sys.exit(1 if faults else 0)
+
+
+main()

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// Any bytes as a table of another program, and as a hex dump: rejected in one line, or read with as many cells in each
+// column as there are rows.
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "drivers/hex_dump.hpp"
+#include "tests/fuzz/require.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
+
+namespace {
+
+void check(const prism::Error& error) { require(error.text().find('\n') == std::string::npos); }
+
+void read(const std::string& path, bool with_time) {
+  auto table = prism::tables::open_text_table(path, {});
+  if (!table) return check(table.error());
+  prism::tables::Selection selection;
+  for (std::size_t i = 0; i < (*table)->columns().size(); ++i) selection.numbers.push_back(i);
+  const auto time = (*table)->time_column();
+  if (with_time && time) selection.time = prism::tables::TimeSelection{*time, "", 1, 0};
+  if (auto good = (*table)->select(selection); !good) return check(good.error());
+  prism::tables::Block block;
+  while (true) {
+    const auto more = (*table)->next(block);
+    if (!more) return check(more.error());
+    if (!*more) return;
+    for (const auto& column : block.columns) require(column.size() == block.rows);
+    require(block.time_ns.empty() || block.time_ns.size() == block.rows);
+    require(!(*table)->understood().empty());
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::string path = "/dev/shm/prism-fuzz-table-" + std::to_string(getpid());
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
+  read(path, false);
+  read(path, true);
+  prism::drivers::bytes_of_hex_dump(text);
+  unlink(path.c_str());
+  return 0;
+}

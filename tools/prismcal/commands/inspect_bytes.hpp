@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// `prismcal inspect` of a file that is not a table: the frame descriptions that fit its bytes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "drivers/wire/decode/sniffer.hpp"
+
+namespace prism::commands {
+
+/// "capture", "bytes" or "hex dump"; empty: probably a table. Errors: those of FileReader::open().
+Result<std::string> kind_of_bytes(const std::string& path);
+
+/// The shipped and installed descriptions that fit the whole file, the best first. Errors: those of CaptureReader.
+Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path);
+
+}  // namespace prism::commands

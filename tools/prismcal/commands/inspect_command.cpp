@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/escape.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_number.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/inspect_bytes.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/recordings/table_summary.hpp"
+
+namespace prism::commands {
+namespace {
+
+using recordings::ColumnSummary;
+using recordings::TableSummary;
+using recordings::TimeSummary;
+
+struct InspectChoice {
+  std::string file;
+  tables::TableOptions table;
+  bool json = false;
+};
+
+/// The course of a column in one line of eighths of a block.
+std::string spark(const ColumnSummary& column) {
+  constexpr const char* kEighths[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  double low = INFINITY, high = -INFINITY;
+  for (const double mean : column.course) {
+    if (std::isfinite(mean)) low = std::min(low, mean), high = std::max(high, mean);
+  }
+  std::string text;
+  const std::size_t step = column.course.size() > 32 ? 2 : 1;
+  for (std::size_t i = 0; i < column.course.size(); i += step) {
+    const double mean = column.course[i];
+    const double part = high > low ? (mean - low) / (high - low) : 0;
+    text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
+  }
+  return text;
+}
+
+std::string time_text(const TimeSummary& time, std::int64_t ns) {
+  return time.is_date ? utc_nano_text(ns) : fmt::format("{:.10g} s", static_cast<double>(ns) / 1e9);
+}
+
+std::string grid_text(const TimeSummary& time) {
+  if (time.backward > 0) return fmt::format("goes back {}: no sample time", counted(time.backward, "time"));
+  if (!time.grid) return "one row: no sample time";
+  const recordings::SampleGrid& grid = *time.grid;
+  std::string text = fmt::format(
+      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; "
+      "{} lost in {}, {}, 0 backward",
+      grid.interval_s, grid.mean_step_s, grid.median_step_s, grid.jitter_s, counted(grid.lost, "sample"),
+      counted(grid.holes.size(), "hole"), counted(grid.repeated, "repeated stamp"));
+  return grid.remark.empty() ? text : text + "\n  " + grid.remark;
+}
+
+void print(const TableSummary& summary, const std::string& path) {
+  fmt::print("{}: {}\n{}, {}{}\n\n", path, summary.dialect, counted(summary.rows, "row"),
+             counted(summary.columns.size(), "column"),
+             summary.torn > 0 ? "; the last one has no line end and is left out" : "");
+  std::size_t width = 6;
+  for (const ColumnSummary& column : summary.columns) width = std::max(width, column.header.text.size());
+  width = std::min<std::size_t>(width, 40);
+  fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}\n", "column", width, "unit", "smallest", "largest", "holes");
+  for (const ColumnSummary& column : summary.columns) {
+    const std::string unit = column.header.unit ? std::string(column.header.unit->name) : "";
+    if (column.kind == tables::ColumnKind::kNumber) {
+      fmt::print("{:<{}}  {:<8} {:>14.8g} {:>14.8g} {:>8}  {}\n", shortened(column.header.text, 40), width, unit,
+                 column.smallest, column.largest, column.holes, spark(column));
+    } else {
+      fmt::print("{:<{}}  {}\n", shortened(column.header.text, 40), width,
+                 column.kind == tables::ColumnKind::kTime ? "time" : "text");
+    }
+  }
+  if (summary.time)
+    fmt::print("\ntime {} ({}): {} to {}\n  {}\n", summary.time->column, summary.time->format,
+               time_text(*summary.time, summary.time->first_ns), time_text(*summary.time, summary.time->last_ns),
+               grid_text(*summary.time));
+  if (!summary.problem.empty()) return;
+  if (summary.command.empty())
+    fmt::print("\nNo column has the unit of a rate; state it: prismcal train {} --map rate=COLUMN:UNIT …\n", path);
+  else
+    fmt::print("\n{}\n", printable(summary.command));
+}
+
+nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& path) {
+  nlohmann::ordered_json json = {{"file", path},
+                                 {"dialect", summary.dialect},
+                                 {"rows", summary.rows},
+                                 {"torn_rows", summary.torn},
+                                 {"columns", nlohmann::ordered_json::array()}};
+  for (const ColumnSummary& column : summary.columns) {
+    json["columns"].push_back({{"header", column.header.text},
+                               {"name", column.header.name},
+                               {"unit", nullptr},
+                               {"kind", column.kind == tables::ColumnKind::kNumber ? "number"
+                                        : column.kind == tables::ColumnKind::kTime ? "time"
+                                                                                   : "text"},
+                               {"smallest", column.smallest},
+                               {"largest", column.largest},
+                               {"holes", column.holes}});
+    if (column.header.unit) json["columns"].back()["unit"] = column.header.unit->name;
+  }
+  json["time"] = nullptr;
+  if (summary.time) {
+    const TimeSummary& time = *summary.time;
+    json["time"] = {{"column", time.column},
+                    {"format", time.format},
+                    {"first_s", static_cast<double>(time.first_ns) / 1e9},
+                    {"last_s", static_cast<double>(time.last_ns) / 1e9},
+                    {"is_date", time.is_date},
+                    {"backward", time.backward},
+                    {"interval_s", nullptr}};
+    if (time.grid) {
+      json["time"].update({{"interval_s", time.grid->interval_s},
+                           {"mean_step_s", time.grid->mean_step_s},
+                           {"median_step_s", time.grid->median_step_s},
+                           {"jitter_s", time.grid->jitter_s},
+                           {"lost", time.grid->lost},
+                           {"holes", time.grid->holes.size()},
+                           {"repeated", time.grid->repeated},
+                           {"remark", time.grid->remark}});
+    }
+  }
+  json["command"] = summary.command;
+  json["problem"] = summary.problem;
+  return json;
+}
+
+/// A capture, raw bytes or a hex dump: the descriptions that fit.
+Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
+  const auto fitting = fitting_descriptions(choice.file);
+  if (!fitting) return tl::unexpected<Error>(fitting.error());
+  nlohmann::ordered_json json = {{"file", choice.file}, {"kind", kind}, {"fits", nlohmann::ordered_json::array()}};
+  if (!choice.json) fmt::print("{}: {}; {} fit\n", choice.file, kind, counted(fitting->size(), "frame description"));
+  for (const wire::SniffScore& score : *fitting) {
+    json["fits"].push_back(
+        {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
+    if (!choice.json) fmt::print("  {}\n", wire::sniff_line(score));
+  }
+  if (!choice.json && !fitting->empty())
+    fmt::print(
+        "\nWrite a configuration with \"frames\": \"{}\"; then prismcal train {} --config CONFIGURATION --out "
+        "model.json\n",
+        fitting->front().description->name, choice.file);
+  if (choice.json) fmt::print("{}\n", json_text(json, 2));
+  return fitting->empty() ? 1 : 0;
+}
+
+Result<int> run(const InspectChoice& choice) {
+  const auto kind = kind_of_bytes(choice.file);
+  if (!kind) return tl::unexpected<Error>(kind.error());
+  if (!kind->empty()) return run_bytes(choice, *kind);
+  const auto summary = recordings::summarise_table(choice.file, choice.table);
+  if (!summary) return tl::unexpected<Error>(summary.error());
+  if (choice.json)
+    fmt::print("{}\n", json_text(json_of(*summary, choice.file), 2));
+  else
+    print(*summary, choice.file);
+  if (!summary->problem.empty() && !choice.json) fmt::print(stderr, "prismcal: {}\n", summary->problem);
+  return summary->problem.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("inspect", "show how a file of another program is understood, before training");
+  const auto choice = std::make_shared<InspectChoice>();
+  command->add_option("file", choice->file, "table (CSV of any kind, or .mat), capture, raw bytes or hex dump")
+      ->required();
+  command->add_option("--interval", choice->table.interval_s, "seconds between rows, which give the unit of the time")
+      ->check(tools::positive());
+  add_table_options(*command, choice->table);
+  command->add_flag("--json", choice->json, "print JSON");
+  tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.txt --decimal , --json"});
+  command->callback([choice, &code] {
+    const auto done = run(*choice);
+    code = done ? *done : failed(done.error());
+  });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/quantity_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace prism::recordings {
+namespace {
+
+constexpr const char* kGrammar =
+    "QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET], as rate=rate_x:deg/s or rate=Gx:deg/s*0.061-1.2";
+
+/// Parses "*0.061-1.2" after a unit. Returns false if the text is invalid.
+bool read_scale_and_offset(std::string_view text, MappedColumn& mapped) {
+  const auto number = [&text](double& value) {
+    text.remove_prefix(text.starts_with('*') || text.starts_with('+') ? 1 : 0);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return error == std::errc() && std::isfinite(value);
+  };
+  if (text.starts_with('*') && !(number(mapped.scale) && mapped.scale != 0)) return false;
+  if ((text.starts_with('+') || text.starts_with('-')) && !number(mapped.offset)) return false;
+  return text.empty();
+}
+
+bool is_quantity(std::string_view name) {
+  return std::any_of(std::begin(tables::kUnits), std::end(tables::kUnits),
+                     [&](const tables::Unit& unit) { return unit.quantity == name; });
+}
+
+std::string known_units(const std::string& quantity) {
+  std::string known;
+  for (const tables::Unit& unit : tables::kUnits) {
+    if (quantity.empty() || unit.quantity == quantity)
+      known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", unit.quantity, unit.name);
+  }
+  return known;
+}
+
+}  // namespace
+
+Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
+  QuantityMap map;
+  for (const std::string& entry : entries) {
+    const std::size_t equals = entry.find('=');
+    if (equals == std::string::npos || equals + 1 == entry.size())
+      return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
+    const std::string quantity = entry.substr(0, equals);
+    const std::size_t colon = entry.rfind(':');
+    MappedColumn mapped;
+    if (colon == std::string::npos || colon < equals) {
+      if (!is_quantity(quantity))
+        return make_error("--map", fmt::format("found {} in \"\", expected one of: {}", quantity, known_units("")));
+      mapped.column = entry.substr(equals + 1);
+    } else {
+      const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
+      const std::string unit = entry.substr(colon + 1, scale_at - colon - 1);
+      mapped.unit = tables::find_unit(quantity, unit);
+      if (!mapped.unit)
+        return make_error("--map",
+                          fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known_units("")));
+      mapped.column = entry.substr(equals + 1, colon - equals - 1);
+      if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
+        return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
+    }
+    if (!map.emplace(quantity, std::move(mapped)).second)
+      return make_error("--map", "found " + quantity + " twice, expected it once");
+  }
+  if (!map.contains("rate")) return make_error("--map", "found no rate, expected rate=COLUMN:UNIT");
+  return map;
+}
+
+Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
+                                             const tables::Header& header) {
+  if (mapped.unit) return mapped.unit;
+  if (header.unit && header.unit->quantity == quantity) return header.unit;
+  return make_error("--map", fmt::format("found {}={} without a unit, and none in the header \"{}\", expected {}",
+                                         quantity, mapped.column, header.text, known_units(quantity)));
+}
+
+std::vector<std::string> suggested_map(const tables::TableSource& table) {
+  std::vector<std::string> entries;
+  const auto& columns = table.columns();
+  // Names that --map would split are given as numbers.
+  const auto name_of = [&](std::size_t i) {
+    return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
+  };
+  for (const char* quantity : {"rate", "temperature", "uhfo"}) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (!columns[i].unit || columns[i].unit->quantity != quantity || table.kind(i) != tables::ColumnKind::kNumber)
+        continue;
+      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(i), columns[i].unit->name));
+      break;
+    }
+    if (entries.empty()) return entries;
+  }
+  if (const auto time = table.time_column()) {
+    const tables::Unit* unit = columns[*time].unit;
+    const bool has_unit = unit && unit->quantity == "time" && table.kind(*time) == tables::ColumnKind::kNumber;
+    entries.push_back("time=" + name_of(*time) + (has_unit ? ":" + std::string(unit->name) : ""));
+  }
+  return entries;
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=,+@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string train_command(const tables::TableSource& table) {
+  const std::vector<std::string> entries = suggested_map(table);
+  if (entries.empty()) return {};
+  std::string text = "prismcal train " + shell_word(table.path()), inputs;
+  bool timed = false;
+  for (const std::string& entry : entries) {
+    text += " --map " + shell_word(entry);
+    timed = timed || entry.starts_with("time=");
+    if (entry.starts_with("temperature=")) inputs += ",T,dTdt";
+    if (entry.starts_with("uhfo=")) inputs += ",U";
+  }
+  if (!timed) text += " --interval SECONDS";
+  text += " --no-earth-rate";
+  if (!inputs.empty()) text += " --inputs " + inputs.substr(1);
+  return text + " --out model.json";
+}
+
+}  // namespace prism::recordings

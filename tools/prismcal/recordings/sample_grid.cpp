@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/sample_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "base/plain_text.hpp"
+
+namespace prism::recordings {
+namespace {
+
+using Stamps = std::span<const std::int64_t>;
+
+double quantile_of(std::vector<double>& values, double q) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Spans of `rows` rows each, ns.
+std::vector<double> spans_of(Stamps stamps, std::size_t rows) {
+  constexpr std::size_t kMostSpans = 4000;
+  std::vector<double> spans;
+  const std::size_t blocks = (stamps.size() - 1) / rows, stride = std::max<std::size_t>(1, blocks / kMostSpans);
+  for (std::size_t i = 0; i < blocks; i += stride) {
+    // Not evenly spaced: a stride of an even number would see only one half of an alternation.
+    const std::size_t b = std::min(blocks - 1, i + i / stride * 7919 % stride);
+    spans.push_back(static_cast<double>(stamps[(b + 1) * rows] - stamps[b * rows]));
+  }
+  return spans;
+}
+
+struct FirstGuess {
+  double interval_ns = 0;
+  std::size_t rows = 1;  ///< rows after which the pattern of the stamps repeats
+};
+
+/// The fewest rows whose span is nearly constant: 1 for exact stamps, 2 for alternating ones, the batch's size for
+/// batches, many for jitter. Few rows, because lost samples must not be in most of the spans.
+FirstGuess first_guess(Stamps stamps) {
+  constexpr double kConstant = 0.004;
+  FirstGuess best;
+  double least = 1e9;
+  for (std::size_t rows = 1; rows == 1 || rows * 4 <= stamps.size() - 1; rows = std::max(rows + 1, rows + rows / 5)) {
+    std::vector<double> spans = spans_of(stamps, rows);
+    const double middle = quantile_of(spans, 0.5);
+    if (!(middle > 0)) continue;
+    const double spread = (quantile_of(spans, 0.84) - quantile_of(spans, 0.16)) / 2 / middle;
+    if (spread >= least) continue;
+    least = spread;
+    best = {middle / static_cast<double>(rows), rows};
+    // The mean over spans without a loss is finer than the resolution of the stamps.
+    double sum = 0;
+    std::size_t count = 0;
+    const double width = std::max(0.45 * best.interval_ns, 1e-3 * middle);
+    for (const double span : spans) {
+      if (std::fabs(span - middle) > width) continue;
+      sum += span;
+      ++count;
+    }
+    if (spread * middle < 0.3 * best.interval_ns && count > 0)
+      best.interval_ns = sum / static_cast<double>(count) / static_cast<double>(rows);
+    if (spread <= kConstant) break;
+  }
+  return best;
+}
+
+/// Minimum over the last `length` values.
+class SlidingMinimum {
+ public:
+  explicit SlidingMinimum(std::size_t length) : length_(length) {}
+  void push(double value) {
+    while (!values_.empty() && values_.back().second >= value) values_.pop_back();
+    values_.emplace_back(count_++, value);
+    if (values_.front().first + length_ < count_) values_.pop_front();
+  }
+  void clear() { values_.clear(); }
+  bool empty() const { return values_.empty(); }
+  double value() const { return values_.front().second; }
+
+ private:
+  std::size_t length_, count_ = 0;
+  std::deque<std::pair<std::size_t, double>> values_;
+};
+
+/// Middle range of the stamps against the count, within blocks of the pattern.
+double noise_of(Stamps stamps, const FirstGuess& guess) {
+  const std::size_t rows = std::min(std::max<std::size_t>(guess.rows, 16), stamps.size());
+  std::vector<double> ranges;
+  for (std::size_t begin = 0; begin + rows <= stamps.size(); begin += rows) {
+    double low = 0, high = 0;
+    for (std::size_t i = 1; i < rows; ++i) {
+      const double late =
+          static_cast<double>(stamps[begin + i] - stamps[begin]) - static_cast<double>(i) * guess.interval_ns;
+      low = std::min(low, late), high = std::max(high, late);
+    }
+    ranges.push_back(high - low);
+  }
+  return ranges.empty() ? 0 : quantile_of(ranges, 0.5);
+}
+
+/// Lateness of each row against the count, ns.
+std::vector<double> lateness_of(Stamps stamps, double interval_ns) {
+  std::vector<double> late(stamps.size());
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    late[i] = static_cast<double>(stamps[i] - stamps[0]) - static_cast<double>(i) * interval_ns;
+  return late;
+}
+
+/// How stamps are compared: rows of the envelope (1: the stamps are exact), rows needed after a hole, and rows within
+/// which two holes are one: within a batch of equal stamps they cannot be told apart.
+struct Envelope {
+  std::size_t window = 1, least_after = 1, near = 0;
+};
+
+/// Most steps are the interval or a multiple of it: each step alone shows its loss.
+bool are_exact(const std::vector<double>& steps, double interval_ns) {
+  std::vector<double> deviations;
+  deviations.reserve(steps.size());
+  for (const double step : steps)
+    deviations.push_back(std::fabs(step / interval_ns - std::max(1.0, std::round(step / interval_ns))));
+  return quantile_of(deviations, 0.7) < 0.02;
+}
+
+Envelope envelope_of(const FirstGuess& guess, double noise_ns, const std::vector<double>& steps) {
+  const double noise = noise_ns / guess.interval_ns;
+  if (noise < 0.3 || are_exact(steps, guess.interval_ns)) return {};
+  const auto samples = static_cast<std::size_t>(std::min(noise, 1000.0) + 0.5);
+  Envelope envelope;
+  envelope.window = std::clamp<std::size_t>(std::max(2 * guess.rows, 8 * samples), 16, 512);
+  envelope.least_after = std::max<std::size_t>(8, std::min(envelope.window, 2 * std::max(guess.rows, samples)));
+  envelope.near = std::min<std::size_t>(std::max(guess.rows, 2 * samples), 32);
+  return envelope;
+}
+
+void add_hole(SampleHole hole, const Envelope& envelope, std::vector<SampleHole>& holes, SampleHole& last) {
+  const bool joins = !holes.empty() && hole.row - last.row <= envelope.near;
+  if (!joins) {
+    holes.push_back(hole);
+  } else {
+    if (hole.lost > last.lost) holes.back().row = hole.row;
+    holes.back().lost += hole.lost;
+    hole.lost = std::max(hole.lost, last.lost);
+  }
+  last = hole;
+}
+
+std::vector<SampleHole> holes_of(Stamps stamps, double interval_ns, const Envelope& envelope) {
+  const std::size_t window = envelope.window;
+  const std::vector<double> late = lateness_of(stamps, interval_ns);
+  const std::size_t n = stamps.size();
+  std::vector<double> ahead(n);  // the minimum of this row and those after it
+  SlidingMinimum forward(window), backward(window);
+  for (std::size_t i = n; i-- > 0;) {
+    forward.push(late[i]);
+    ahead[i] = forward.value();
+  }
+  std::vector<SampleHole> holes;
+  SampleHole last;
+  double shift = 0;
+  backward.push(late[0]);
+  for (std::size_t i = 1; i < n; ++i) {
+    const double rise = (ahead[i] - shift - backward.value()) / interval_ns;
+    // At the end of the record too few rows remain to tell a late stamp from a loss.
+    const bool certain = i + envelope.least_after <= n;
+    if (rise > (window == 1 ? 0.5 : 0.6) && certain) {
+      std::size_t row = i;
+      for (std::size_t j = i + 1; j < std::min(n, i + 3) && window > 1; ++j) {
+        if (stamps[j] - stamps[j - 1] > stamps[row] - stamps[row - 1]) row = j;
+      }
+      const auto lost = static_cast<std::size_t>(std::max<long long>(1, std::llround(rise)));
+      for (std::size_t j = i; j < row; ++j) backward.push(late[j] - shift);
+      add_hole({row, lost}, envelope, holes, last);
+      shift += static_cast<double>(lost) * interval_ns;
+      i = row;
+    }
+    backward.push(late[i] - shift);
+  }
+  return holes;
+}
+
+/// Slope of the stamps over the count, from the runs between holes.
+double slope_of(Stamps stamps, const std::vector<SampleHole>& holes, double fallback_ns) {
+  double covariance = 0, variance = 0;
+  for (std::size_t h = 0; h <= holes.size(); ++h) {
+    const std::size_t begin = h == 0 ? 0 : holes[h - 1].row, end = h == holes.size() ? stamps.size() : holes[h].row;
+    if (end - begin < 2) continue;
+    const double middle = static_cast<double>(end - begin - 1) / 2;
+    double mean = 0;
+    for (std::size_t i = begin; i < end; ++i) mean += static_cast<double>(stamps[i] - stamps[begin]);
+    mean /= static_cast<double>(end - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      const double x = static_cast<double>(i - begin) - middle;
+      covariance += x * (static_cast<double>(stamps[i] - stamps[begin]) - mean);
+      variance += x * x;
+    }
+  }
+  return variance > 0 && covariance > 0 ? covariance / variance : fallback_ns;
+}
+
+void describe(SampleGrid& grid, std::size_t rows) {
+  if (std::fabs(grid.mean_step_s / grid.median_step_s - 1) <= 0.01 && grid.regular) return;
+  const char* why = grid.repeated * 100 > rows ? "stamps repeat: they are coarse or come in batches"
+                    : grid.lost > 0            ? "samples are lost"
+                    : grid.regular             ? ""
+                                               : "stamps jitter, alternate or are rounded";
+  grid.remark =
+      fmt::format("mean step {:.6g} s, median step {:.6g} s; used: {:.6g} s, count over span{}; {}", grid.mean_step_s,
+                  grid.median_step_s, grid.interval_s, grid.holes.empty() ? "" : " between holes", why);
+}
+
+}  // namespace
+
+std::vector<std::int64_t> SampleGrid::times_ns(Stamps stamps) const {
+  std::vector<std::int64_t> times(stamps.begin(), stamps.end());
+  if (regular) return times;
+  const double interval_ns = 1e9 * interval_s;
+  for (std::size_t h = 0; h <= holes.size(); ++h) {
+    const std::size_t begin = h == 0 ? 0 : holes[h - 1].row, end = h == holes.size() ? stamps.size() : holes[h].row;
+    if (begin == end) continue;
+    // The mean lateness of the run; a drift of the clocks against each other stays within the slope.
+    double mean = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      mean += static_cast<double>(stamps[i] - stamps[begin]) - static_cast<double>(i - begin) * interval_ns;
+    mean /= static_cast<double>(end - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::int64_t time = stamps[begin] + std::llround(mean + static_cast<double>(i - begin) * interval_ns);
+      times[i] = i > 0 ? std::max(time, times[i - 1] + 1) : time;
+    }
+  }
+  return times;
+}
+
+Result<SampleGrid> sample_grid(Stamps stamps, const std::string& where, std::optional<double> interval_s) {
+  SampleGrid grid;
+  if (stamps.size() < 2)
+    return make_error(where, fmt::format("found {}, expected 2 or more", counted(stamps.size(), "time")));
+  std::vector<double> steps;
+  steps.reserve(stamps.size());
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const std::int64_t step = stamps[i] - stamps[i - 1];
+    if (step < 0)
+      return make_error(fmt::format("{}, row {}", where, i + 1),
+                        fmt::format("found time {:.9g} after {:.9g}, expected increasing times",
+                                    static_cast<double>(stamps[i]) * 1e-9, static_cast<double>(stamps[i - 1]) * 1e-9));
+    grid.repeated += step == 0;
+    steps.push_back(static_cast<double>(step));
+  }
+  if (stamps.back() == stamps.front()) return make_error(where, "found the same time in all rows");
+  grid.mean_step_s = 1e-9 * static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(steps.size());
+  const double median_ns = quantile_of(steps, 0.5);
+  grid.median_step_s = median_ns * 1e-9;
+  const FirstGuess guess = interval_s ? FirstGuess{1e9 * *interval_s, 1} : first_guess(stamps);
+  double interval_ns = guess.interval_ns;
+  if (!(interval_ns > 0)) return make_error(where, "found the same time in most rows, expected increasing times");
+  const Envelope envelope = envelope_of(guess, noise_of(stamps, guess), steps);
+  for (int pass = 0; pass < 3; ++pass) {
+    grid.holes = holes_of(stamps, interval_ns, envelope);
+    if (!interval_s) interval_ns = slope_of(stamps, grid.holes, interval_ns);
+  }
+  for (const SampleHole& hole : grid.holes) grid.lost += hole.lost;
+  std::size_t hole = 0;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const bool after_hole = hole < grid.holes.size() && grid.holes[hole].row == i;
+    const double count = 1 + (after_hole ? static_cast<double>(grid.holes[hole++].lost) : 0);
+    const double off = std::fabs(static_cast<double>(stamps[i] - stamps[i - 1]) - count * interval_ns);
+    grid.regular = grid.regular && (off <= 0.01 * interval_ns || (after_hole && off <= 0.3 * interval_ns));
+  }
+  grid.jitter_s = 1e-9 * noise_of(stamps, {interval_ns, guess.rows});
+  // Exact stamps: their own step has more digits than the fit.
+  if (!interval_s && grid.regular && quantile_of(steps, 0.1) == quantile_of(steps, 0.9)) interval_ns = median_ns;
+  grid.interval_s = interval_ns / 1e9;
+  describe(grid, stamps.size());
+  return grid;
+}
+
+}  // namespace prism::recordings

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The sample time of a series, and its lost samples, from time stamps that may be coarse, batched, alternating or
+// jittered.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace prism::recordings {
+
+struct SampleHole {
+  std::size_t row = 0;   ///< first row after the hole, from 0
+  std::size_t lost = 0;  ///< samples
+};
+
+struct SampleGrid {
+  double interval_s = 0;
+  std::vector<SampleHole> holes;                            ///< in order of rows
+  std::size_t lost = 0;                                     ///< in all holes
+  std::size_t repeated = 0;                                 ///< stamps equal to the one before
+  double mean_step_s = 0, median_step_s = 0, jitter_s = 0;  ///< jitter: of the stamps around the grid
+  bool regular = true;  ///< each step is the interval, or a hole, within 1 %: the stamps can be used as they are
+  /// Why the interval is not the median step; empty if the stamps are regular.
+  std::string remark;
+
+  /// Times on the grid, in ns: the stamps without their jitter. `stamps_ns`: those of sample_grid().
+  std::vector<std::int64_t> times_ns(std::span<const std::int64_t> stamps_ns) const;
+};
+
+/// Stamps are ends of intervals, never early and possibly late (USB, operating system), or rounded. The sample time is
+/// the count over the span of the runs between holes. A hole is a lasting shift of the stamps against the count:
+/// its lower envelope rises and stays (as LowerHull, drivers/lower_hull.hpp); a late stamp is followed by one that is
+/// not. A hole within a batch of equal stamps is placed at its first row. Errors: two stamps of which the second is
+/// earlier, with the row from 0 in `where`; no step at
+/// all. `interval_s`: the true sample time, if it is known.
+Result<SampleGrid> sample_grid(std::span<const std::int64_t> stamps_ns, const std::string& where,
+                               std::optional<double> interval_s = std::nullopt);
+
+}  // namespace prism::recordings

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// What a table contains, for `prismcal inspect`: range, holes and course of each column, and its time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/tables/table_source.hpp"
+
+namespace prism::recordings {
+
+struct ColumnSummary {
+  tables::Header header;
+  tables::ColumnKind kind = tables::ColumnKind::kText;
+  double smallest = 0, largest = 0;  ///< kUnknown without a number; as in the file
+  std::size_t holes = 0;
+  std::vector<double> course;  ///< at most 64 means of equal numbers of rows, in order; kUnknown in holes
+};
+
+struct TimeSummary {
+  std::string column, format;
+  std::int64_t first_ns = 0, last_ns = 0;
+  bool is_date = false;  ///< ns since 1970 UTC; otherwise since the origin of the file
+  std::size_t backward = 0;
+  std::optional<SampleGrid> grid;  ///< nullopt: the time goes back, or there is only one row
+};
+
+struct TableSummary {
+  std::string dialect, command;  ///< command: train_command(), or empty
+  std::size_t rows = 0, torn = 0;
+  std::vector<ColumnSummary> columns;
+  std::optional<TimeSummary> time;
+  std::string problem;  ///< of the time, or of the first bad row: the summary ends there; empty: none
+};
+
+/// Errors: those of open_table().
+Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options);
+
+}  // namespace prism::recordings

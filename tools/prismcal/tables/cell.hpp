@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// One cell of a table: a number, a hole, a point in time or other text.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace prism::tables {
+
+/// Parses a cell that is exactly one finite number, with '.' or ',' as decimal sign. Groups of three digits are read
+/// only where they cannot be decimals: "1,234,567" and "1,234.5" with '.', "1.234.567" and "1.234,5" with ','.
+std::optional<double> number_in(std::string_view cell, char decimal);
+
+/// True for "1,234" (one group of three digits, no leading zero): 1.234 with a decimal comma, 1234 with grouped digits.
+bool may_be_grouped(std::string_view cell);
+
+/// True for what programs write for an unknown value: nothing, NaN, N/A, -, #NUM!, inf and the like.
+bool is_hole(std::string_view cell);
+
+}  // namespace prism::tables

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/tables/header_unit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace prism::tables {
+namespace {
+
+struct Spelling {
+  std::string_view text, unit;
+};
+
+// Units as other programs write them, in lower case; the degree sign is "°", micro is "µ" or "μ".
+constexpr Spelling kSpellings[] = {{"deg/h", "deg/h"},
+                                   {"deg/hr", "deg/h"},
+                                   {"deg/hour", "deg/h"},
+                                   {"°/h", "deg/h"},
+                                   {"°/hr", "deg/h"},
+                                   {"dph", "deg/h"},
+                                   {"deg_per_h", "deg/h"},
+                                   {"deg_h", "deg/h"},
+                                   {"grad/h", "deg/h"},
+                                   {"degree/h", "deg/h"},
+                                   {"degrees/h", "deg/h"},
+                                   {"deg/s", "deg/s"},
+                                   {"deg/sec", "deg/s"},
+                                   {"°/s", "deg/s"},
+                                   {"°/sec", "deg/s"},
+                                   {"dps", "deg/s"},
+                                   {"deg_per_s", "deg/s"},
+                                   {"deg_s", "deg/s"},
+                                   {"grad/s", "deg/s"},
+                                   {"degree/s", "deg/s"},
+                                   {"degrees/s", "deg/s"},
+                                   {"rad/s", "rad/s"},
+                                   {"rad/sec", "rad/s"},
+                                   {"rads", "rad/s"},
+                                   {"rad_per_s", "rad/s"},
+                                   {"rad_s", "rad/s"},
+                                   {"arcsec/s", "arcsec/s"},
+                                   {"arcsec_per_s", "arcsec/s"},
+                                   {"\"/s", "arcsec/s"},
+                                   {"degc", "degC"},
+                                   {"°c", "degC"},
+                                   {"deg c", "degC"},
+                                   {"celsius", "degC"},
+                                   {"c", "degC"},
+                                   {"k", "K"},
+                                   {"kelvin", "K"},
+                                   {"degk", "K"},
+                                   {"degf", "degF"},
+                                   {"°f", "degF"},
+                                   {"deg f", "degF"},
+                                   {"fahrenheit", "degF"},
+                                   {"f", "degF"},
+                                   {"v", "V"},
+                                   {"volt", "V"},
+                                   {"volts", "V"},
+                                   {"mv", "mV"},
+                                   {"millivolt", "mV"},
+                                   {"s", "s"},
+                                   {"sec", "s"},
+                                   {"second", "s"},
+                                   {"seconds", "s"},
+                                   {"ms", "ms"},
+                                   {"msec", "ms"},
+                                   {"millisecond", "ms"},
+                                   {"milliseconds", "ms"},
+                                   {"us", "us"},
+                                   {"µs", "us"},
+                                   {"μs", "us"},
+                                   {"usec", "us"},
+                                   {"microseconds", "us"},
+                                   {"ns", "ns"},
+                                   {"nsec", "ns"},
+                                   {"nanoseconds", "ns"},
+                                   {"secs", "s"}};
+
+std::string lower(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    // The sign U+00BA and the ring U+02DA stand for the degree sign in some exports.
+    const std::string_view rest = text.substr(i);
+    if (rest.starts_with("\xC2\xBA") || rest.starts_with("\xCB\x9A")) {
+      out += "°";
+      ++i;
+    } else {
+      out.push_back(text[i] >= 'A' && text[i] <= 'Z' ? static_cast<char>(text[i] + 32) : text[i]);
+    }
+  }
+  return out;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ') || text.starts_with('\n')) text.remove_prefix(1);
+  while (text.ends_with(' ') || text.ends_with('\n')) text.remove_suffix(1);
+  return text;
+}
+
+std::string_view without_brackets(std::string_view text) {
+  text = trimmed(text);
+  for (const auto& [open, close] : {std::pair{'[', ']'}, {'(', ')'}, {'<', '>'}}) {
+    if (text.size() > 1 && text.front() == open && text.back() == close)
+      return trimmed(text.substr(1, text.size() - 2));
+  }
+  return text;
+}
+
+}  // namespace
+
+const Unit* unit_of(std::string_view spelling) {
+  const std::string wanted = lower(trimmed(spelling));
+  for (const Spelling& known : kSpellings) {
+    if (wanted != known.text) continue;
+    for (const Unit& unit : kUnits) {
+      if (unit.name == known.unit) return &unit;
+    }
+  }
+  return nullptr;
+}
+
+bool is_unit_cell(std::string_view cell) {
+  const std::string_view text = without_brackets(cell);
+  if (text.empty() || unit_of(text) || text.size() < cell.size()) return true;
+  constexpr std::array<std::string_view, 16> kOther = {"-",   "1",   "%", "deg", "rad", "a", "ma",  "pa",
+                                                       "hpa", "bar", "g", "m",   "hz",  "°", "n/a", "none"};
+  return std::find(kOther.begin(), kOther.end(), lower(text)) != kOther.end();
+}
+
+Header read_header(std::string_view text, std::string_view unit_text) {
+  text = trimmed(text);
+  Header header{std::string(text), std::string(text)};
+  if (!trimmed(unit_text).empty()) {
+    header.unit = unit_of(without_brackets(unit_text));
+    header.stated = header.unit != nullptr;
+    return header;
+  }
+  for (const auto& [open, close] : {std::pair{'[', ']'}, {'(', ')'}}) {
+    const std::size_t begin = text.rfind(open);
+    if (begin == std::string_view::npos || begin == 0 || !text.ends_with(close)) continue;
+    const Unit* unit = unit_of(text.substr(begin + 1, text.size() - begin - 2));
+    if (!unit) continue;
+    return {std::string(text), std::string(trimmed(text.substr(0, begin))), unit, true};
+  }
+  // "T / K", "rate, deg/h", "Temp degC"; one letter alone is a name.
+  const std::size_t blank = text.rfind(' ');
+  if (blank != std::string_view::npos) {
+    std::string_view name = trimmed(text.substr(0, blank));
+    const std::string_view spelling = without_brackets(text.substr(blank + 1));
+    const bool marked = name.ends_with('/') || name.ends_with(',') || name.ends_with(" in");
+    const Unit* unit = marked || spelling.size() > 1 ? unit_of(spelling) : nullptr;
+    if (unit && marked) name = trimmed(name.substr(0, name.size() - (name.ends_with("in") ? 3 : 1)));
+    if (unit) return {std::string(text), std::string(name), unit, true};
+  }
+  // "rate_x_dps", "Temp_degC": the longest ending that is a unit.
+  for (std::size_t at = text.find('_'); at != std::string_view::npos; at = text.find('_', at + 1)) {
+    const std::string_view ending = text.substr(at + 1);
+    const Unit* unit = at > 0 ? unit_of(ending) : nullptr;
+    if (unit) return {std::string(text), std::string(text.substr(0, at)), unit, false};
+  }
+  return header;
+}
+
+}  // namespace prism::tables
