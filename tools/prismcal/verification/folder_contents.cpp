@@ -70,7 +70,7 @@ FolderContents of_file(const std::string& path) {
   std::vector<std::string> tables;
   sort_in(path, contents, tables);
   // An empty or truncated file named *.csv is a log: prismd was stopped before its first row.
-  if (!tables.empty() && begins_a_log(path)) contents.log = path;
+  if (!tables.empty() && (begins_a_log(path) || !FileReader::open(path))) contents.log = path;
   if (contents.log.empty() && contents.captures.empty() && contents.documents.empty() && !begins_a_document(path)) {
     contents.table = path;
     contents.others.clear();
