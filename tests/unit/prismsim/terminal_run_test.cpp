@@ -16,6 +16,7 @@
 #include "tests/support/emulated.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tools/prismsim/pseudo_terminal.hpp"
 
 namespace prism::prismsim {
 namespace {
