@@ -14,13 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns true for the first bytes of a log, also if a power failure truncated them.
+// Returns true for the first bytes of a log, also if a power failure truncated them, or if one of them is damaged.
 bool begins_a_log(const std::string& path) {
-  constexpr std::string_view kFirstWords = "# prism ";
+  constexpr std::string_view kFirstWords = "# prism ", kFormatMark = " data log, format ";
   auto in = FileReader::open(path);
-  std::string first(kFirstWords.size(), '\0');
+  std::string first(64, '\0');
   first.resize(in ? in->read(first) : 0);
-  return in && kFirstWords.starts_with(first);
+  const bool begins = kFirstWords.starts_with(first) || first.starts_with(kFirstWords);
+  return in && (begins || first.find(kFormatMark) != std::string::npos);
 }
 
 bool begins_a_document(const std::string& path) {
