@@ -31,7 +31,8 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
                "check the configuration and all files that it names (or a frame description or a model), then exit (0 "
                "valid, 78 invalid); with --replay, also print how many bytes, frames and rows the capture gives");
   app.add_option("--sniff", options.sniff,
-                 "listen on a serial device or HOST:PORT (TCP), or read a capture or a file of bytes, and print which frame description "
+                 "listen on a serial device or HOST:PORT (TCP), or read a capture or a file of bytes, and print which "
+                 "frame description "
                  "fits; CONFIG, if given, is the only description to try (name or path)");
   app.add_option("--replay", options.replay, "process a recorded capture instead of the live line; may be repeated")
       ->expected(1)
