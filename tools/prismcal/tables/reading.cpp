@@ -136,7 +136,7 @@ void Reading::find_names(const std::vector<SampleLine>& comments, std::optional<
   };
   const auto is_units = [&](const SampleRow& row) {
     return same_width(row) && std::all_of(row.cells.begin(), row.cells.end(), is_unit_cell) &&
-           std::any_of(row.cells.begin(), row.cells.end(), [](const std::string& cell) { return cell.size() > 0; });
+           std::any_of(row.cells.begin(), row.cells.end(), [](const std::string& cell) { return !cell.empty(); });
   };
   std::size_t names = start_;
   if (start_ > 0 && is_units(rows_[start_ - 1]) && start_ > 1 && same_width(rows_[start_ - 2])) {
