@@ -27,6 +27,8 @@ std::string canonical(const CompositeParameters& p) {
     text += '\n' + exact_numbers(part);
   }
   text += fmt::format("\n{}", fmt::join(p.recording, " "));
+  if (!t.relevance.empty()) text += "\nedge " + exact_text(t.overlap) + ' ' + exact_texts(t.relevance);
+  if (v.warm_up > 0) text += "\nwarm-up " + exact_text(v.warm_up);
   if (!p.prior) return text;
   text += "\nprior " + exact_text(p.prior->scale) + ' ' + exact_texts(p.prior->levels);
   for (const ModelPtr& sibling : p.prior->models) text += ' ' + sibling->info().id;
@@ -57,6 +59,8 @@ std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
     return fmt::format("found {} lengths and {} input scales, expected {}", p.variances.kernel.length2.size(),
                        p.normalisation.input_scale.size(), d);
   }
+  if (!p.trust.relevance.empty() && p.trust.relevance.size() != info.inputs.size())
+    return fmt::format("found {} shares in relevance, expected {}", p.trust.relevance.size(), d);
   if (p.gram.size() > 0) {
     if (p.gram.rows() != n + 1) return fmt::format("gram has {} rows, expected {}", p.gram.rows(), n + 1);
     return {};
@@ -85,6 +89,13 @@ Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen
     begin = end;
   }
   return q;
+}
+
+void add_warm_up(const CompositeVariances& variances, const Eigen::VectorXd& time_h, Eigen::MatrixXd& h) {
+  constexpr double kWarmUp_h = 1;
+  if (!(variances.warm_up > 0)) return;
+  const Eigen::VectorXd w = (-time_h.array() / kWarmUp_h).exp();
+  h.noalias() += variances.warm_up * w * w.transpose();
 }
 
 // Of an Ornstein-Uhlenbeck process (Rybicki and Press 1995): 1ᵀq⁻¹1 = (1 + Σ tanh(Δt / 2 tau)) / s4².
@@ -122,6 +133,7 @@ bool CompositeModel::factorise() {
     posterior_ = PosteriorVariance::sparse(std::move(kernel), p.gram, 1);
   } else {
     kernel += nuisance_matrix(p.variances, p.time_h, p.recording);
+    add_warm_up(p.variances, p.time_h, kernel);
     kernel.diagonal().array() += p.variances.noise / p.weight.array() + kCompositeJitter;
     posterior_ = PosteriorVariance::dense(std::move(kernel));
   }
@@ -148,6 +160,14 @@ double CompositeModel::variance(const Eigen::VectorXd& x) const {
   return posterior_->at(centres_.row(x), parameters_.variances.kernel.variance(x));
 }
 
+std::vector<double> CompositeModel::edge_of(std::span<const double> inputs) const {
+  std::vector<double> edge = nearest_in_box(*this, inputs);
+  for (std::size_t i = 0; i < edge.size(); ++i) {
+    if (is_slope(info().inputs[i])) edge[i] = inputs[i];
+  }
+  return edge;
+}
+
 Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const UncertaintySettings& trust = parameters_.trust;
   const double scale = parameters_.normalisation.target_scale, square = scale * scale;
@@ -160,8 +180,20 @@ Prediction CompositeModel::predict(std::span<const double> inputs) const {
   prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;
   prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;
   prediction.mean_deg_per_h = parameters_.normalisation.target_shift + prior.mean_deg_per_h;
-  prediction.knowledge = {fraction * square, square + prior.variance, trust.skill,
-                          excess(inputs),    *info().spread,          true};
+  prediction.knowledge = {fraction * square, square + prior.variance,
+                          trust.skill,       excess(inputs, trust.relevance),
+                          *info().spread,    true,
+                          trust.overlap,     {}};
+  if (!trust.relevance.empty()) {
+    PredictiveUncertainty::Edge edge{prediction.bias_deg_per_h, fraction * square};
+    if (const std::vector<double> nearest = edge_of(inputs);
+        !std::equal(nearest.begin(), nearest.end(), inputs.begin(), inputs.end())) {
+      const Eigen::VectorXd at = normalised(nearest);
+      edge.bias_deg_per_h = own_bias_deg_per_h(at) + prior.mean_deg_per_h;
+      edge.model_variance = std::max(0.0, variance(at) - trust.level) * square;
+    }
+    prediction.knowledge->edge = edge;
+  }
   return stated(prediction, *prediction.knowledge, 1);
 }
 

@@ -22,6 +22,7 @@ struct CompositeVariances {
   double nuisance_time_h = 1;  ///< tau, > 0
   double offset = 0;           ///< s5²: from recording to recording; 0 with one recording
   double noise = 1;            ///< s_n² of one training sample, > 0
+  double warm_up = 0;          ///< s_6² of a drift exp(−t/1 h) after switch-on, the same in all recordings; 0: none
 };
 
 /// Added to the diagonal of H, so that it stays positive definite in double precision.
@@ -33,7 +34,10 @@ struct UncertaintySettings {
   /// Variance of the nuisance's level (normalised), >= 0. One record cannot distinguish it from beta, so it is
   /// subtracted from the model's variance.
   double level = 0;
-  double guard = 1;  ///< a larger model variance (normalised) sets `extrapolating`, > 0
+  double guard = 1;    ///< a larger model variance (normalised) sets `extrapolating`, > 0
+  double overlap = 1;  ///< share of the worse half that the other half knows, 0 to 1
+  /// Share of each input in the mean squared gradient of the bias; sum 1. Empty in models of version 0.2.
+  std::vector<double> relevance;
 };
 
 struct CompositeParameters {
@@ -56,6 +60,9 @@ struct CompositeParameters {
 /// inputs).
 Eigen::MatrixXd nuisance_matrix(const CompositeVariances& variances, const Eigen::VectorXd& time_h,
                                 const std::vector<int>& recording);
+
+/// h += s6² w wᵀ, w = exp(−t/1 h), over all samples.
+void add_warm_up(const CompositeVariances& variances, const Eigen::VectorXd& time_h, Eigen::MatrixXd& h);
 
 /// 1 / 1ᵀq⁻¹1 of the nuisance at these times of one recording: the variance of its level. 0 with several recordings,
 /// because s5² then includes it.
@@ -80,6 +87,7 @@ class CompositeModel final : public Model {
   Eigen::VectorXd normalised(std::span<const double> inputs) const;
   double variance(const Eigen::VectorXd& x) const;
   double own_bias_deg_per_h(const Eigen::VectorXd& x) const;  // without the population prior
+  std::vector<double> edge_of(std::span<const double> inputs) const;
 
   CompositeParameters parameters_;
   CompositeCentres centres_;

@@ -22,6 +22,7 @@ CompositeVariances read_variances(Section section) {
   v.nuisance_time_h = section.number("nuisance_time_h", kPositive);
   v.offset = section.number("offset", {0, 1e300}, 0.0);
   v.noise = section.number("noise", kPositive);
+  v.warm_up = section.number("warm_up", {0, 1e300}, 0.0);
   return v;
 }
 
@@ -30,6 +31,8 @@ UncertaintySettings read_trust(Section section) {
   t.skill = section.number("skill", {-1e300, 1});
   t.level = section.number("level", {0, 1e300});
   t.guard = section.number("guard", kPositive);
+  t.overlap = section.number("overlap", {0, 1}, 1.0);
+  t.relevance = section.numbers("relevance", {0, 1}, false);
   return t;
 }
 
@@ -60,10 +63,10 @@ std::string prior_text(const PopulationPrior& prior) {
 std::string variances_text(const CompositeVariances& v) {
   return fmt::format(
       "  \"variances\": {{\"smooth\": {}, \"length_squared\": {}, \"linear\": {}, \"quadratic\": {}, \"nuisance\": {}, "
-      "\"nuisance_time_h\": {}, \"offset\": {}, \"noise\": {}}},\n",
+      "\"nuisance_time_h\": {}, \"offset\": {}, \"noise\": {}{}}},\n",
       exact_text(v.kernel.rbf), exact_numbers(v.kernel.length2), exact_text(v.kernel.linear),
       exact_text(v.kernel.quadratic), exact_text(v.nuisance), exact_text(v.nuisance_time_h), exact_text(v.offset),
-      exact_text(v.noise));
+      exact_text(v.noise), v.warm_up > 0 ? ", \"warm_up\": " + exact_text(v.warm_up) : "");
 }
 
 }  // namespace
@@ -90,8 +93,12 @@ std::string composite_content(const Model& model) {
   const CompositeParameters& p = static_cast<const CompositeModel&>(model).parameters();
   std::string text = variances_text(p.variances);
   if (p.prior) text += prior_text(*p.prior);
-  text += fmt::format("  \"trust\": {{\"skill\": {}, \"level\": {}, \"guard\": {}}},\n", exact_text(p.trust.skill),
+  text += fmt::format("  \"trust\": {{\"skill\": {}, \"level\": {}, \"guard\": {}", exact_text(p.trust.skill),
                       exact_text(p.trust.level), exact_text(p.trust.guard));
+  if (!p.trust.relevance.empty())
+    text += fmt::format(", \"overlap\": {}, \"relevance\": {}", exact_text(p.trust.overlap),
+                        exact_texts(p.trust.relevance));
+  text += "},\n";
   text += fmt::format("  \"beta\": {},\n", exact_text(p.beta)) + normalisation_text(p.normalisation);
   append_rows(text, "centres", p.centres, p.centres.rows());
   append_rows(text, "alpha", p.alpha, 4);

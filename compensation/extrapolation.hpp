@@ -31,9 +31,17 @@ Prediction predict_within(const Model& model, std::span<const double> inputs, Ex
 /// The point of the training box nearest to the inputs; the inputs themselves if the model has no box.
 std::vector<double> nearest_in_box(const Model& model, std::span<const double> inputs);
 
-/// p = mean + w (f − mean), w = g / (1 + v/var_y + 20 e), e = max(o − 0.15, 0)², g = min(max((r − 0.1)/0.5, 0), 1), and
-/// its standard deviations. A prediction without predictive uncertainty is unchanged.
+/// p = mean + w_b (b − mean) + w_f (f − b), b the bias at the edge of the training range, v_b its variance, and its
+/// standard deviations; inside the range b = f. With e = max(o − 0.15, 0)² and g = min(max((evidence − 0.1)/0.5, 0),
+/// 1):
+///   w_b = g / (1 + v_b/var_y + max((v − v_b)/var_y − 5, 0) + e/2),  w_f = g / (1 + v/var_y + 10 e)
+/// Models of version 0.2: b = mean, w_f = g / (1 + v/var_y + 20 e). Without predictive uncertainty the prediction is
+/// unchanged.
 Prediction shrunk(Prediction prediction);
+
+/// The evidence of one half of the record for the model: r + 0.9 (1 − overlap). Halves that overlap and agree: near 1;
+/// that overlap and disagree: at most 0; halves that do not overlap are not evidence against it.
+double evidence_of(double skill, double overlap);
 
 /// The prediction shrunk by a given w, 0 to 1, with its standard deviations:
 /// sd² = 1.25 (v + (1 − w)(var_y + (f − mean)²) + nuisance²) + offset², times factor²; sd_mean also includes noise².

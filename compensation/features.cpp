@@ -64,6 +64,11 @@ int history_s(const FeatureDefinition& definition) {
   return definition.length_s + (difference ? definition.end_mean_s : 0);
 }
 
+bool is_slope(const std::string& input) {
+  const auto term = parse_term(input);
+  return term && term->kind == InputTerm::Kind::kSlope;
+}
+
 std::vector<std::string> sensors_of(const std::vector<std::string>& inputs) {
   std::vector<std::string> sensors;
   for (const std::string& input : inputs) {

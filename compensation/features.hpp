@@ -67,6 +67,9 @@ inline constexpr const char* kInputTemperature = "T";
 inline constexpr const char* kInputSlope = "dTdt";
 inline constexpr const char* kInputUhfo = "U";
 
+/// "dTdt" or "dNAME/dt".
+bool is_slope(const std::string& input);
+
 /// The sensors of these inputs, in order, without duplicates; ignores names that are not inputs.
 std::vector<std::string> sensors_of(const std::vector<std::string>& inputs);
 

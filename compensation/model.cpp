@@ -31,14 +31,17 @@ bool Model::outside_domain(std::span<const double> inputs) const {
   return false;
 }
 
-double Model::excess(std::span<const double> inputs) const {
+double Model::excess(std::span<const double> inputs, std::span<const double> shares) const {
   const Domain& domain = info_.domain;
-  double most = 0;
+  double most = 0, squares = 0;
   for (std::size_t i = 0; i < domain.min.size(); ++i) {
     const double range = domain.max[i] - domain.min[i];
-    if (range > 0) most = std::max(most, std::max(domain.min[i] - inputs[i], inputs[i] - domain.max[i]) / range);
+    if (!(range > 0)) continue;
+    const double outside = std::max({0.0, (domain.min[i] - inputs[i]) / range, (inputs[i] - domain.max[i]) / range});
+    most = std::max(most, outside);
+    if (!shares.empty()) squares += shares[i] * outside * outside;
   }
-  return most;
+  return shares.empty() ? most : std::sqrt(squares);
 }
 
 void Model::measure_bias_span() {

@@ -32,9 +32,15 @@ struct PredictiveUncertainty {
   double model_variance = 0;   ///< v: of the prediction alone
   double target_variance = 0;  ///< var_y: of the training target
   double skill = 1;            ///< r: cross-prediction skill score (1 − MSE / variance) of the worse half; at most 1
-  double excess = 0;           ///< o: distance of the worst input outside its training range, in ranges
+  double excess = 0;           ///< o: distance outside the training range, in ranges; the model weighs its inputs
   BetweenRunError spread;
   bool preset = false;  ///< the model type is shrunk by default
+  double overlap = 1;   ///< share of that half that the other half knows: 1 if their inputs overlap
+  /// The prediction at the edge of the training range: slopes as they are, other inputs at their nearest value.
+  struct Edge {
+    double bias_deg_per_h = 0, model_variance = 0;
+  };
+  std::optional<Edge> edge = std::nullopt;  ///< none in models of version 0.2
 };
 
 struct Prediction {
@@ -91,8 +97,9 @@ class Model {
   /// For a repeat of the training profile, models with BetweenRunError allow a margin (docs/science.md): 2 % of the
   /// range, 20 % if an input is dT/dt, U or a lag.
   bool outside_domain(std::span<const double> inputs) const;
-  /// The largest distance of an input outside its training range, in ranges; 0 inside the box.
-  double excess(std::span<const double> inputs) const;
+  /// The distance of the inputs outside their training ranges, in ranges; 0 inside the box. Without shares the largest
+  /// of an input; with them (one per input, sum 1) the root of their mean square.
+  double excess(std::span<const double> inputs, std::span<const double> shares = {}) const;
   /// Computes the span: call it at the end of construction, when bias_deg_per_h() works.
   void measure_bias_span();
 

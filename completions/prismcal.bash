@@ -14,6 +14,7 @@ _prismcal() {
     'train --tune'|'fit --tune'|'cv --tune') words='blocked shuffled loo reml' ;;
     'train --reweight'|'fit --reweight'|'cv --reweight') words='1 converge' ;;
     'train --scale'|'fit --scale'|'cv --scale') words='mad iqr' ;;
+    'train --drift'|'fit --drift'|'cv --drift') words='thermal open none' ;;
     'train --normalise'|'fit --normalise'|'cv --normalise') words='zscore auto none' ;;
     'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation'|'report --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor'|'report --divisor') words='N N-1' ;;
@@ -26,9 +27,9 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    cv) words='-h --help --inputs --target --fold-column --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    cv) words='-h --help --inputs --target --fold-column --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
     predict) words='-h --help --out --extrapolation --separator --decimal --encoding --header-row --time-format --time-unit --json --quiet' ;;
     evaluate) words='-h --help --training --limits --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json --quiet' ;;
     compare) words='-h --help --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --latitude --elevation --azimuth --no-earth-rate --divisor --max-bias --extrapolation --fallback --out --simulated --any-gyro --json --quiet' ;;

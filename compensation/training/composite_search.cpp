@@ -37,7 +37,8 @@ std::vector<Eigen::VectorXd> starts(Eigen::Index inputs, bool offsets) {
 
 class Search {
  public:
-  Search(const CompositeProgress& progress, const std::function<bool()>& stop) : progress_(progress), stop_(stop) {}
+  Search(const DriftPrior& drift, const CompositeProgress& progress, const std::function<bool()>& stop)
+      : drift_(drift), progress_(progress), stop_(stop) {}
 
   int evaluations() const { return evaluations_; }
 
@@ -48,7 +49,7 @@ class Search {
       constexpr double kFarthest = 25;  // e^±25: no data can distinguish such a parameter from 0 or infinity
       if (!(theta.cwiseAbs().maxCoeff() < kFarthest)) return kImpossible;
       const auto system = CompositeSystem::make(samples, theta, weight);
-      const double value = system ? system->objective(&gradient) : kImpossible;
+      const double value = system ? system->objective(&gradient, drift_) : kImpossible;
       best_ = std::min(best_, value);
       if (progress_) progress_(++evaluations_, kExpected, best_);
       return value;
@@ -63,6 +64,7 @@ class Search {
 
  private:
   static constexpr int kExpected = 4 * 45 + 3 * 20;
+  const DriftPrior drift_;
   const CompositeProgress& progress_;
   const std::function<bool()>& stop_;
   int evaluations_ = 0;
@@ -88,8 +90,9 @@ std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples
 }
 
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
-                                      const CompositeProgress& progress, const std::function<bool()>& stop) {
-  Search search(progress, stop);
+                                      const DriftPrior& drift, const CompositeProgress& progress,
+                                      const std::function<bool()>& stop) {
+  Search search(drift, progress, stop);
   const CompositeSamples coarse = samples.part(thinned(samples.y.size(), kCoarseSamples));
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(coarse.y.size());
   QuasiNewtonResult best;

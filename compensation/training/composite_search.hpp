@@ -33,6 +33,7 @@ using CompositeProgress = std::function<void(int done, int expected, double obje
 /// Several starts on every n-th sample (about 300), then the best is refined on about 500 and 1000; weights are
 /// iterated before each refinement. Errors: no start has a finite objective.
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
-                                      const CompositeProgress& progress, const std::function<bool()>& stop);
+                                      const DriftPrior& drift, const CompositeProgress& progress,
+                                      const std::function<bool()>& stop);
 
 }  // namespace prism::training

@@ -14,7 +14,7 @@ constexpr double kPrior = 0.005;  // factor of |theta|²
 }  // namespace
 
 CompositeSamples CompositeSamples::part(const std::vector<Eigen::Index>& rows) const {
-  return {x(Eigen::all, rows), y(rows), time_h(rows), taken(recording, rows), recordings};
+  return {x(Eigen::all, rows), y(rows), time_h(rows), taken(recording, rows), recordings, warm_up};
 }
 
 Eigen::VectorXd composite_theta(const compensation::CompositeVariances& v, bool offsets) {
@@ -50,6 +50,8 @@ std::optional<CompositeSystem> CompositeSystem::make(const CompositeSamples& sam
   s.nuisance_ = compensation::nuisance_matrix(s.variances_, samples.time_h, samples.recording);
   const Eigen::ArrayXXd dots = (samples.x.transpose() * samples.x).array();
   s.factor_ = s.smooth_.array() + s.nuisance_.array() + kernel.linear * dots + kernel.quadratic * dots.square();
+  s.variances_.warm_up = samples.warm_up;
+  compensation::add_warm_up(s.variances_, samples.time_h, s.factor_);
   s.factor_.diagonal().array() += s.variances_.noise / weight.array() + compensation::kCompositeJitter;
   if (!s.factor_.allFinite() || !cholesky(s.factor_)) return std::nullopt;
   s.nu_ = Eigen::VectorXd::Ones(samples.y.size());
@@ -64,10 +66,15 @@ std::optional<CompositeSystem> CompositeSystem::make(const CompositeSamples& sam
 
 Eigen::VectorXd CompositeSystem::residual() const { return variances_.noise * alpha_.cwiseQuotient(weight_); }
 
-double CompositeSystem::objective(Eigen::VectorXd* gradient_out) const {
-  if (gradient_out) *gradient_out = gradient();
+double CompositeSystem::objective(Eigen::VectorXd* gradient_out, const DriftPrior& drift) const {
+  const Eigen::Index nuisance = 3 + samples_->x.rows();
+  const double from_centre = theta_[nuisance] - drift.centre;
+  if (gradient_out) {
+    *gradient_out = gradient();
+    (*gradient_out)[nuisance] += drift.weight * from_centre;
+  }
   return factor_.diagonal().array().log().sum() + 0.5 * std::log(ones_) + 0.5 * samples_->y.dot(alpha_) +
-         kPrior * theta_.squaredNorm();
+         kPrior * theta_.squaredNorm() + drift.weight * from_centre * from_centre / 2;
 }
 
 // With W = H⁻¹ − nu nuᵀ/1ᵀnu − alpha alphaᵀ: ∂/∂theta_j = ½ Σ W ∘ ∂H/∂theta_j; the lower triangle, doubled off the

@@ -2,6 +2,7 @@
 // The composite-kernel IR-LSSVM, dense or over a few centres, with uncertainty parameters from its own record.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/between_run_error.hpp"
@@ -14,16 +15,43 @@ namespace {
 
 constexpr Eigen::Index kDenseComposite = 3000;  // samples; longer records use a few centres
 constexpr Eigen::Index kMaxCompositeRank = 400;
+constexpr double kWarmUpVariance = 0.5;          // of the target's; a weak prior of one coefficient
 constexpr double kGentleParameter = 3;           // of the weights: a clean record loses almost no data
 constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: 100 s apart, as in the paper
 
+// Several long recordings show what each switch-on repeats: without a term of its own it would count as thermal, since
+// it repeats at the same temperatures.
+bool shows_warm_up(const CompositeSamples& samples) {
+  constexpr double kLong_h = 8;
+  if (samples.recordings < 2 || samples.y.size() > kDenseComposite) return false;
+  std::vector<double> last(static_cast<std::size_t>(samples.recordings), 0.0);
+  for (std::size_t i = 0; i < samples.recording.size(); ++i) {
+    double& end = last[static_cast<std::size_t>(samples.recording[i])];
+    end = std::max(end, samples.time_h[static_cast<Eigen::Index>(i)]);
+  }
+  return *std::min_element(last.begin(), last.end()) >= kLong_h;
+}
+
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
-  CompositeSamples samples{data.x, data.y, {}, raw.runs, 1};
+  CompositeSamples samples{data.x, data.y, {}, raw.runs, 1, 0};
   const Eigen::Index n = data.y.size();
   if (samples.recording.empty()) samples.recording.assign(static_cast<std::size_t>(n), 0);
   samples.recordings = 1 + *std::max_element(samples.recording.begin(), samples.recording.end());
   samples.time_h = time_of(raw);
+  if (shows_warm_up(samples)) samples.warm_up = kWarmUpVariance;
   return samples;
+}
+
+// Centre and weight on the simulated truths and the chamber splits (docs/science.md); kNone: as good as zero.
+DriftPrior drift_prior(Drift drift) {
+  switch (drift) {
+    case Drift::kThermal:
+      return {0.25, std::log(0.05)};
+    case Drift::kNone:
+      return {100, std::log(1e-6)};
+    default:
+      return {};
+  }
 }
 
 struct HeldOut {
@@ -51,34 +79,50 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
   return held;
 }
 
+/// How one half of the record predicts the other.
+struct Skill {
+  double score = 1, overlap = 1;
+};
+
 // r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other.
-// Returns the worse of both, because the next record may resemble either half. ω = 1 / (1 + v/var_y)²: a half with a
-// high uncertainty at a point does not count there.
-double skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
+// Returns the half that says less for the model, because the next record may resemble either. ω = 1 / (1 + v/var_y)²: a
+// half with a high uncertainty at a point does not count there; overlap is the mean of √ω.
+Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Folds halves(samples.recording.size(), 0);
   for (std::size_t i = halves.size() / 2; i < halves.size(); ++i) halves[i] = 1;
   const auto held = hold_out(samples, fit, halves);
-  if (!held) return 0;
-  double worst = 1;
+  if (!held) return {0, 1};
+  Skill worst;
   for (const auto& half : fold_members(halves)) {
     const Eigen::ArrayXd y = samples.y(half), knows = (1 + held->variance(half).array()).inverse();
     const Eigen::ArrayXd v = fit.weight(half).array() * knows.square();
     const double missed = (v * (y - held->mean(half).array()).square()).sum(),
                  moved = (v * (y - held->level(half).array()).square()).sum();
-    worst = std::min(worst, moved > 0 ? 1 - missed / moved : 0);
+    const Skill skill{moved > 0 ? 1 - missed / moved : 0, knows.mean()};
+    if (compensation::evidence_of(skill.score, skill.overlap) < compensation::evidence_of(worst.score, worst.overlap))
+      worst = skill;
   }
   return worst;
+}
+
+constexpr double kBelievedWeight = 0.3;
+
+// Standard deviation of the target, without the rows that the weights take for outliers; 1 on a clean record.
+double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
+  const Eigen::ArrayXd believed = (weight.array() >= kBelievedWeight).cast<double>();
+  const double mean = (believed * y.array()).sum() / believed.sum();
+  return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
 }
 
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
 // record differ less than another run.
-compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, double skill) {
-  constexpr double kBelievedWeight = 0.3;
+compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, const Skill& skill) {
   const auto variances = composite_variances(fit.theta, samples.x.rows());
   compensation::BetweenRunError spread;
   spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
-  spread.offset_deg_per_h = samples.recordings > 1 ? 0 : compensation::kAssumedOffset;
+  spread.offset_deg_per_h =
+      samples.recordings > 1 ? 0 : compensation::kAssumedOffset * believed_sd(samples.y, fit.weight);
   spread.noise_deg_per_h = std::sqrt(variances.noise);
   const Folds folds = held_out_folds(samples.recording);
   const auto held = hold_out(samples, fit, folds);
@@ -89,7 +133,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
     compensation::Prediction served;
     served.bias_deg_per_h = held->mean[i];
     served.mean_deg_per_h = held->level[i];
-    served.knowledge = {held->variance[i], 1, skill, 0, spread, true};
+    served.knowledge = {held->variance[i], 1, skill.score, 0, spread, true, skill.overlap, {}};
     served = compensation::shrunk(served);
     ratio.push_back(std::abs(samples.y[i] - served.bias_deg_per_h) / served.sd_mean_deg_per_h);
   }
@@ -110,6 +154,52 @@ double guard_of(const compensation::CompositeModel& model, const CompositeSample
   }
   return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile));
 }
+
+// Shares of the inputs in the mean squared gradient of the bias, each in standard deviations.
+std::vector<double> relevance_of(const compensation::Model& model, const TrainingData& raw) {
+  constexpr Eigen::Index kSlopes = 300;
+  constexpr double kStep = 1e-3;
+  const Eigen::Index d = raw.inputs.rows();
+  const std::vector<Eigen::Index> some = thinned(raw.inputs.cols(), kSlopes);
+  std::vector<double> square(static_cast<std::size_t>(d), 0.0);
+  for (Eigen::Index j = 0; j < d; ++j) {
+    const Eigen::ArrayXd column = raw.inputs.row(j).transpose();
+    const double step = kStep * std::sqrt((column - column.mean()).square().mean());
+    for (const Eigen::Index i : some) {
+      Eigen::VectorXd x = raw.inputs.col(i);
+      const auto bias_at = [&](double value) {
+        x[j] = value;
+        return model.bias_deg_per_h({x.data(), static_cast<std::size_t>(d)});
+      };
+      square[static_cast<std::size_t>(j)] += std::pow(bias_at(column[i] + step) - bias_at(column[i] - step), 2);
+    }
+  }
+  const double sum = std::accumulate(square.begin(), square.end(), 0.0);
+  for (double& share : square) share = sum > 0 ? share / sum : 1 / static_cast<double>(d);
+  return square;
+}
+
+// One passage: the path of the temperature (the first input, if none is named T) is hardly longer than its range.
+bool one_passage(const TrainingData& raw, int recordings) {
+  constexpr Eigen::Index kPieces = 20;
+  constexpr double kStraight = 0.75;
+  const Eigen::Index n = raw.inputs.cols();
+  if (recordings > 1 || n < 2 * kPieces) return false;
+  const auto named = std::find(raw.names.begin(), raw.names.end(), compensation::kInputTemperature);
+  const Eigen::VectorXd t = raw.inputs.row(named == raw.names.end() ? 0 : named - raw.names.begin());
+  Eigen::VectorXd mean(kPieces);
+  for (Eigen::Index k = 0; k < kPieces; ++k) {
+    const Eigen::Index begin = k * n / kPieces, end = (k + 1) * n / kPieces;
+    mean[k] = t.segment(begin, end - begin).mean();
+  }
+  const double path = (mean.tail(kPieces - 1) - mean.head(kPieces - 1)).cwiseAbs().sum();
+  return path > 0 && mean.maxCoeff() - mean.minCoeff() > kStraight * path;
+}
+
+constexpr const char* kOnePassage =
+    "one passage through the temperatures: thermal drift and drift in time cannot be separated; assumed mostly "
+    "thermal; "
+    "a second cycle would decide (--drift states what you know)";
 
 // Parameters, beta and centres: everything except the uncertainty parameters.
 Result<compensation::CompositeParameters> solved(const CompositeSamples& samples, const TrainingSettings& settings,
@@ -133,6 +223,7 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
     ReweightReport report;
     const auto system = reweighted_system(samples, fit.theta, settings.reweight, fit.weight, report);
     if (!system) return make_error("composite kernel", "the covariance of the samples is not positive definite");
+    p.variances.warm_up = samples.warm_up;
     p.beta = system->beta();
     p.centres = samples.x;
     p.alpha = system->alpha();
@@ -178,7 +269,8 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   const auto told = [&](int done, int expected, double objective) {
     if (job.progress) job.progress(done, expected, {0, 0, 0, objective});
   };
-  auto fit = search_composite(samples, settings.reweight, told, [&] { return job.stop && *job.stop; });
+  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), told,
+                              [&] { return job.stop && *job.stop; });
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
   auto p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
@@ -190,26 +282,31 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   const CompositeSamples subset = samples.part(some);
   const CompositeFit subset_fit{fit->theta, fit->weight(some)};
   p->prior = settings.prior;
-  p->trust.skill = skill_of(subset, subset_fit);
+  const Skill skill = skill_of(subset, subset_fit);
+  p->trust.skill = skill.score;
+  p->trust.overlap = skill.overlap;
   p->trust.level = level_of(samples, fit->theta);
-  job.info.spread = calibrated(subset, subset_fit, p->trust.skill);
+  job.info.spread = calibrated(subset, subset_fit, skill);
   for (double* part :
        {&job.info.spread->nuisance_deg_per_h, &job.info.spread->offset_deg_per_h, &job.info.spread->noise_deg_per_h})
     *part *= n.target_scale;
   job.info.kind = "composite";
   const auto first = compensation::CompositeModel::make(job.info, *p);
   if (!first) return tl::unexpected<Error>(first.error());
+  p->trust.relevance = relevance_of(**first, job.data);
   p->trust.guard = guard_of(static_cast<const compensation::CompositeModel&>(**first), samples, job.data);
   auto model = compensation::CompositeModel::make(std::move(job.info), std::move(*p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
+  if (settings.drift == Drift::kThermal && one_passage(job.data, samples.recordings))
+    trained.notes.emplace_back(kOnePassage);
   return trained;
 }
 
 }  // namespace
 
 extern const Method kComposite;
-const Method kComposite = {"composite",    "default",       kWeights | kOwnSearch | kSiblings,
+const Method kComposite = {"composite",    "default",       kWeights | kOwnSearch | kSiblings | kDrift,
                            plan_composite, train_composite, describe_composite};
 
 }  // namespace prism::training

@@ -16,14 +16,15 @@ namespace prism::training {
 
 /// Features of a method; each is a group of options of prismcal.
 enum MethodUses : unsigned {
-  kCubic = 1,        ///< a cubic of one input
-  kTerms = 2,        ///< chooses from polynomial terms: --start, --p-enter, --p-remove
-  kWeights = 4,      ///< robust weights: --weight
-  kTuning = 8,       ///< --c and --sigma2, or --tune
-  kTube = 16,        ///< --epsilon
-  kOwnSearch = 32,   ///< finds all parameters itself; --c, --sigma2, --tune and --fold-column are errors
-  kSiblings = 64,    ///< --prior
-  kExactFolds = 128  ///< `prismcal cv`
+  kCubic = 1,         ///< a cubic of one input
+  kTerms = 2,         ///< chooses from polynomial terms: --start, --p-enter, --p-remove
+  kWeights = 4,       ///< robust weights: --weight
+  kTuning = 8,        ///< --c and --sigma2, or --tune
+  kTube = 16,         ///< --epsilon
+  kOwnSearch = 32,    ///< finds all parameters itself; --c, --sigma2, --tune and --fold-column are errors
+  kSiblings = 64,     ///< --prior
+  kExactFolds = 128,  ///< `prismcal cv`
+  kDrift = 256        ///< --drift
 };
 
 /// One checked training; `info` is complete except for its type, id and BetweenRunError.

@@ -63,8 +63,11 @@ double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const Traine
   const std::vector<Eigen::Index> some = thinned(m.size(), kScaleSamples);
   const double scale = p.normalisation.target_scale;
   CompositeSamples samples{normalised_inputs(data.inputs(Eigen::all, some), p.normalisation),
-                           (data.target(some) - m(some)) / scale, time_of(data)(some),
-                           data.runs.empty() ? std::vector<int>(some.size(), 0) : taken(data.runs, some), 1};
+                           (data.target(some) - m(some)) / scale,
+                           time_of(data)(some),
+                           data.runs.empty() ? std::vector<int>(some.size(), 0) : taken(data.runs, some),
+                           1,
+                           p.variances.warm_up};
   const Eigen::VectorXd theta = composite_theta(p.variances, p.variances.offset > 0);
   const Eigen::VectorXd weight = first.samples.weight(some);
   const auto own = CompositeSystem::make(samples, theta, weight);

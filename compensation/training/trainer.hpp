@@ -40,6 +40,13 @@ TermPowers second_order_terms(std::size_t d);
 /// "T", "T^2", "T*dTdt".
 std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names);
 
+/// The user's knowledge about drift in time, for the composite kernel.
+enum class Drift {
+  kThermal,  ///< what one passage through the temperatures cannot decide is mostly thermal
+  kOpen,     ///< the record alone decides
+  kNone,     ///< no drift in time
+};
+
 struct TrainingSettings {
   const Method* method = find_method("ir-lssvm");
   NormalisationMethod scaling = NormalisationMethod::kZscore;
@@ -50,6 +57,7 @@ struct TrainingSettings {
   // 1.345, myriad 1) if c and sigma2 are given.
   ReweightSettings reweight;  ///< for methods with weights only
   std::optional<double> c, sigma2, parameter;
+  Drift drift = Drift::kThermal;
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
   Tuning tuning = Tuning::kBlocked;
   int folds = 10;

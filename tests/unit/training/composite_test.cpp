@@ -76,24 +76,37 @@ TEST_P(CompositeGolden, EqualsTheReference) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, CompositeGolden, testing::Values("start", "optimum", "weighted"));
 
+TEST(CompositeSystem, ThePriorOfTheDriftAddsToItsVarianceOnly) {
+  PRISM_NEEDS_SHARED("science/golden.json");
+  Reference r;
+  const Eigen::VectorXd theta = test::vector_of(r.golden["cases"]["start"]["theta"].get<std::vector<double>>());
+  const auto system = CompositeSystem::make(r.samples, theta, r.weight("start"));
+  ASSERT_TRUE(system);
+  Eigen::VectorXd open, thermal;
+  const double without = system->objective(&open), with = system->objective(&thermal, {0.5, -3});
+  EXPECT_NEAR(with - without, 0.5 / 2 * 1 * 1, 1e-12);  // ln s4² is −2
+  thermal[6] -= 0.5;
+  EXPECT_LT((thermal - open).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
   PRISM_NEEDS_SHARED("science/golden.json");
   Reference r;
-  const auto fit = search_composite(r.samples, {}, {}, [] { return false; });
+  const auto fit = search_composite(r.samples, {}, {}, {}, [] { return false; });
   ASSERT_TRUE(fit) << fit.error().text();
   EXPECT_LT(fit->objective, r.golden["cases"]["optimum"]["objective"].get<double>());
   EXPECT_LT(fit->evaluations, 250);
 }
 
 /// y = truth(T, U) + drift in time + noise, with some outliers; with the times of a chamber cycle.
-struct Drift {
+struct DriftingRecord {
   TrainingData data;
   std::mt19937_64 random{11};
   std::normal_distribution<double> normal;
 
   static double truth(double t, double u) { return 0.3 + 0.02 * std::tanh(t / 20) + 0.05 * (u - 5.5); }
 
-  explicit Drift(Eigen::Index n, double drift = 0, double outliers = 0) {
+  explicit DriftingRecord(Eigen::Index n, double drift = 0, double outliers = 0) {
     data.names = {"T", "U"};
     data.inputs.resize(2, n);
     data.target.resize(n);
@@ -111,8 +124,9 @@ struct Drift {
   }
 };
 
-Result<TrainedModel> trained(const TrainingData& data) {
+Result<TrainedModel> trained(const TrainingData& data, Drift drift = Drift::kThermal) {
   TrainingSettings settings;
+  settings.drift = drift;
   settings.method = find_method("composite");
   settings.reweight.weight.kind = WeightKind::kMyriad;
   return train(data, {}, settings);
@@ -124,7 +138,7 @@ std::pair<double, double> judged(const compensation::Model& model) {
   for (double t = -50; t <= 50; t += 5) {
     for (double u = 5.45; u < 5.56; u += 0.02, ++count) {
       const auto p = compensation::predict_within(model, std::vector{t, u}, compensation::Extrapolation::kPreset);
-      const double error = p.bias_deg_per_h - Drift::truth(t, u);
+      const double error = p.bias_deg_per_h - DriftingRecord::truth(t, u);
       squares += error * error;
       covered += std::fabs(error) < 2 * p.sd_deg_per_h;
     }
@@ -133,7 +147,7 @@ std::pair<double, double> judged(const compensation::Model& model) {
 }
 
 TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
-  const auto model = trained(Drift(400, 0, 0.2).data);
+  const auto model = trained(DriftingRecord(400, 0, 0.2).data);
   ASSERT_TRUE(model) << model.error().text();
   const auto [rms, covered] = judged(*model->model);
   EXPECT_LT(rms, 0.001);
@@ -143,7 +157,7 @@ TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
 
 // Drift in time is not modelled as structure: it is part of the sd, and the noise is part of sd_mean.
 TEST(CompositeTrainer, IncludesTheDriftInItsStandardDeviation) {
-  const auto still = trained(Drift(400).data), drifting = trained(Drift(400, 0.005).data);
+  const auto still = trained(DriftingRecord(400).data), drifting = trained(DriftingRecord(400, 0.005).data);
   ASSERT_TRUE(still && drifting);
   const std::vector<double> at = {10, 5.5};
   const auto a = still->model->predict(at), b = drifting->model->predict(at);
@@ -152,9 +166,92 @@ TEST(CompositeTrainer, IncludesTheDriftInItsStandardDeviation) {
   EXPECT_NEAR(std::hypot(a.sd_deg_per_h, 0.001), a.sd_mean_deg_per_h, 2e-4);
 }
 
+// One passage: the temperature rises with time, so the drift could explain everything.
+TrainingData passage(double drift) {
+  DriftingRecord record(200, drift);
+  for (Eigen::Index i = 0; i < 200; ++i) {
+    const double at = static_cast<double>(i) / 200, t = 60 - 100 * std::exp(-3 * at);
+    record.data.target[i] += DriftingRecord::truth(t, record.data.inputs(1, i)) -
+                             DriftingRecord::truth(record.data.inputs(0, i), record.data.inputs(1, i));
+    record.data.inputs(0, i) = t;
+  }
+  return record.data;
+}
+
+double drift_of(const TrainedModel& trained) {
+  return static_cast<const compensation::CompositeModel&>(*trained.model).parameters().variances.nuisance;
+}
+
+TEST(CompositeTrainer, DoesNotLetTheDriftTakeWhatTemperatureExplains) {
+  const TrainingData data = passage(0.001);
+  const auto thermal = trained(data), open = trained(data, Drift::kOpen), none = trained(data, Drift::kNone);
+  ASSERT_TRUE(thermal && open && none);
+  EXPECT_LT(drift_of(*thermal), 0.3);
+  EXPECT_GT(drift_of(*thermal), 0.01);
+  EXPECT_LT(drift_of(*none), 1e-4);
+  ASSERT_EQ(thermal->notes.size(), 1u);
+  EXPECT_EQ(thermal->notes[0].find("one passage through the temperatures: "), 0u);
+  EXPECT_TRUE(open->notes.empty());
+  EXPECT_TRUE(trained(DriftingRecord(400, 0.002).data)->notes.empty()) << "several passages";
+}
+
+// Three days that begin at the same inputs, each with the same warm-up: it is not a thermal bias at these inputs.
+TEST(CompositeTrainer, SeveralLongRecordingsShareTheirWarmUp) {
+  TrainingData days;
+  for (int day = 0; day < 3; ++day) {
+    const TrainingData one = DriftingRecord(90).data;
+    const Eigen::Index n = days.target.size();
+    days.names = one.names;
+    days.inputs.conservativeResize(2, n + 90);
+    days.inputs.rightCols(90) = one.inputs;
+    days.target.conservativeResize(n + 90);
+    days.time_s.conservativeResize(n + 90);
+    days.time_s.tail(90) = one.time_s;
+    for (Eigen::Index i = 0; i < 90; ++i)
+      days.target[n + i] =
+          one.target[i] + 0.03 * std::exp(-one.time_s[i] / 3600) + 1e-3 * std::sin(70.0 * static_cast<double>(n + i));
+    days.runs.insert(days.runs.end(), 90, day);
+  }
+  const auto model = trained(days);
+  ASSERT_TRUE(model) << model.error().text();
+  const auto& p = static_cast<const compensation::CompositeModel&>(*model->model).parameters();
+  EXPECT_EQ(p.variances.warm_up, 0.5);
+  EXPECT_NEAR(model->model->predict(std::vector{0.0, 5.6}).bias_deg_per_h, DriftingRecord::truth(0, 5.6), 0.004);
+  const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ((*read)->predict(std::vector{3.0, 5.5}).sd_deg_per_h,
+            model->model->predict(std::vector{3.0, 5.5}).sd_deg_per_h);
+  days.time_s /= 10;  // too short to tell a warm-up from temperature
+  const auto brief = trained(days);
+  ASSERT_TRUE(brief);
+  EXPECT_EQ(static_cast<const compensation::CompositeModel&>(*brief->model).parameters().variances.warm_up, 0);
+}
+
+// A file of version 0.2 has neither overlap nor relevance: its predictions follow the policy of that version.
+TEST(CompositeTrainer, ReadsModelsOfTheVersionBefore) {
+  const auto model = trained(DriftingRecord(120, 0.002).data);
+  ASSERT_TRUE(model);
+  const auto& now = static_cast<const compensation::CompositeModel&>(*model->model);
+  compensation::CompositeParameters p = now.parameters();
+  EXPECT_EQ(p.trust.relevance.size(), 2u);
+  p.trust.relevance.clear();
+  p.trust.overlap = 1;
+  const auto made = compensation::CompositeModel::make(now.info(), std::move(p));
+  ASSERT_TRUE(made) << made.error().text();
+  const std::string text = compensation::format_model(**made);
+  EXPECT_EQ(text.find("overlap"), std::string::npos);
+  const auto old = compensation::parse_model(text, "m.json");
+  ASSERT_TRUE(old) << old.error().text();
+  EXPECT_NE((*old)->info().id, now.info().id);
+  const auto at = (*old)->predict(std::vector{90.0, 5.5});
+  EXPECT_FALSE(at.knowledge->edge);
+  EXPECT_NEAR(at.knowledge->excess, 30.0 / 120, 0.01);
+  EXPECT_EQ(at.bias_deg_per_h, now.predict(std::vector{90.0, 5.5}).bias_deg_per_h);
+}
+
 // If a bias rises with T in one half of the record and falls in the other, the model is not used: it predicts the mean.
 TEST(CompositeTrainer, ShrinksARecordThatContradictsItself) {
-  Drift drift(400);
+  DriftingRecord drift(400);
   for (Eigen::Index i = 200; i < 400; ++i) drift.data.target[i] = 0.6 - drift.data.target[i];
   const auto model = trained(drift.data);
   ASSERT_TRUE(model);
@@ -165,7 +262,7 @@ TEST(CompositeTrainer, ShrinksARecordThatContradictsItself) {
 }
 
 TEST(CompositeTrainer, ItsFileReadsBackAsTheSameModel) {
-  const auto model = trained(Drift(120, 0.002, 0.1).data);
+  const auto model = trained(DriftingRecord(120, 0.002, 0.1).data);
   ASSERT_TRUE(model);
   const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
   ASSERT_TRUE(read) << read.error().text();
@@ -179,7 +276,7 @@ TEST(CompositeTrainer, ItsFileReadsBackAsTheSameModel) {
 
 // Few centres and the filter, compared with one centre per sample: the same model, with a difference well below its sd.
 TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
-  const Drift drift(6000, 0.002, 0.1);
+  const DriftingRecord drift(6000, 0.002, 0.1);
   const auto sparse = trained(drift.data);
   ASSERT_TRUE(sparse) << sparse.error().text();
   EXPECT_LT(sparse->centres, 400);
@@ -193,7 +290,7 @@ TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
 }
 
 TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
-  const Drift drift(300, 0.002);
+  const DriftingRecord drift(300, 0.002);
   const auto data = normalise(drift.data.inputs, drift.data.target, NormalisationMethod::kZscore, drift.data.names);
   const CompositeSamples samples{data->x, data->y, drift.data.time_s / 3600, std::vector<int>(300, 0), 1};
   Eigen::VectorXd theta(8);

@@ -56,6 +56,13 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
   command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight of far outliers; 0 drops the sample")
       ->check(tools::within(0, 1))
       ->capture_default_str();
+  command
+      .add_option(
+          "--drift", o.drift,
+          training::method_names(training::kDrift) +
+              ": thermal (default: what one passage cannot decide is mostly thermal), open (the record decides) "
+              "or none (no drift in time)")
+      ->check(CLI::IsMember({"thermal", "open", "none"}));
   command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
       ->check(CLI::IsMember({"zscore", "auto", "none"}))
       ->capture_default_str();
@@ -98,6 +105,12 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
     return make_error("--beta", "found it without --weight huber");
   if (o.delta && s.reweight.weight.kind != training::WeightKind::kMyriad)
     return make_error("--delta", "found it without --weight myriad");
+  if (!o.drift.empty() && !s.method->has(training::kDrift))
+    return make_error("--drift", fmt::format("found \"{}\" with --method {}, expected it with {}", o.drift,
+                                             s.method->name, training::method_names(training::kDrift, " or ")));
+  s.drift = o.drift == "open"   ? training::Drift::kOpen
+            : o.drift == "none" ? training::Drift::kNone
+                                : training::Drift::kThermal;
   s.parameter = o.beta ? o.beta : o.delta;
   s.reweight.weight.hampel_floor = o.hampel_floor;
   s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
