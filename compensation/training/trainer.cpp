@@ -5,11 +5,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 
+#include "compensation/training/gross_outliers.hpp"
 #include "compensation/training/methods.hpp"
 
 namespace prism::training {
 namespace {
+
+// Rows that repeat an earlier one: the same inputs, target and, if known, time.
+Eigen::Index repeated_rows(const TrainingData& data) {
+  const Eigen::Index n = data.target.size();
+  const bool timed = data.time_s.size() == n;
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  const auto compared = [&](Eigen::Index a, Eigen::Index b) {
+    if (data.target[a] != data.target[b]) return data.target[a] < data.target[b] ? -1 : 1;
+    for (Eigen::Index i = 0; i < data.inputs.rows(); ++i) {
+      if (data.inputs(i, a) != data.inputs(i, b)) return data.inputs(i, a) < data.inputs(i, b) ? -1 : 1;
+    }
+    return timed && data.time_s[a] != data.time_s[b] ? data.time_s[a] < data.time_s[b] ? -1 : 1 : 0;
+  };
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return compared(a, b) < 0; });
+  Eigen::Index repeats = 0;
+  for (std::size_t i = 1; i < order.size(); ++i) repeats += compared(order[i - 1], order[i]) == 0;
+  return repeats;
+}
+
+// Records that contain nothing to learn from; finite numbers only.
+Result<void> check_content(const TrainingData& data, const TrainingSettings& settings) {
+  constexpr Eigen::Index kFewestRows = 10;
+  const Eigen::Index n = data.target.size();
+  if (!data.inputs.allFinite() || !data.target.allFinite())
+    return make_error("training data", "found a number that is not finite");
+  const bool searches = settings.method->has(kOwnSearch) || (settings.method->has(kTuning) && !settings.c);
+  if (searches && n < kFewestRows)
+    return make_error("training data", fmt::format("found {} rows, expected at least {}", n, kFewestRows));
+  if (n < 2) return make_error("training data", fmt::format("found {} rows, expected at least 2", n));
+  if (data.target.minCoeff() == data.target.maxCoeff())
+    return make_error("training data",
+                      fmt::format("the target is {} in all {} rows, expected one that changes", data.target[0], n));
+  if (const Eigen::Index repeats = repeated_rows(data); 2 * repeats >= n)
+    return make_error("training data",
+                      fmt::format("{} of {} rows repeat an earlier row, expected different rows", repeats, n));
+  return {};
+}
 
 Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
@@ -19,6 +60,7 @@ Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
                       fmt::format("found {} names, {} x {} inputs, {} targets, expected matching sizes",
                                   data.names.size(), data.inputs.rows(), n, data.target.size()));
   }
+  if (auto good = check_content(data, settings); !good) return good;
   if (settings.c.has_value() != settings.sigma2.has_value())
     return make_error("c and sigma2", "found one of them, expected both or none");
   for (const auto& value : {settings.c, settings.sigma2, settings.parameter}) {
@@ -47,6 +89,75 @@ void set_domain(const TrainingData& data, compensation::ModelInfo& info) {
   if (info.provenance_json.empty()) info.provenance_json = "{}";
 }
 
+Result<TrainedModel> train_checked(const TrainingData& data, compensation::ModelInfo info,
+                                   const TrainingSettings& settings, const TuningProgress& progress,
+                                   const std::atomic<bool>* stop) {
+  if (!settings.siblings.empty()) return train_with_siblings(data, std::move(info), settings, progress, stop);
+  set_domain(data, info);
+  std::vector<int> runs = data.runs;
+  if (runs.empty()) runs.assign(static_cast<std::size_t>(data.target.size()), 0);
+  return settings.method->train({data, std::move(info), settings, std::move(runs), progress, stop});
+}
+
+// Fold or recording numbers without gaps.
+std::vector<int> compact(const std::vector<int>& numbers) {
+  std::map<int, int> place;
+  for (const int number : numbers) place.emplace(number, 0);
+  int next = 0;
+  for (auto& [number, at] : place) at = next++;
+  std::vector<int> result;
+  for (const int number : numbers) result.push_back(place[number]);
+  return result;
+}
+
+SampleDiagnostics with_left_out(const SampleDiagnostics& kept, const std::vector<Eigen::Index>& rest,
+                                const TrainingData& data, const compensation::Model& model) {
+  SampleDiagnostics all{data.target, Eigen::VectorXd::Zero(data.target.size()), data.target, data.target};
+  for (Eigen::Index i = 0; i < data.target.size(); ++i) {
+    const Eigen::VectorXd x = data.inputs.col(i);
+    all.fitted[i] = model.bias_deg_per_h({x.data(), static_cast<std::size_t>(x.size())});
+  }
+  all.leave_one_out = data.target - all.fitted;
+  all.alpha.setZero();
+  const auto place = [&](const Eigen::VectorXd& from, Eigen::VectorXd& to) {
+    if (from.size() > 0)
+      to(rest) = from;
+    else
+      to.resize(0);
+  };
+  place(kept.alpha, all.alpha);
+  place(kept.weight, all.weight);
+  place(kept.fitted, all.fitted);
+  place(kept.leave_one_out, all.leave_one_out);
+  return all;
+}
+
+// Robust weights start from the residuals of an unweighted fit, which a gross outlier moves without limit: such rows
+// are left out first. Without them the start is the paper's.
+Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const TrainingData& data,
+                                   compensation::ModelInfo info, const TrainingSettings& wanted,
+                                   const TuningProgress& progress, const std::atomic<bool>* stop) {
+  constexpr Eigen::Index kMostShare = 4;
+  const Eigen::Index n = data.target.size();
+  if (static_cast<Eigen::Index>(far.size()) * kMostShare > n)
+    return make_error("training data",
+                      fmt::format("found {} of {} rows far from all others, expected at most a quarter: "
+                                  "rows {}",
+                                  far.size(), n, rows_text(far)));
+  const std::vector<Eigen::Index> rest = others(far, n);
+  TrainingData part{data.names, data.inputs(Eigen::all, rest), data.target(rest), {}, {}};
+  if (!data.runs.empty()) part.runs = compact(taken(data.runs, rest));
+  if (data.time_s.size() == n) part.time_s = data.time_s(rest);
+  TrainingSettings settings = wanted;
+  if (wanted.given_folds) settings.given_folds = compact(taken(*wanted.given_folds, rest));
+  auto trained = train_checked(part, std::move(info), settings, progress, stop);
+  if (!trained) return trained;
+  trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
+  trained->notes.push_back(
+      fmt::format("{} of {} rows are far from all others and were left out: rows {}", far.size(), n, rows_text(far)));
+  return trained;
+}
+
 }  // namespace
 
 Folds TrainingJob::folds() const {
@@ -67,11 +178,12 @@ Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, c
 Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
   if (auto good = check(data, settings); !good) return tl::unexpected<Error>(good.error());
-  if (!settings.siblings.empty()) return train_with_siblings(data, std::move(info), settings, progress, stop);
-  set_domain(data, info);
-  std::vector<int> runs = data.runs;
-  if (runs.empty()) runs.assign(static_cast<std::size_t>(data.target.size()), 0);
-  return settings.method->train({data, std::move(info), settings, std::move(runs), progress, stop});
+  if (settings.method->has(kWeights) && settings.reweight.weight.kind != WeightKind::kNone) {
+    const std::vector<int> one_run(static_cast<std::size_t>(data.target.size()), 0);
+    const auto far = gross_outliers(data.inputs, data.target, data.runs.empty() ? one_run : data.runs);
+    if (!far.empty()) return train_without(far, data, std::move(info), settings, progress, stop);
+  }
+  return train_checked(data, std::move(info), settings, progress, stop);
 }
 
 }  // namespace prism::training
