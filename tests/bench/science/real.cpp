@@ -87,8 +87,13 @@ double print_split(int window_s, const char* axis, const training::TrainingData&
 void print_summary(int window_s, const char* kind, std::vector<double> all) {
   std::sort(all.begin(), all.end());
   const auto below = [&](double limit) { return std::lower_bound(all.begin(), all.end(), limit) - all.begin(); };
-  fmt::print("<!-- {} s, {}: {} splits, worst {:.1f} %, {} below -5 %, {} below -25 %, median {:.1f} % -->\n", window_s,
-             kind, all.size(), 100 * all.front(), below(-0.05), below(-0.25), 100 * evaluation::median_of(all));
+  double clipped = 0;
+  for (const double improvement : all) clipped += std::max(improvement, -1.0) / static_cast<double>(all.size());
+  fmt::print(
+      "<!-- {} s, {}: {} splits, mean {:.1f} % (each at least -100), worst {:.1f} %, {} below -5 %, {} below -25 %, "
+      "median {:.1f} % -->\n",
+      window_s, kind, all.size(), 100 * clipped, 100 * all.front(), below(-0.05), below(-0.25),
+      100 * evaluation::median_of(all));
 }
 
 }  // namespace

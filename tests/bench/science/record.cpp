@@ -65,6 +65,7 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
   Blocks blocks(compensation::FeatureDefinition{},
                 {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
   Record record;
+  std::vector<double> thermal;
   double bias = 0;
   int seconds = 0;
   const auto end = static_cast<std::int64_t>(profile.duration_s());
@@ -82,11 +83,14 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
     ++seconds;
     const bool whole = seconds >= 100;
     if (!blocks.push(second_mean)) continue;
+    thermal.push_back(now.causes.thermal);
     if (whole) record.true_bias_deg_per_h.push_back(bias / seconds);
     bias = 0;
     seconds = 0;
   }
   record.data = blocks.finish();
+  record.thermal_deg_per_h =
+      Eigen::Map<const Eigen::VectorXd>(thermal.data(), static_cast<Eigen::Index>(thermal.size()));
   record.true_bias_deg_per_h.resize(static_cast<std::size_t>(record.data.target.size()), kUnknown);
   return record;
 }

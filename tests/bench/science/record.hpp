@@ -15,6 +15,7 @@ namespace prism::science {
 struct Record {
   training::TrainingData data;
   std::vector<double> true_bias_deg_per_h;  ///< means of the truth over complete blocks; then kUnknown
+  Eigen::VectorXd thermal_deg_per_h;        ///< of it, what T, dT/dt and U cause, at the end of each block
 };
 
 /// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of (T,

@@ -26,6 +26,15 @@ int intervals(std::uint64_t first_seed, int count);
 /// Gyros of a type differ by 20 % in scale and by a curvature of 0.004 deg/h (1 sigma).
 int siblings(std::uint64_t first_seed, int count);
 
+/// Parts of a cycle with one passage through the temperatures; tested on another day.
+int passes(std::uint64_t first_seed, int count);
+
+/// Outliers in a tenth of the blocks: the largest change of a prediction, and what is left of the improvement.
+int outliers(std::uint64_t first_seed, int count);
+
+/// One to three cycles of each gyro, each with its own switch-on.
+int cycles(std::uint64_t first_seed, int count);
+
 /// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
 
