@@ -14,7 +14,7 @@ namespace prism::commands {
 
 struct MethodOptions {
   std::string method, tune;  ///< empty: method_name_of(), blocked
-  std::string drift;  ///< empty: thermal
+  std::string drift;         ///< empty: thermal
   std::string weight, reweight = "converge", scale = "mad", normalise = "zscore";
   std::optional<double> c, sigma2, beta, delta;
   double epsilon = 0.1, hampel_floor = 1e-7;
