@@ -191,9 +191,8 @@ ordered_json status_answer(const Sources& sources) {
                        {"sessions", acquisition.sessions()}};
   json["line"] = counters_json(acquisition.pipeline().decoder().counters());
   json["timing"] = clock_json(acquisition.pipeline());
-  json["no_rate"] = acquisition.starved().empty() ? ordered_json() : ordered_json(acquisition.starved());
-  json["clocks_differ"] =
-      acquisition.clocks_problem().empty() ? ordered_json() : ordered_json(acquisition.clocks_problem());
+  json["no_rate"] = text_or_null(acquisition.starved());
+  json["clocks_differ"] = text_or_null(acquisition.clocks_problem());
   json["age_s"] = age_json(sources);
   for (std::size_t i = 0; i < acquisition.axes(); ++i) {
     ordered_json& axis = json["axes"][acquisition.axis_name(i)];

@@ -5,14 +5,13 @@
 #include <array>
 
 #include "base/host_time.hpp"
+#include "config/config.hpp"
 
 namespace prism::socket {
 
 using nlohmann::ordered_json;
 
 namespace {
-
-constexpr std::int64_t kManyBytes = 1LL << 50;  // above: no limit is configured
 
 const char* why_text(pipeline::NextDeletion::Why why) {
   constexpr std::array kNames{"bytes", "age", "disk_full"};
@@ -25,7 +24,7 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   ordered_json json = {
       {"segments", status.segments},
       {"bytes", status.bytes},
-      {"keep_bytes", status.keep_bytes < kManyBytes ? ordered_json(status.keep_bytes) : ordered_json()},
+      {"keep_bytes", status.keep_bytes < config::kNoByteLimit ? ordered_json(status.keep_bytes) : ordered_json()},
       {"keep_s", status.keep_s},
       {"deleted_segments", status.deleted_segments},
       {"deleted_rows", status.deleted_rows},
