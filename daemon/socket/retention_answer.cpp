@@ -6,6 +6,7 @@
 
 #include "base/host_time.hpp"
 #include "config/config.hpp"
+#include "daemon/socket/answer_json.hpp"
 
 namespace prism::socket {
 
@@ -36,7 +37,7 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   const std::int64_t in_s = std::max<std::int64_t>(next.in_s.value_or(0) - passed_s, 0);
   json["next"]["in_s"] = next.in_s ? ordered_json(in_s) : ordered_json();
   json["next"]["time_s"] = next.in_s ? ordered_json(host_time_ns() / 1'000'000'000 + in_s) : ordered_json();
-  json["next"]["held_by"] = next.held_by.empty() ? ordered_json() : ordered_json(next.held_by);
+  json["next"]["held_by"] = text_or_null(next.held_by);
   return json;
 }
 
