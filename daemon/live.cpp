@@ -108,14 +108,16 @@ class Live {
   void report_missing_models() {
     for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
       const pipeline::Setup::Axis& axis = setup().axes[i];
-      if (!axis.model_problem.empty())
+      if (axis.model) continue;
+      const std::string prefix = acquisition_.axis_prefix(i);
+      if (axis.model_problem.empty()) {
+        tell_(Severity::kWarning, "no_model",
+              prefix + "no model is configured: rates are published uncorrected and marked no_model");
+      } else {
         tell_(Severity::kError, "no_model",
-              fmt::format("{}{}; rates are recorded uncorrected and marked no_model until a reload",
-                          acquisition_.axis_prefix(i), axis.model_problem));
-      if (axis.model || !axis.model_problem.empty()) continue;
-      tell_(
-          Severity::kWarning, "no_model",
-          acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected and marked no_model");
+              fmt::format("{}{}; rates are recorded uncorrected and marked no_model until a reload", prefix,
+                          axis.model_problem));
+      }
     }
   }
 

@@ -206,7 +206,7 @@ bool Clock::push(const wire::DecodedMessage& reading) {
   }
   if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
   last_time_ns_ = time_ns;
-  if (settings_.check_frame_rate && settings_.arrivals_are_measured) 
+  if (settings_.check_frame_rate && settings_.arrivals_are_measured)
     rate_check_.push(step.ticks * tick_s_, 1e-9 * static_cast<double>(reading.arrival_ns));
   counted_ = false;
   return reading.has_gyro;

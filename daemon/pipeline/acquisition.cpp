@@ -226,15 +226,13 @@ void Acquisition::watch_stages(std::int64_t now_ns) {
   const auto notice = stages_.push(*pipeline_, now_ns);
   if (notice) tell_(notice->entered ? Severity::kWarning : Severity::kInfo, "no_rate", notice->text);
   const std::string problem = clocks_problem();
-  if (std::exchange(reported_clocks_, !problem.empty()) == reported_clocks_) return;
-  if (reported_clocks_) last_clocks_problem_ = problem;
-  tell_(reported_clocks_ ? Severity::kWarning : Severity::kInfo, "rate",
-        reported_clocks_ ? problem : "frames arrive as described again");
+  const bool differ = !problem.empty();
+  if (std::exchange(reported_clocks_, differ) == differ) return;
+  if (differ) last_clocks_problem_ = problem;
+  tell_(differ ? Severity::kWarning : Severity::kInfo, "rate", differ ? problem : "frames arrive as described again");
 }
 
-std::string Acquisition::clocks_problem() const {
-  return clocks_text(*setup_.frames, pipeline_->clock().rate_check());
-}
+std::string Acquisition::clocks_problem() const { return clocks_text(*setup_.frames, pipeline_->clock().rate_check()); }
 
 void Acquisition::watch_clock() {
   const drivers::ClockStatus& clock = pipeline_->clock().status();
