@@ -232,7 +232,7 @@ TEST_F(LogFolderTest, SkipsAndReportsImplausibleSeconds) {
   std::string rows;
   for (int i = 0; i < 4; ++i) {
     compensation::CompensatedWindow row;
-    row.window.second_mean = {kNoon + i - 1, 10, 0, 8.0, i < 2 ? -273.0 : 25.0, 5.25};
+    row.window.second_mean = {kNoon + i - 1, 10, 0, 8.0 + i, i < 2 ? -273.0 : 25.0, 5.25};
     row.correction.quality = compensation::kNoModel | (i < 2 ? compensation::kImplausible : compensation::kGood);
     compensation::append_csv(rows, row);
   }

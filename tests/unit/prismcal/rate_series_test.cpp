@@ -54,6 +54,12 @@ TEST_F(RateSeries, ReadsAColumnWithoutNames) {
   EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
+TEST_F(RateSeries, AColumnWithoutVariationIsAnError) {
+  const std::string path = written("t_s,rate_x_dps\n0,5\n1,\n2,5\n3,5\n");
+  EXPECT_EQ(recordings::read_rate_series(path, {}).error().text(),
+            path + ": column rate_x_dps: found the same value in all of 4 rows, expected a rate that varies");
+}
+
 TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
   EXPECT_THAT(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h,
               ElementsAre(3600, 7200));
@@ -67,7 +73,7 @@ TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
 
 TEST_F(RateSeries, TreatsAJumpInTimeAsAGap) {
   const auto series =
-      recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t5\n3\t5\n9\t5\n10\t5\n"), {}).value();
+      recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t6\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
   EXPECT_TRUE(std::isnan(series.rate_deg_per_h[3]));
 }
@@ -102,9 +108,8 @@ TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
 }
 
 TEST_F(AllanText, PrintsAConstantRateWithoutNan) {
-  std::string text;
-  for (int i = 0; i < 100; ++i) text += "8.4652\n";
-  const auto series = recordings::read_rate_series(written(text), {}).value();
+  recordings::RateSeries series;
+  series.rate_deg_per_h.assign(100, 8.4652);
   const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
                                                 evaluation::AllanEstimator::kOverlapping, 0.683, "x")
                             .value();

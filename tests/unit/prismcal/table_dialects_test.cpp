@@ -115,12 +115,18 @@ class TableDialects : public testing::Test {
 };
 
 TEST_F(TableDialects, EachIsReadToTheLastDigitOrRefused) {
+  const char* const wanted = std::getenv("PRISM_DIALECTS");
+  const int tables = wanted ? std::atoi(wanted) : 1000;
   Random random(1);
   int refusals = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < tables; ++i) {
     const Written written = write_any(random);
     const auto columns = read(written.text);
     if (!columns) {
+      ASSERT_NE(why_.find("two readings are possible"), std::string::npos)
+          << why_ << "\n"
+          << written.dialect << "\n"
+          << written.text;
       ++refusals;
       continue;
     }
@@ -134,7 +140,7 @@ TEST_F(TableDialects, EachIsReadToTheLastDigitOrRefused) {
       }
     }
   }
-  EXPECT_LT(refusals, 20);
+  EXPECT_LT(refusals, tables / 50);
 }
 
 TEST_F(TableDialects, DamageNeverSwapsColumns) {

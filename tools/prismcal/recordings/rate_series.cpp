@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -160,12 +161,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   return series;
 }
 
-}  // namespace
-
-Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
-  std::error_code error;
-  const bool log = std::filesystem::is_directory(path, error) || is_log(path);
-  if (log && choice.time_column.empty() && !choice.interval_s) return read_log_series(path, choice);
+Result<RateSeries> read_table_series(const std::string& path, const RateSeriesChoice& choice) {
   tables::TableOptions options = choice.table;
   options.interval_s = choice.interval_s.value_or(0);
   auto table = tables::open_table(path, options);
@@ -191,6 +187,31 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
     return make_error(path, fmt::format("found interval {} s, expected more than 0", series.interval_s));
   for (double& rate : series.rate_deg_per_h) rate *= *factor;
   if (choice.table.announce) choice.table.announce((*table)->understood());
+  return series;
+}
+
+/// True if there are two or more values and they are equal: the noise of a dead sensor is not 0.
+bool is_constant(const std::vector<double>& values) {
+  std::size_t known = 0;
+  double first = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    if (known++ == 0) first = value;
+    if (value != first) return false;
+  }
+  return known > 1;
+}
+
+}  // namespace
+
+Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
+  std::error_code error;
+  const bool log =
+      (std::filesystem::is_directory(path, error) || is_log(path)) && choice.time_column.empty() && !choice.interval_s;
+  auto series = log ? read_log_series(path, choice) : read_table_series(path, choice);
+  if (series && is_constant(series->rate_deg_per_h))
+    return make_error(path, fmt::format("column {}: found the same value in all of {}, expected a rate that varies",
+                                        series->column, counted(series->rows, "row")));
   return series;
 }
 

@@ -33,7 +33,8 @@ struct RateSeries {
 
 /// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table
 /// of another program (../tables/table_source.hpp); sample_grid() decides the interval and the gaps. Errors, with file
-/// and line: those of TableSource, an unknown column, a unit that is not one of a rate, time that goes back, no row.
+/// and line: those of TableSource, an unknown column, a unit that is not one of a rate, time that goes back, no row,
+/// the same value in all rows.
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 
 }  // namespace prism::recordings

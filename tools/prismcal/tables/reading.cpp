@@ -72,9 +72,16 @@ void Reading::find_values() {
     if (row.cells.size() == width_ && !row.torn) data.push_back(&row);
   }
   if (data.empty() && !rows_.empty()) data.push_back(&rows_.back());
+  // Names and units: in a short table they are too many to be left to the 9 of 10 below.
+  const auto first = std::find_if(data.begin(), data.end(), [this](const SampleRow* row) {
+    return std::any_of(row->cells.begin(), row->cells.end(),
+                       [this](const std::string& cell) { return is_number_or_time(cell, decimal_); });
+  });
+  const bool titled = first != data.begin() && first != data.end();
+  if (titled) data.erase(data.begin(), first);
   if (data.size() >= 8)
     data.erase(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(data.size() / 2));
-  else if (data.size() > 1)
+  else if (data.size() > 1 && !titled)
     data.erase(data.begin());
   if (data.empty() || data.front()->cells.size() != width_) return;
   std::size_t columns = 0, holes = 0;

@@ -11,8 +11,7 @@
 
 namespace prism::tables {
 
-/// Separators: comma, semicolon, tab, bar or any other character; a blank for runs of blanks and tabs; 0 for one
-/// column.
+/// Separators: ',' ';' '\t' '|', any other character, ' ' for runs of blanks and tabs, 0 for one column.
 class RowSplitter {
  public:
   explicit RowSplitter(char separator);
