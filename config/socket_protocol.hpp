@@ -74,21 +74,4 @@ enum SocketError : int {
   kTimeout = -32006,        ///< no response in time
 };
 
-struct SocketErrorName {
-  SocketError code;
-  std::string_view name;  ///< in docs/protocol.md
-};
-
-inline constexpr std::array kSocketErrors = {SocketErrorName{kParseError, "parse_error"},
-                                             SocketErrorName{kInvalidRequest, "invalid_request"},
-                                             SocketErrorName{kUnknownMethod, "no_method"},
-                                             SocketErrorName{kInvalidParams, "invalid_params"},
-                                             SocketErrorName{kFailed, "failed"},
-                                             SocketErrorName{kNotPermitted, "not_permitted"},
-                                             SocketErrorName{kUnknownCursor, "unknown_cursor"},
-                                             SocketErrorName{kGone, "gone"},
-                                             SocketErrorName{kBusy, "busy"},
-                                             SocketErrorName{kNoLog, "no_log"},
-                                             SocketErrorName{kTimeout, "timeout"}};
-
 }  // namespace prism::config

@@ -108,14 +108,16 @@ class Live {
   void report_missing_models() {
     for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
       const pipeline::Setup::Axis& axis = setup().axes[i];
-      if (!axis.model_problem.empty())
+      if (axis.model) continue;
+      const std::string prefix = acquisition_.axis_prefix(i);
+      if (axis.model_problem.empty()) {
+        tell_(Severity::kWarning, "no_model",
+              prefix + "no model is configured: rates are published uncorrected and marked no_model");
+      } else {
         tell_(Severity::kError, "no_model",
-              fmt::format("{}{}; rates are recorded uncorrected and marked no_model until a reload",
-                          acquisition_.axis_prefix(i), axis.model_problem));
-      if (axis.model || !axis.model_problem.empty()) continue;
-      tell_(
-          Severity::kWarning, "no_model",
-          acquisition_.axis_prefix(i) + "no model is configured: rates are published uncorrected and marked no_model");
+              fmt::format("{}{}; rates are recorded uncorrected and marked no_model until a reload", prefix,
+                          axis.model_problem));
+      }
     }
   }
 
@@ -137,19 +139,20 @@ class Live {
     ::_exit(kExitFailed);
   }
 
+  bool is_disk_blocked() const { return !acquisition_.disk_problem().empty(); }
+
   // A blocked disk returns no error.
   void watch_disk() {
     using std::chrono::seconds;
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
-    if (busy >= kDiskTimeout) acquisition_.set_disk_problem(fmt::format("disk: no answer for {} s", busy.count()));
-    if (busy >= kDiskTimeout && !disk_blocked_) {
-      disk_blocked_ = true;
+    const bool was_blocked = is_disk_blocked(), is_blocked = busy >= kDiskTimeout;
+    acquisition_.set_disk_problem(is_blocked ? fmt::format("disk: no answer for {} s", busy.count()) : "");
+    if (is_blocked && !was_blocked) {
       const pipeline::LogCounters* const log = acquisition_.log();
       tell_(
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
-    } else if (busy < kDiskTimeout && std::exchange(disk_blocked_, false)) {
-      acquisition_.set_disk_problem("");
+    } else if (was_blocked && !is_blocked) {
       tell_(Severity::kInfo, "disk", "the disk answers again");
     }
   }
@@ -224,7 +227,7 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      if (!disk_blocked_) acquisition_.sync();
+      if (!is_disk_blocked()) acquisition_.sync();
       watch_disk();
       follow_clock();
       publisher_.release_late();
@@ -257,7 +260,6 @@ class Live {
   asio::signal_set signals_;
   asio::steady_timer tick_, stop_timer_;
   std::unique_ptr<socket::Server> server_;
-  bool disk_blocked_ = false;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;
 };
 

@@ -17,7 +17,11 @@ constexpr int kUsage = 64;
 }  // namespace
 
 pipeline::Overrides overrides_of(const Options& options) {
-  pipeline::Overrides overrides{options.model, options.device, options.socket, {}, options.accept_clock, false, false};
+  pipeline::Overrides overrides;
+  overrides.model = options.model;
+  overrides.device = options.device;
+  overrides.socket = options.socket;
+  overrides.accept_clock = options.accept_clock;
   if (!options.replay.empty()) overrides.replay_log = options.out.empty() ? "prism-replay" : options.out;
   return overrides;
 }

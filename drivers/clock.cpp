@@ -206,15 +206,10 @@ bool Clock::push(const wire::DecodedMessage& reading) {
   }
   if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
   last_time_ns_ = time_ns;
-  if (settings_.check_frame_rate && settings_.arrivals_are_measured) compare_clocks(reading, step);
+  if (settings_.check_frame_rate && settings_.arrivals_are_measured)
+    rate_check_.push(step.ticks * tick_s_, 1e-9 * static_cast<double>(reading.arrival_ns));
   counted_ = false;
   return reading.has_gyro;
-}
-
-void Clock::compare_clocks(const wire::DecodedMessage& reading, const CounterStep& step) {
-  rate_check_.push(step.ticks * tick_s_, 1e-9 * static_cast<double>(measured_ns(reading)));
-  status_.clocks_differ = rate_check_.differs();
-  status_.described_per_s = rate_check_.ratio();
 }
 
 /// Difference of the accumulated angle to the one before, in the reading's unit, and the interval between them.
@@ -264,7 +259,7 @@ std::optional<Sample> Clock::sample(const wire::DecodedMessage& reading, std::si
   sample.status = reading.status;
   sample.out_of_bounds = reading.out_of_bounds;
   sample.out_of_bounds.rate = gyro.out_of_bounds;
-  sample.clocks_differ = status_.clocks_differ && !status_.period_is_estimated;  // estimated: the times are right
+  sample.clocks_differ = rate_check_.differs() && !status_.period_is_estimated;  // estimated: the times are right
   if (own >= 0) sample.out_of_bounds.temperature = false;
   if (!std::exchange(counted_, true)) ++status_.samples;
   return sample;

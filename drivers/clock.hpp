@@ -44,8 +44,6 @@ struct ClockStatus {
   double period_s = 0;       ///< the frame period in use: estimated (host) or nominal
   bool period_is_estimated = false;  ///< false: still the nominal one
   double residual_s = 0;             ///< host: delay of the last frame relative to the fitted line
-  bool clocks_differ = false;        ///< described and arrival times disagree (FrameRateCheck)
-  double described_per_s = 0;        ///< described seconds per second of arrivals; 0: not known yet
 };
 
 /// Takes one reading and returns at most one sample per axis. The time of a sample is the end of the interval over
@@ -85,11 +83,12 @@ class Clock {
   void reset();
 
   const ClockStatus& status() const { return status_; }
+  /// Described times compared with arrivals; never differ if that is not checked (ClockSettings).
+  const FrameRateCheck& rate_check() const { return rate_check_; }
 
  private:
   void start(const wire::DecodedMessage& reading);
   void forget_angles();
-  void compare_clocks(const wire::DecodedMessage& reading, const CounterStep& step);
   void miss(const CounterStep& step);
   std::int64_t stamp_device(const wire::DecodedMessage& reading, const CounterStep& step);
   std::int64_t stamp_host(const wire::DecodedMessage& reading, const CounterStep& step);

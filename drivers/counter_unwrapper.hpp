@@ -18,6 +18,10 @@ struct CounterStep {
   bool restarted = false;        ///< the counter value is not a possible successor; `ticks` is one frame then
 };
 
+/// True if the reading waited to be read since the one before, which arrived elapsed_s earlier: its chunk contains
+/// more than the line delivers at once.
+bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, double elapsed_s);
+
 /// The counter's difference modulo its modulus. If arrival times may be used, a gap of more than a second may contain
 /// full periods of the counter: as many are added as the arrivals show, unless the bytes arrived in one large chunk,
 /// that is, had been waiting. If they may not be used, a counter that goes back by less than half its modulus was
@@ -25,10 +29,6 @@ struct CounterStep {
 ///
 /// Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes skipped
 /// there, if the stream has one message type. An uncounted frame between counted ones takes no step.
-/// True if the reading waited to be read since the one before, which arrived elapsed_s earlier: its chunk contains
-/// more than the line delivers at once.
-bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, double elapsed_s);
-
 class CounterUnwrapper {
  public:
   CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival);

@@ -88,15 +88,14 @@ Line read_line(std::string_view text) {
   strip_offset(text, line);
   const std::vector<std::string_view> words = words_of(text);
   for (const std::string_view word : words) line.direction = std::max(line.direction, direction_of(word));
-  std::size_t begin = words.size();
+  std::size_t begin = words.size();  // of the bytes, after time and mark
   while (begin > 0 && !byte_digits(words[begin - 1]).empty()) --begin;
-  const std::size_t stamp = begin;  // words before the bytes: time, mark
   for (std::size_t i = begin; i < words.size(); ++i) {
     const std::string_view digits = byte_digits(words[i]);
-    if (!line.offset && digits.size() != 2 && (digits.size() < 40 || words.size() > stamp + 1)) return {};
+    if (!line.offset && digits.size() != 2 && (digits.size() < 40 || words.size() > begin + 1)) return {};
     append(digits, line.bytes);
   }
-  line.dumped = line.dumped || line.direction > 0 || (stamp > 0 && line.bytes.size() > 1);
+  line.dumped = line.dumped || line.direction > 0 || (begin > 0 && line.bytes.size() > 1);
   if (text.find("length=") != std::string_view::npos && line.direction > 0) {
     line.kind = LineKind::kMark;
     line.bytes.clear();

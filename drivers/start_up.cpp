@@ -4,12 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 namespace prism::drivers {
 namespace {
 
-constexpr std::size_t kMostHeld = 64;  // longest expected answer
 constexpr std::size_t kShown = 16;
 
 template <class Bytes>
@@ -36,9 +34,8 @@ std::span<const std::uint8_t> StartUp::proceed(Time now) {
       deadline_ = now + (step.expect.empty() ? step.wait : step.within);
       if (!step.send.empty()) return step.send;
     }
-    const bool waits = step.expect.empty() ? now < deadline_ : !answered_;
-    if (waits && now < deadline_) return {};
-    failed_ = waits;
+    if (!answered_ && now < deadline_) return {};
+    failed_ = !answered_ && !step.expect.empty();
     if (failed_) return {};
     ++step_;
     sent_ = false;
@@ -52,7 +49,7 @@ void StartUp::received(std::span<const std::uint8_t> bytes) {
   answer_bytes_ += bytes.size();
   for (const std::uint8_t byte : bytes) {
     last_bytes_.push_back(byte);
-    if (last_bytes_.size() > kMostHeld) last_bytes_.pop_front();
+    if (last_bytes_.size() > wire::kMostExpectedBytes) last_bytes_.pop_front();
     if (expected.empty() || byte != expected.back() || last_bytes_.size() < expected.size()) continue;
     answered_ = std::equal(expected.rbegin(), expected.rend(), last_bytes_.rbegin());
     if (answered_) return;

@@ -97,7 +97,6 @@ void LiveLine::not_opened(const std::string& why) {
 }
 
 void LiveLine::opened() {
-  open_->established = true;
   if (alone_) arrival_.begin();
   last_data_ = last_progress_ = Clock::now();
   status().notes = open_->transport->notes();
@@ -167,7 +166,7 @@ void LiveLine::listen() {
 void LiveLine::readable() {
   using Kind = transport::Received::Kind;
   const transport::Received received = open_->transport->read(buffer_);
-  if (!open_->established) return proceed(received);
+  if (!open_->conversation) return proceed(received);
   if (received.kind == Kind::kLost) {
     set(LineState::kConnecting, received.why);
     return lose("line_lost", "lost: " + received.why);
@@ -250,7 +249,7 @@ asio::awaitable<void> LiveLine::watch() {
     co_await watch_timer_.async_wait(kUse);
     raw_service_.retry();
     if (stopping_ || !open_) continue;
-    if (!open_->established) {  // a step may take seconds, and a peer may come at any time
+    if (!open_->conversation) {  // a step may take seconds, and a peer may come at any time
       last_progress_ = Clock::now();
       continue;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A live line: opens, reads and reopens a serial device until it is stopped.
+// A live line: opens, reads and reopens a line to a device until it is stopped.
 #pragma once
 
 #include <array>
@@ -45,7 +45,7 @@ class LiveLine {
 
   /// Time of the last data or end of the planned pause. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
-  bool is_open() const { return open_ && open_->established; }
+  bool is_open() const { return open_ && open_->conversation; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -54,17 +54,13 @@ class LiveLine {
   struct Open {
     Open(boost::asio::io_context& io, std::unique_ptr<transport::Transport> opened)
         : transport(std::move(opened)), ready(io, transport->fd()) {}
-    ~Open() {
-      conversation.reset();
-      ready.release();
-    }
+    ~Open() { ready.release(); }
     Open(const Open&) = delete;
     Open& operator=(const Open&) = delete;
 
     std::unique_ptr<transport::Transport> transport;
     boost::asio::posix::stream_descriptor ready;
-    bool established = false;                  ///< the transport has been opened
-    std::optional<Conversation> conversation;  ///< of an established line
+    std::optional<Conversation> conversation;  ///< since the transport has been opened
   };
 
   boost::asio::awaitable<void> watch();
@@ -82,7 +78,8 @@ class LiveLine {
   void lose(const char* kind, const std::string& why);
   void complain(const char* kind, const std::string& text);
   void tell(pipeline::Severity severity, const char* kind, const std::string& text);
-  bool continues_fault() const { return !complaint_.empty() && transport::has_one_fault(settings()); }
+  /// All faults of a network line until the next data are one: it was lost, refused and not answered.
+  bool continues_fault() const { return !complaint_.empty() && transport::needs_network(settings()); }
   void set(pipeline::LineState state, const std::string& detail = {});
   void converse();
   void begin_receiving(std::int64_t arrival_ns);

@@ -206,8 +206,8 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSeg
   const Head* const head = head_of(segment);
   const auto file = open_input(segment.path);
   std::error_code ignored;
-  const bool is_lost = !std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored));
-  if (!file && !is_lost) return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
+  if (!file && std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored)))
+    return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
   if (!file || head == nullptr) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, *head, behind, most);
   if (found.rows == 0) return found;

@@ -89,7 +89,7 @@ std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const Make
   std::vector<std::unique_ptr<RowWriter>> logs;
   if (!setup.config.log) return logs;
   config::LogSegmentSettings settings = *setup.config.log;
-  settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
+  if (settings.keep_bytes < config::kNoByteLimit) settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
   for (std::size_t i = 0; i < setup.axes.size(); ++i)
     logs.push_back(make(settings, log_name(setup, i), log_metadata(setup, i)));
   return logs;
@@ -225,15 +225,14 @@ void Acquisition::watch_stages(std::int64_t now_ns) {
   stages_checked_ns_ = now_ns;
   const auto notice = stages_.push(*pipeline_, now_ns);
   if (notice) tell_(notice->entered ? Severity::kWarning : Severity::kInfo, "no_rate", notice->text);
-  if (std::exchange(reported_clocks_, clocks_differ()) == reported_clocks_) return;
-  if (reported_clocks_) last_clocks_problem_ = clocks_problem();
-  tell_(reported_clocks_ ? Severity::kWarning : Severity::kInfo, "rate",
-        reported_clocks_ ? last_clocks_problem_ : "frames arrive as described again");
+  const std::string problem = clocks_problem();
+  const bool differ = !problem.empty();
+  if (std::exchange(reported_clocks_, differ) == differ) return;
+  if (differ) last_clocks_problem_ = problem;
+  tell_(differ ? Severity::kWarning : Severity::kInfo, "rate", differ ? problem : "frames arrive as described again");
 }
 
-std::string Acquisition::clocks_problem() const {
-  return clocks_differ() ? clocks_text(*setup_.frames, pipeline_->clock().status()) : std::string();
-}
+std::string Acquisition::clocks_problem() const { return clocks_text(*setup_.frames, pipeline_->clock().rate_check()); }
 
 void Acquisition::watch_clock() {
   const drivers::ClockStatus& clock = pipeline_->clock().status();

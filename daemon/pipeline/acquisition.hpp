@@ -108,7 +108,6 @@ class Acquisition {
   void watch(const Rows& rows);
   void watch_clock();
   void watch_stages(std::int64_t now_ns);
-  bool clocks_differ() const { return pipeline_->clock().status().clocks_differ; }
 
   Setup setup_;
   const Publish publish_;

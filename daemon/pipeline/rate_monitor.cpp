@@ -17,13 +17,14 @@ bool near(double count, double other) { return std::abs(count - other) <= std::m
 
 }  // namespace
 
-std::string clocks_text(const wire::FrameDescription& frames, const drivers::ClockStatus& status) {
+std::string clocks_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check) {
+  if (!check.differs()) return {};
   if (!frames.counts_frames())
     return fmt::format(
         "the gyro's time tags advance {:.3g} s in a second of arrivals, expected 1: ticks_per_s is wrong",
-        status.described_per_s);
+        check.ratio());
   return fmt::format("frames arrive at {:.2f} a second, the description says {:g} (rate_hz)",
-                     status.described_per_s * frames.counted_rate_hz(), frames.counted_rate_hz());
+                     check.ratio() * frames.counted_rate_hz(), frames.counted_rate_hz());
 }
 
 std::optional<std::string> RateMonitor::push(std::uint32_t samples) {

@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "drivers/clock.hpp"
+#include "drivers/frame_rate_check.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
 
-/// How described and arrival times disagree, in one line. Requires status.clocks_differ.
-std::string clocks_text(const wire::FrameDescription& frames, const drivers::ClockStatus& status);
+/// How described and arrival times disagree, in one line; empty if they do not.
+std::string clocks_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check);
 
 /// Counts samples per full second, for gyros with time tags. Without them (FrameDescription::counts_frames()) the times
 /// follow from rate_hz, and FrameRateCheck compares it with the arrivals.

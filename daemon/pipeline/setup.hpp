@@ -87,7 +87,7 @@ std::string log_metadata(const Setup& setup, std::size_t axis);
 /// several.
 std::string models_text(const Setup& setup);
 
-/// The systemd unit that the set-up needs: prismd@NAME, or prismd-net@NAME if a line goes through a network.
+/// The systemd unit that the set-up needs: `prismd@NAME`, or `prismd-net@NAME` if a line goes through a network.
 std::string unit_name(const Setup& setup);
 
 /// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".

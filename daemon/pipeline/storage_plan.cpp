@@ -15,16 +15,16 @@ constexpr double kRowBytes = 170, kSensorBytes = 10, kPacketBytes = 28;
 
 StoragePlan plan_of(const config::LogSegmentSettings& settings, double bytes_per_day, double frames_per_s) {
   const auto days = static_cast<double>(settings.keep_days);
-  const double fit_days = static_cast<double>(settings.keep_bytes) / bytes_per_day;
-  const double kept = std::min(days, fit_days);
-  return {kept, fit_days < days, kept * bytes_per_day, frames_per_s, settings.keep_days};
+  const double kept = std::min(days, static_cast<double>(settings.keep_bytes) / bytes_per_day);
+  return {kept, kept * bytes_per_day, frames_per_s, settings.keep_days};
 }
 
 }  // namespace
 
 std::string StoragePlan::text() const {
   const std::string rate = frames_per_s > 0 ? fmt::format(" at {:g} frames/s", frames_per_s) : "";
-  const std::string limit = limited_by_bytes ? fmt::format("keep_mib, before keep_days {}", keep_days) : "keep_days";
+  const bool by_bytes = days < static_cast<double>(keep_days);
+  const std::string limit = by_bytes ? fmt::format("keep_mib, before keep_days {}", keep_days) : "keep_days";
   return fmt::format("{:.{}f} days{}, {:.1f} GiB ({})", days, days < 100 ? 1 : 0, rate, bytes / kGiB, limit);
 }
 

@@ -12,10 +12,9 @@ namespace prism::pipeline {
 /// Which limit of a log or capture acts first, from the described frame rate and lengths.
 struct StoragePlan {
   double days;             ///< kept
-  bool limited_by_bytes;   ///< by keep_mib, before keep_days
   double bytes;            ///< size that it reaches
   double frames_per_s;     ///< 0: not of frames
-  std::int64_t keep_days;  ///< as configured
+  std::int64_t keep_days;  ///< as configured; above `days`: keep_mib acts first
 
   /// "12.6 days at 200 frames/s, 10.0 GiB (keep_mib, before keep_days 30)"
   std::string text() const;

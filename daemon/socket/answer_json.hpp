@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "daemon/pipeline/line_status.hpp"
 
@@ -12,6 +13,11 @@ namespace prism::socket {
 
 inline nlohmann::ordered_json known(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+}
+
+/// Null for an empty text.
+inline nlohmann::ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(text);
 }
 
 /// Seconds, truncated to microseconds.

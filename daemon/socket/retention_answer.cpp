@@ -5,14 +5,14 @@
 #include <array>
 
 #include "base/host_time.hpp"
+#include "config/config.hpp"
+#include "daemon/socket/answer_json.hpp"
 
 namespace prism::socket {
 
 using nlohmann::ordered_json;
 
 namespace {
-
-constexpr std::int64_t kManyBytes = 1LL << 50;  // above: no limit is configured
 
 const char* why_text(pipeline::NextDeletion::Why why) {
   constexpr std::array kNames{"bytes", "age", "disk_full"};
@@ -25,7 +25,7 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   ordered_json json = {
       {"segments", status.segments},
       {"bytes", status.bytes},
-      {"keep_bytes", status.keep_bytes < kManyBytes ? ordered_json(status.keep_bytes) : ordered_json()},
+      {"keep_bytes", status.keep_bytes < config::kNoByteLimit ? ordered_json(status.keep_bytes) : ordered_json()},
       {"keep_s", status.keep_s},
       {"deleted_segments", status.deleted_segments},
       {"deleted_rows", status.deleted_rows},
@@ -37,7 +37,7 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   const std::int64_t in_s = std::max<std::int64_t>(next.in_s.value_or(0) - passed_s, 0);
   json["next"]["in_s"] = next.in_s ? ordered_json(in_s) : ordered_json();
   json["next"]["time_s"] = next.in_s ? ordered_json(host_time_ns() / 1'000'000'000 + in_s) : ordered_json();
-  json["next"]["held_by"] = next.held_by.empty() ? ordered_json() : ordered_json(next.held_by);
+  json["next"]["held_by"] = text_or_null(next.held_by);
   return json;
 }
 

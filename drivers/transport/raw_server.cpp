@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/transport/raw_server.hpp"
 
-#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -18,7 +17,7 @@
 namespace prism::transport {
 namespace {
 
-constexpr int kReaderBytes = 1 << 20;
+constexpr int kReaderBytes = 1 << 20, kReaderBacklog = 16;
 
 // Discards what the reader sent. Returns false if it is gone.
 bool is_connected(int fd) {
@@ -34,12 +33,9 @@ Result<std::unique_ptr<RawServer>> RawServer::open(const std::string& address) {
   if (!endpoint || endpoint->port.empty()) return make_error(address, "expected an IP address and a port");
   const auto found = Resolver(*endpoint, SOCK_STREAM, true).result();
   if (!found) return tl::unexpected<Error>(found.error());
-  const SocketAddress& here = found->front();
-  Descriptor listener(::socket(here.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  const int yes = 1;
-  ::setsockopt(listener.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (listener.get() < 0 || ::bind(listener.get(), here.get(), here.size) != 0 || ::listen(listener.get(), 16) != 0)
-    return make_error(address, std::string("cannot serve the raw bytes: ") + std::strerror(errno));
+  Descriptor listener;
+  if (const int error = open_listener(found->front(), kReaderBacklog, listener); error != 0)
+    return make_error(address, std::string("cannot serve the raw bytes: ") + std::strerror(error));
   return std::unique_ptr<RawServer>(new RawServer(address, std::move(listener)));
 }
 
@@ -78,7 +74,6 @@ std::string read_serving(const Section& section) {
   const Section raw = section.object("raw"), tcp = raw.object("tcp", true);
   const std::string address = tcp.text("listen");
   const auto endpoint = parse_numeric_endpoint(address);
-  if (!section.good()) return {};
   if (!endpoint)
     tcp.fail("listen", endpoint.error());
   else if (endpoint->port.empty())

@@ -81,6 +81,16 @@ bool SocketAddress::same_host(const SocketAddress& other) const {
   return std::memcmp(&one, &two, sizeof one) == 0;
 }
 
+int open_listener(const SocketAddress& address, int backlog, Descriptor& listener) {
+  listener.reset(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (listener.get() < 0) return errno;
+  const int yes = 1;
+  ::setsockopt(listener.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  const bool listens =
+      ::bind(listener.get(), address.get(), address.size) == 0 && ::listen(listener.get(), backlog) == 0;
+  return listens ? 0 : errno;
+}
+
 struct Resolver::Shared {
   Descriptor done{-1};
   std::atomic<bool> ready{false};

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/result.hpp"
 #include "drivers/transport/endpoint.hpp"
 
@@ -26,6 +27,9 @@ struct SocketAddress {
   /// Compares hosts, not ports; an IPv4 address equals its form within IPv6.
   bool same_host(const SocketAddress& other) const;
 };
+
+/// Opens a socket that listens at the address, or returns the error number; 0: none.
+int open_listener(const SocketAddress& address, int backlog, Descriptor& listener);
 
 /// One look-up. Numeric addresses are ready at once; a name is looked up on a thread of its own, because getaddrinfo(3)
 /// may wait for minutes. The object may be destroyed before the thread ends.

@@ -107,7 +107,7 @@ class SerialLine : public Transport {
       : device_(std::move(device)), fd_(std::move(fd)), notes_(std::move(notes)) {}
 
   int fd() const override { return fd_.get(); }
-  const std::vector<std::string>& notes() const override { return notes_; }
+  std::vector<std::string> notes() const override { return notes_; }
 
   Received read(std::span<std::uint8_t> buffer) override {
     const ssize_t size = ::read(fd(), buffer.data(), buffer.size());

@@ -7,7 +7,6 @@
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
@@ -71,9 +70,7 @@ class TcpLine : public Transport {
   }
 
   int fd() const override { return waits_.fd(); }
-  const std::vector<std::string>& notes() const override { return notes_; }
-  std::optional<LineCounters> counters() const override { return std::nullopt; }
-  std::string opening() const override { return socket_.get() >= 0 && connected_ ? "" : progress_; }
+  std::string opening() const override { return connected_ ? "" : progress_; }
 
   Received read(std::span<std::uint8_t> buffer) override {
     if (!connected_) {
@@ -132,13 +129,9 @@ class TcpLine : public Transport {
     failure_ = address.text() + ": " + (listens_ ? std::strerror(error) : why_not_connected(error));
   }
 
-  int open_socket(const SocketAddress& address, Descriptor& socket) {
-    socket.reset(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    return socket.get() < 0 ? errno : 0;
-  }
-
   int connect_to(const SocketAddress& address) {
-    if (const int error = open_socket(address, socket_); error != 0) return error;
+    socket_.reset(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (socket_.get() < 0) return errno;
     progress_ = "connecting to " + address.text();
     if (::connect(socket_.get(), address.get(), address.size) != 0 && errno != EINPROGRESS) return errno;
     waits_.wait_for(socket_.get(), EPOLLOUT);
@@ -165,10 +158,7 @@ class TcpLine : public Transport {
   }
 
   int listen_at(const SocketAddress& address) {
-    if (const int error = open_socket(address, listener_); error != 0) return error;
-    set_option(listener_.get(), SOL_SOCKET, SO_REUSEADDR, 1);
-    if (::bind(listener_.get(), address.get(), address.size) != 0 || ::listen(listener_.get(), kBacklog) != 0)
-      return errno;
+    if (const int error = open_listener(address, kBacklog, listener_); error != 0) return error;
     waits_.wait_for(listener_.get(), EPOLLIN);
     progress_ = "waiting for a connection to " + address.text();
     return 0;
@@ -194,7 +184,6 @@ class TcpLine : public Transport {
 
   const std::string name_;
   const bool listens_;
-  const std::vector<std::string> notes_;
   WaitSet waits_;
   Deadline deadline_;
   Resolver resolver_;
@@ -214,8 +203,7 @@ Network read_tcp_line(const Section& section) {
   if (network.listens && section.has("address"))
     section.fail("address", "given together with \"listen\"; expected one of them");
   network.address = section.text(key);
-  if (const auto endpoint = parse_endpoint(network.address); !endpoint && section.good())
-    section.fail(key, endpoint.error());
+  if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail(key, endpoint.error());
   return network;
 }
 

@@ -75,9 +75,9 @@ class Transport {
   /// True if unread bytes are waiting.
   virtual bool has_unread() const = 0;
   /// Returns nullopt if this type of line has no counters.
-  virtual std::optional<LineCounters> counters() const = 0;
+  virtual std::optional<LineCounters> counters() const { return std::nullopt; }
   /// Optional settings that the line does not support, one sentence each.
-  virtual const std::vector<std::string>& notes() const = 0;
+  virtual std::vector<std::string> notes() const { return {}; }
 };
 
 /// Reads the network line in a configuration's section of a line: one of the keys "tcp", "udp" …; none: an empty type.
@@ -95,9 +95,6 @@ std::string describe(const Settings& settings);
 
 /// Returns false if the device does not exist now: checking again costs little and needs no growing pause.
 bool is_present(const Settings& settings);
-
-/// Returns true if all faults until the next data are one: a connection that was lost, refused and not answered.
-inline bool has_one_fault(const Settings& settings) { return !settings.network.type.empty(); }
 
 /// Returns true if the line goes through a network.
 inline bool needs_network(const Settings& settings) { return !settings.network.type.empty(); }

@@ -35,8 +35,6 @@ class UdpLine : public Transport {
   }
 
   int fd() const override { return waits_.fd(); }
-  const std::vector<std::string>& notes() const override { return notes_; }
-  std::optional<LineCounters> counters() const override { return std::nullopt; }
   std::string opening() const override { return socket_.get() >= 0 ? "" : progress_; }
 
   Received read(std::span<std::uint8_t> buffer) override {
@@ -90,7 +88,6 @@ class UdpLine : public Transport {
 
  private:
   const std::string name_;
-  const std::vector<std::string> notes_;
   const std::optional<SocketAddress> from_;
   const bool answers_;  ///< sends to the sender of the last datagram
   WaitSet waits_;
@@ -106,12 +103,10 @@ Network read_udp_line(const Section& section) {
   Network network;
   network.listens = true;
   network.address = section.text("listen");
-  if (const auto endpoint = parse_endpoint(network.address); !endpoint && section.good())
-    section.fail("listen", endpoint.error());
+  if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail("listen", endpoint.error());
   if (!section.has("from")) return network;
   network.from = section.text("from");
-  if (const auto from = parse_numeric_endpoint(network.from); !from && section.good())
-    section.fail("from", from.error());
+  if (const auto from = parse_numeric_endpoint(network.from); !from) section.fail("from", from.error());
   return network;
 }
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A gyro behind a network, as a user sets it up: --check, status, events, raw bytes for another reader, and the replay of the capture.
 . "$(dirname "$0")/lib.sh"
-free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 command -v python3 >/dev/null || skip "no python3"
 frames 50
 port=$(free_port) raw=$(free_port)

@@ -3,7 +3,6 @@
 . "$(dirname "$0")/lib.sh"
 PATH=$PATH:/usr/sbin
 command -v ser2net >/dev/null && command -v gensiot >/dev/null || skip "no ser2net or gensio-bin (tools/setup all)"
-free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 frames 50
 start_sim --profile steady
 through() { # NAME PORT: prismd receives the complete stream through this server

@@ -34,6 +34,9 @@ wait_for() {
   done
 }
 
+# free_port: prints a port of TCP that nothing uses.
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
 # same WHAT FOUND EXPECTED / contains WHAT TEXT PART
 same() { [ "$2" = "$3" ] || fail "$1: found '$2', expected '$3'"; }
 contains() { case "$2" in *"$3"*) ;; *) fail "$1: found '$2', expected it to contain '$3'" ;; esac; }

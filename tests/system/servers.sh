@@ -8,7 +8,6 @@ server_folder() {
   mkdir -p "$1"
   [ "$(id -u)" -ne 0 ] || { chmod 711 "$dir" && chown "$server_user" "$1"; }
 }
-free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 
 # needs_mosquitto: prepares for a broker on $port, or skips the test.
 needs_mosquitto() {

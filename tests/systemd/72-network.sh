@@ -3,7 +3,8 @@
 net=prismd-net@gyro1.service
 same "the network unit is disabled" "$(inside systemctl is-enabled "$net" 2>&1)" disabled
 same "systemd-analyze verify prints no warnings for it" "$(inside systemd-analyze verify --man=no "$net" prismd-net@gyro1.socket 2>&1)" ""
-same "it allows no address" "$(property IPAddressAllow "$net")/$(property IPAddressDeny "$net")" "/::/0 0.0.0.0/0"
+same "it allows no address" "$(property IPAddressAllow "$net")" ""
+same "it denies every address" "$(property IPAddressDeny "$net" | tr ' ' '\n' | sort | paste -sd' ')" "0.0.0.0/0 ::/0"
 inside cat /etc/prism/gyro1.json >"$box/serial.json"
 inside sh -c 'cat >/etc/prism/gyro1.json' <<<'{"line": {"tcp": {"address": "127.0.0.1:4001"}, "silence_s": 1}, "frames": "/frames.json"}'
 contains "--check prints the unit" "$(inside prismd --check /etc/prism/gyro1.json 2>&1)" "unit prismd-net@gyro1"

@@ -29,7 +29,7 @@ class ObedientDevice {
 
   const std::vector<wire::Command> start_, stop_;
   const std::vector<wire::PollRequest> requests_;
-  std::vector<std::uint8_t> heard_;  ///< since the last recognised command
+  std::vector<std::uint8_t> heard_;  ///< the last 4096 bytes, at most since the last request
   std::size_t start_step_ = 0, stop_step_ = 0, asked_ = 0;
 };
 

@@ -171,14 +171,13 @@ std::optional<int> place(const CommandLine& line, SimOptions& options) {
 }
 
 std::optional<int> read_network(const CommandLine& line, SimOptions& options) {
-  const std::tuple<const char*, const std::string&, transport::Network> lines[] = {
-      {"--tcp", line.tcp, {"tcp", line.tcp, false, ""}},
-      {"--tcp-listen", line.tcp_listen, {"tcp", line.tcp_listen, true, ""}},
-      {"--udp", line.udp, {"udp", line.udp, false, ""}}};
-  for (const auto& [name, address, network] : lines) {
-    if (address.empty()) continue;
+  const std::pair<const char*, transport::Network> lines[] = {{"--tcp", {"tcp", line.tcp, false, ""}},
+                                                              {"--tcp-listen", {"tcp", line.tcp_listen, true, ""}},
+                                                              {"--udp", {"udp", line.udp, false, ""}}};
+  for (const auto& [name, network] : lines) {
+    if (network.address.empty()) continue;
     if (!options.network.type.empty()) return complain(kUsage, fmt::format("{}: found two network lines", name));
-    if (const auto endpoint = transport::parse_endpoint(address); !endpoint)
+    if (const auto endpoint = transport::parse_endpoint(network.address); !endpoint)
       return complain(kUsage, fmt::format("{}: {}", name, endpoint.error()));
     options.network = network;
   }

@@ -39,8 +39,10 @@ void announce(const SimOptions& options) {
   }
 }
 
-void conclude(const simulation::SimulationCounters& counters, const std::string& where,
-              const wire::FrameDescription& frames) {
+int conclude(const Result<simulation::SimulationCounters>& done, const std::string& where,
+             const wire::FrameDescription& frames) {
+  if (!done) return fail(done.error());
+  const simulation::SimulationCounters& counters = *done;
   fmt::print(stderr, "prismsim: {}: {} simulated frames", where, counters.frames);
   const std::pair<std::uint64_t, const char*> faults[]{{counters.lost_frames, "frames lost"},
                                                        {counters.dropped_bytes, "bytes dropped"},
@@ -51,7 +53,7 @@ void conclude(const simulation::SimulationCounters& counters, const std::string&
     if (count > 0) fmt::print(stderr, ", {} {}", count, name);
   }
   fmt::print(stderr, "\n");
-  if (counters.parts.size() < 2) return;
+  if (counters.parts.size() < 2) return kDone;
   for (std::size_t i = 0; i < counters.parts.size(); ++i) {
     const simulation::BiasParts& parts = counters.parts[i];
     fmt::print(
@@ -60,6 +62,7 @@ void conclude(const simulation::SimulationCounters& counters, const std::string&
         "gradient to the case; {:.4f} that no thermometer detects\n",
         frames.axes[i].name, parts.own, parts.gradient, parts.hidden);
   }
+  return kDone;
 }
 
 }  // namespace
@@ -72,24 +75,15 @@ int run(int argc, char** argv) {
   if (!options.network.type.empty()) {
     NetworkOutlet outlet(options.network);
     const auto done = run_terminal(options, outlet);
-    if (!done) return fail(done.error());
-    conclude(*done, outlet.path(), *options.frames);
-    return kDone;
+    return conclude(done, outlet.path(), *options.frames);
   }
-  if (!options.terminal) {
-    const auto done = run_capture(options);
-    if (!done) return fail(done.error());
-    conclude(*done, options.out, *options.frames);
-    return kDone;
-  }
+  if (!options.terminal) return conclude(run_capture(options), options.out, *options.frames);
   auto terminal = PseudoTerminal::open(options.link);
   if (!terminal) return fail(terminal.error());
   fmt::print("{}\n", terminal->path());
   std::fflush(stdout);
   const auto done = run_terminal(options, *terminal);
-  if (!done) return fail(done.error());
-  conclude(*done, terminal->path(), *options.frames);
-  return kDone;
+  return conclude(done, terminal->path(), *options.frames);
 }
 
 }  // namespace prism::prismsim

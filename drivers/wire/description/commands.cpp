@@ -8,7 +8,7 @@
 namespace prism::wire {
 namespace {
 
-constexpr std::size_t kMostSteps = 64, kMostSentBytes = 1024, kMostExpectedBytes = 64;
+constexpr std::size_t kMostSteps = 64, kMostSentBytes = 1024;
 constexpr Range kTimeMs{1, 60'000}, kPauseMs{0, 60'000}, kPeriodMs{10, 3'600'000};
 
 std::chrono::milliseconds read_ms(const Section& section, const char* key, Range range,

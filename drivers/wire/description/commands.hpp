@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -12,6 +13,9 @@
 namespace prism::wire {
 
 using CommandBytes = std::vector<std::uint8_t>;
+
+/// Longest Command::expect.
+inline constexpr std::size_t kMostExpectedBytes = 64;
 
 /// One step: sends `send`, if any; then waits for `expect`, at most `within`, or, without it, for the time `wait`.
 struct Command {

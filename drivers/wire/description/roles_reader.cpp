@@ -246,11 +246,12 @@ void refuse_of_gyro(const Section& s) {
   }
 }
 
-/// A stated unit of the channel's field must be `unit`. `remedy`: how to convert the unit that is found most.
-void check_unit(const Section& s, const Field* field, const std::string& unit, const std::string& remedy) {
+/// A stated unit of the channel's field must be `unit`. `remedy`: how to convert the unit `usual`.
+void check_unit(const Section& s, const Field* field, const std::string& unit, const std::string& usual,
+                const std::string& remedy) {
   if (field == nullptr || field->unit.empty() || field->unit == unit) return;
   s.fail("field", fmt::format("the field \"{}\" is in {}, expected {}{}", field->name, field->unit, unit,
-                              field->unit == "K" || field->unit == "mV" ? remedy : ""));
+                              field->unit == usual ? remedy : ""));
 }
 
 /// Reads the plausibility limits of a channel.
@@ -272,14 +273,14 @@ void read_roles(const Section& s, const GyroChoice& choice, FrameDescription& de
                  [](MessageFields& roles) -> ChannelFields& { return roles.temperature; });
     check_unit(s.object("temperature"),
                first_with(description, [](const MessageFields& roles) { return &roles.temperature.whole; }), "degC",
-               "; add \"offset\": -273.15 to the field, and make its \"unit\" degC");
+               "K", "; add \"offset\": -273.15 to the field, and make its \"unit\" degC");
     description.plausible.temperature = read_statement(s.object("temperature"));
   }
   if (s.has("uhfo")) {
     read_channel(s.object("uhfo"), description, description.uhfo,
                  [](MessageFields& roles) -> ChannelFields& { return roles.uhfo; });
     check_unit(s.object("uhfo"), first_with(description, [](const MessageFields& roles) { return &roles.uhfo.whole; }),
-               "V", "; divide the field's \"scale\" by 1000, and make its \"unit\" V");
+               "V", "mV", "; divide the field's \"scale\" by 1000, and make its \"unit\" V");
     description.plausible.uhfo = read_statement(s.object("uhfo"));
     if (description.plausible.uhfo.greatest_slope_per_s)
       s.object("uhfo").fail("greatest_slope_degc_per_s", "only valid for the temperature");

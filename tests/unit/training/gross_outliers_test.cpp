@@ -115,10 +115,10 @@ TEST_P(Breakdown, MovesPredictionsByLittle) {
   settings.method = find_method(GetParam().method);
   settings.tuning = GetParam().tuning;
   settings.reweight.weight.kind = WeightKind::kMyriad;
-  settings.folds = 5;
+  settings.folds = 3;
   const auto good = train(clean(200), {}, settings);
   ASSERT_TRUE(good) << good.error().text();
-  for (const Contamination& c : kContaminations) {
+  for (const Contamination& c : {kContaminations[0], kContaminations[3]}) {  // the others lose the same rows
     TrainingData data = clean(200);
     const auto rows = contaminate(data, c);
     const auto trained = train(data, {}, settings);

@@ -14,7 +14,7 @@ std::optional<double> number_in(std::string_view cell, char decimal);
 /// True for "1,234" (one group of three digits, no leading zero): 1.234 with a decimal comma, 1234 with grouped digits.
 bool may_be_grouped(std::string_view cell);
 
-/// True for what programs write for an unknown value: nothing, NaN, N/A, -, #NUM!, inf and the like.
+/// True for what programs write for an unknown value: nothing, NaN, N/A, -, `#NUM!`, inf and the like.
 bool is_hole(std::string_view cell);
 
 }  // namespace prism::tables

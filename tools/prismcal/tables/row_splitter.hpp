@@ -11,7 +11,8 @@
 
 namespace prism::tables {
 
-/// Separators: ',' ';' '\t' '|', any other character, ' ' for runs of blanks and tabs, 0 for one column.
+/// Separators: comma, semicolon, tab, bar or any other character; a blank for runs of blanks and tabs; 0 for one
+/// column.
 class RowSplitter {
  public:
   explicit RowSplitter(char separator);
