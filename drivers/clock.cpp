@@ -81,12 +81,16 @@ void Clock::start(const wire::DecodedMessage& reading) {
 }
 
 // Integer ticks over integer milli-ticks per second: exact, so that one day of fast replay ends on the nanosecond.
-std::int64_t Clock::stamp_device(const wire::DecodedMessage& reading, const CounterStep& step) {
+std::optional<std::int64_t> Clock::stamp_device(const wire::DecodedMessage& reading, const CounterStep& step) {
+  using Verdict = DeviceTimeCheck::Verdict;
   const double x = (ticks_ + step.ticks) * tick_s_;
   const double y = 1e-9 * static_cast<double>(measured_ns(reading) - origin_ns_);
   const bool waited = waited_to_be_read(reading, description_->period_s(), y - last_y_);
   last_y_ = y;
-  if (step.restarted || (settings_.arrivals_are_measured && !device_check_.agrees(x, y, waited))) {
+  const Verdict verdict = step.restarted                     ? Verdict::kDisagrees
+                          : settings_.arrivals_are_measured ? device_check_.push(x, y, waited)
+                                                            : Verdict::kAgrees;
+  if (verdict == Verdict::kDisagrees) {
     ++status_.resets;
     began_session_ = true;
     last_time_ns_ = 0;
@@ -95,6 +99,7 @@ std::int64_t Clock::stamp_device(const wire::DecodedMessage& reading, const Coun
   }
   ticks_ += step.ticks;
   x_ = x;
+  if (verdict == Verdict::kUncertain) return std::nullopt;
   const double ticks_per_s = description_->counter ? description_->counter->ticks_per_s : description_->rate_hz;
   const auto milli = static_cast<__int128>(std::llround(1000 * ticks_per_s));
   if (static_cast<double>(milli) != 1000 * ticks_per_s) return origin_ns_ + std::llround(1e9 * x_);
@@ -185,31 +190,30 @@ void Clock::miss(const CounterStep& step) {
 }
 
 bool Clock::push(const wire::DecodedMessage& reading) {
-  std::int64_t time_ns;
+  std::optional<std::int64_t> time;
   began_session_ = false;
   const CounterStep step = steps_.push(reading, slope_);
   if (!running_) {
     start(reading);
-    time_ns = origin_ns_;
+    time = origin_ns_;
   } else {
     if (step.duplicate) {
       ++status_.duplicates;
       return false;
     }
     const std::uint64_t resets = status_.resets;
-    time_ns = settings_.source == ClockSource::kDevice ? stamp_device(reading, step) : stamp_host(reading, step);
+    time = settings_.source == ClockSource::kDevice ? stamp_device(reading, step) : stamp_host(reading, step);
     if (status_.resets == resets) {
-      if (step.missing != 0) miss(step);
-    } else if (settings_.source == ClockSource::kHost && last_time_ns_ - time_ns > kClockSetNs) {
-      last_time_ns_ = time_ns;
+      miss(time ? step : CounterStep{.missing = step.missing + 1});
+    } else if (settings_.source == ClockSource::kHost && last_time_ns_ - *time > kClockSetNs) {
+      last_time_ns_ = *time;
     }
   }
-  if (last_time_ns_ != 0) time_ns = std::max(time_ns, last_time_ns_);
-  last_time_ns_ = time_ns;
+  if (time) last_time_ns_ = last_time_ns_ != 0 ? std::max(*time, last_time_ns_) : *time;
   if (settings_.check_frame_rate && settings_.arrivals_are_measured)
     rate_check_.push(step.ticks * tick_s_, 1e-9 * static_cast<double>(reading.arrival_ns));
   counted_ = false;
-  return reading.has_gyro;
+  return time && reading.has_gyro;
 }
 
 /// Difference of the accumulated angle to the one before, in the reading's unit, and the interval between them.

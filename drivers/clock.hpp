@@ -69,8 +69,8 @@ class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  /// Computes the time of the reading. Returns false for a repeated frame and for a message without gyro data, which
-  /// give no sample.
+  /// Computes the time of the reading. Returns false for a repeated frame, a message without gyro data and a frame whose
+  /// time is uncertain (DeviceTimeCheck; counted as missing), which give no sample.
   bool push(const wire::DecodedMessage& reading);
   /// True if the last push() began a session, because the device's time before it is not comparable.
   bool began_session() const { return began_session_; }
@@ -90,7 +90,7 @@ class Clock {
   void start(const wire::DecodedMessage& reading);
   void forget_angles();
   void miss(const CounterStep& step);
-  std::int64_t stamp_device(const wire::DecodedMessage& reading, const CounterStep& step);
+  std::optional<std::int64_t> stamp_device(const wire::DecodedMessage& reading, const CounterStep& step);
   std::int64_t stamp_host(const wire::DecodedMessage& reading, const CounterStep& step);
   bool out_of_step(double residual_s, double y, std::uint32_t behind);
   bool recount(double& residual_s);

@@ -11,6 +11,8 @@ constexpr double kWindowS = 10;
 constexpr double kToleranceS = 1;
 constexpr double kRealTimeTolerance = 0.05;
 constexpr double kRateTolerance = 1.2;
+/// A reader's chunk spans less than this; what comes faster than twice real time after that had waited.
+constexpr double kChunkS = 0.1;
 
 }  // namespace
 
@@ -22,15 +24,28 @@ bool DeviceTimeCheck::leads(double x, double y) const {
   return x - anchor_.x > rate * (kRateTolerance * (y - anchor_.y) + kToleranceS);
 }
 
-bool DeviceTimeCheck::is_late(double x, double y, bool waited) {
-  const bool late = std::abs(rate_ - 1) < kRealTimeTolerance && (y - anchor_.y) - (x - anchor_.x) / rate_ > kToleranceS;
-  if (!late) {
-    late_since_y_ = -1;
-    return false;
+DeviceTimeCheck::Verdict DeviceTimeCheck::after_gap(double x, double y) {
+  const double since_x = x - after_gap_->x, since_y = y - after_gap_->y;
+  if (since_x > 2 * since_y + kChunkS) {
+    after_gap_.reset();
+    return Verdict::kAgrees;
   }
-  if (!waited && y - last_.y > kWindowS) return true;
-  if (late_since_y_ < 0) late_since_y_ = y;
-  return y - late_since_y_ > kToleranceS;
+  return since_y > 2 * kChunkS ? Verdict::kDisagrees : Verdict::kUncertain;
+}
+
+DeviceTimeCheck::Verdict DeviceTimeCheck::lateness(double x, double y, bool waited) {
+  if (std::abs(rate_ - 1) >= kRealTimeTolerance || (y - anchor_.y) - (x - anchor_.x) / rate_ <= kToleranceS) {
+    late_since_y_ = -1;
+    return Verdict::kAgrees;
+  }
+  if (late_since_y_ < 0) {
+    late_since_y_ = y;
+    if (!waited && y - last_.y > kWindowS) {
+      after_gap_ = {x, y};
+      return Verdict::kUncertain;
+    }
+  }
+  return y - late_since_y_ > kToleranceS ? Verdict::kDisagrees : Verdict::kAgrees;
 }
 
 void DeviceTimeCheck::keep(double x, double y) {
@@ -41,10 +56,12 @@ void DeviceTimeCheck::keep(double x, double y) {
   next_anchor_ = last_;
 }
 
-bool DeviceTimeCheck::agrees(double x, double y, bool waited) {
-  if (leads(x, y) || is_late(x, y, waited)) return false;
-  keep(x, y);
-  return true;
+DeviceTimeCheck::Verdict DeviceTimeCheck::push(double x, double y, bool waited) {
+  if (leads(x, y)) return Verdict::kDisagrees;
+  Verdict verdict = after_gap_ ? after_gap(x, y) : Verdict::kAgrees;
+  if (verdict == Verdict::kAgrees) verdict = lateness(x, y, waited);
+  if (verdict == Verdict::kAgrees) keep(x, y);
+  return verdict;
 }
 
 }  // namespace prism::drivers

@@ -20,7 +20,8 @@ from network_far import Tcp, Tty, Udp
 RATE = 50  # frames/s
 FRAME = 20  # bytes
 LONG = bool(os.environ.get("PRISM_LONG"))
-OUTAGE = 5.0
+OUTAGE = 5
+REFUSED = 60 if LONG else 8
 TYPES = ("tty", "connect", "listen", "udp")
 FAULTS = ("clean", "fin", "vanish", "stall", "refused", "name", "suspend")
 LIBC = ctypes.CDLL(None, use_errno=True)
@@ -209,7 +210,7 @@ class Case:
 
     def do_refused(self):
         self.far.state = "off"
-        time.sleep(60 if LONG else 8)
+        time.sleep(REFUSED)
         if self.type == "connect":
             status = self.ask("status")
             assert "connection refused" in status["detail"], status["detail"]
@@ -275,12 +276,39 @@ class Case:
         frames, sent = line["decoder"]["frames"], self.far.sent
         margin = RATE if self.type in ("tty", "udp") else RATE // 5  # on the way, or lost before the line was open
         if self.fault in ("clean", "stall", "name"):
-            if self.type != "udp" or self.fault != "stall":
+            if self.type != "udp" or self.fault != "stall":  # a socket's buffer may be smaller than the burst
                 assert self.sent_before - margin <= frames <= sent, f"{frames} frames of {sent}"
-            assert line["timing"]["missing_frames"] == 0, line["timing"]
-        log = sorted(os.listdir(f"{self.folder}/log"))
-        rows = sum(1 for name in log if name.endswith(".csv") for row in open(f"{self.folder}/log/{name}") if row[:1].isdigit())
-        assert rows > 0
+            uncertain = RATE // 5 if self.fault == "stall" else 0  # until it is seen that the frames waited on the way
+            assert line["timing"]["missing_frames"] <= uncertain and line["timing"]["resets"] == 0, line["timing"]
+        self.count_rows(frames)
+
+    def rows(self):
+        """The log's complete lines: second, arrival, samples."""
+        found = []
+        for name in sorted(os.listdir(f"{self.folder}/log")):
+            if name.endswith(".csv"):
+                lines = [line.split(",") for line in open(f"{self.folder}/log/{name}") if line[-1] == "\n" and line[0] != "#"]
+                found += [dict(zip(lines[0], line)) for line in lines[1:]] if lines else []
+        return [(int(row["time_s"]), float(row["arrival_s"]), int(row["samples"])) for row in found]
+
+    def count_rows(self, frames):
+        """All received frames are in rows, each in its second; the seconds without all of their frames are the lost time."""
+        rows = self.rows()
+        assert frames - 2 * RATE <= sum(samples for _, _, samples in rows) <= frames + 2 * RATE, f"{frames} frames, rows {rows}"
+        late = 12 if self.fault in ("stall", "suspend") else 2
+        off = [row for row in rows if not -1.5 < row[1] - row[0] < late]
+        assert not off, f"rows of another second than that of their arrival: {off}"
+        full = {second for second, _, samples in rows if samples == RATE}
+        inside = range(rows[0][0] + 1, rows[-1][0])
+        hole = sum(second not in full for second in inside)
+        lost = {"clean": 0, "name": 0, "refused": REFUSED}.get(self.fault, OUTAGE)
+        if self.fault == "stall":
+            least, most = 0, 1
+        elif self.type == "udp" and self.fault == "suspend":
+            least, most = 0, lost + 3  # the socket's buffer keeps a part
+        else:
+            least, most = max(lost - 1, 0), lost + 3 if lost else 0  # a second at each end, and the time to connect
+        assert least <= hole <= most, f"{hole} seconds incomplete, expected {least} to {most}: {rows}"
 
 
 def run(*command):

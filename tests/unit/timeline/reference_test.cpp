@@ -40,27 +40,38 @@ std::vector<wire::DecodedMessage> plausible_frames(const std::vector<wire::Decod
   return kept;
 }
 
+enum class Verdict { kAgree, kDisagree, kUncertain };
+
 /// Rules "counter jumps ahead of the arrivals" and "arrivals are late", over all frames of the session so far.
 class Agreement {
  public:
-  bool holds(double x, double y, bool waited) {
+  Verdict of(double x, double y, bool waited) {
     const auto [ax, ay] = anchors_.size() > 1 ? anchors_[anchors_.size() - 2] : anchors_.front();
     const auto [lx, ly] = frames_.back();
     const double rate = window_rate();
     double fastest = std::max(1.0, rate);
     if (ly - ay >= 1) fastest = std::max(fastest, (lx - ax) / (ly - ay));
-    if (ly >= 1 && x - ax > fastest * (1.2 * (y - ay) + 1)) return false;
+    if (ly >= 1 && x - ax > fastest * (1.2 * (y - ay) + 1)) return Verdict::kDisagree;
+    if (gap_) {
+      const auto [gx, gy] = *gap_;
+      if (x - gx <= 2 * (y - gy) + 0.1) return y - gy > 0.2 ? Verdict::kDisagree : Verdict::kUncertain;
+      gap_.reset();
+    }
     const bool late = std::abs(rate - 1) < 0.05 && (y - ay) - (x - ax) / rate > 1;
-    if (late && !waited && y - ly > 10) return false;
+    const bool begins = late && (late_.empty() || late_.back() < 0);
     late_.push_back(late ? y : -1);
+    if (begins && !waited && y - ly > 10) {
+      gap_ = {x, y};
+      return Verdict::kUncertain;
+    }
     if (late) {
       auto first = late_.rbegin();
       while (first + 1 != late_.rend() && *(first + 1) >= 0) ++first;
-      if (y - *first > 1) return false;
+      if (y - *first > 1) return Verdict::kDisagree;
     }
     frames_.push_back({x, y});
     if (!late && y - anchors_.back().second >= 10) anchors_.push_back({x, y});
-    return true;
+    return Verdict::kAgree;
   }
 
  private:
@@ -72,6 +83,7 @@ class Agreement {
   }
   std::vector<std::pair<double, double>> frames_{{0, 0}}, anchors_{{0, 0}};
   std::vector<double> late_;
+  std::optional<std::pair<double, double>> gap_;  ///< first frame after a long gap, as long as it is uncertain
 };
 
 std::vector<Expected> reference(const wire::FrameDescription& description, const std::vector<wire::DecodedMessage>& all,
@@ -99,7 +111,11 @@ std::vector<Expected> reference(const wire::FrameDescription& description, const
                  y = 1e-9 * static_cast<double>(measured_ns(r) - origin_ns);
     const bool waited = r.behind >= 1024 || r.behind / r.length / kSlowHz > (y - last_y) / 2;
     last_y = y;
-    if (last && (step > kModulus / 2 || (measured && !agreement.holds(x, y, waited)))) {
+    const Verdict verdict = !last                 ? Verdict::kAgree
+                            : step > kModulus / 2 ? Verdict::kDisagree
+                            : measured            ? agreement.of(x, y, waited)
+                                                  : Verdict::kAgree;
+    if (verdict == Verdict::kDisagree) {
       ++session;
       origin_ns = measured_ns(r);
       ticks = last_y = 0;
@@ -109,6 +125,7 @@ std::vector<Expected> reference(const wire::FrameDescription& description, const
       ticks += static_cast<double>(step);
     }
     last = r;
+    if (verdict == Verdict::kUncertain) continue;
     Expected e{1e-9 * static_cast<double>(origin_ns - first_ns) + ticks / kSlowHz, r.gyro[0].value * scale * kSlowHz,
                1 / kSlowHz, session};
     if (accumulated) {

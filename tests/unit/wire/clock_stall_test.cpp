@@ -2,6 +2,7 @@
 // The reader stalls: buffered bytes arrive at once, the others are lost and counted.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/wire/decode/frame_decoder.hpp"
@@ -112,6 +113,36 @@ TEST(ClockStall, CountsAtTheFirstFrameAfterAGap) {
     if (sample.missing_frames == 0) continue;
     EXPECT_NEAR(test::seconds(sample.time_ns), 15, 0.01);
   }
+}
+
+// From 25 s on the way is interrupted for 12 s; then the frames follow one by one, each in a chunk of its own.
+TEST(ClockStall, FramesThatWaitedOnTheWayKeepTheirDeviceTime) {
+  const auto description = test::shipped("trplg");
+  drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
+  test::Line line;
+  line.delay_s = [](int i) { return i < 5000 ? 0 : std::max(0.0, 37 - i / 200.0 + 1e-4 * (i - 5000)); };
+  const auto samples = test::run(clock, description, line, 10'000);
+  EXPECT_EQ(clock.status().resets, 0u);
+  EXPECT_LE(clock.status().missing_frames, 25u) << "0.1 s until it is seen that they waited";
+  EXPECT_EQ(samples.size() + clock.status().missing_frames, 9999u);
+  for (const Sample& sample : samples) {
+    const double frame = 200 * test::seconds(sample.time_ns);
+    ASSERT_NEAR(frame, std::round(frame), 1e-3);
+  }
+  EXPECT_NEAR(test::seconds(samples.back().time_ns), 9999 / 200.0, 1e-6);
+}
+
+// The device itself pauses for 12 s and goes on with the next count.
+TEST(ClockStall, ADevicePausedForLongBeginsASession) {
+  const auto description = test::shipped("trplg");
+  drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
+  test::Line line;
+  line.delay_s = [](int i) { return i < 5000 ? 0.0 : 12.0; };
+  for (const Sample& sample : test::run(clock, description, line, 10'000)) {
+    const double at = test::seconds(sample.time_ns);
+    ASSERT_TRUE(at < 25 || at > 37) << at;
+  }
+  EXPECT_EQ(clock.status().resets, 1u);
 }
 
 }  // namespace
