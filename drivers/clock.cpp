@@ -87,7 +87,7 @@ std::optional<std::int64_t> Clock::stamp_device(const wire::DecodedMessage& read
   const double y = 1e-9 * static_cast<double>(measured_ns(reading) - origin_ns_);
   const bool waited = waited_to_be_read(reading, description_->period_s(), y - last_y_);
   last_y_ = y;
-  const Verdict verdict = step.restarted                     ? Verdict::kDisagrees
+  const Verdict verdict = step.restarted                    ? Verdict::kDisagrees
                           : settings_.arrivals_are_measured ? device_check_.push(x, y, waited)
                                                             : Verdict::kAgrees;
   if (verdict == Verdict::kDisagrees) {

@@ -69,8 +69,8 @@ class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});
 
-  /// Computes the time of the reading. Returns false for a repeated frame, a message without gyro data and a frame whose
-  /// time is uncertain (DeviceTimeCheck; counted as missing), which give no sample.
+  /// Computes the time of the reading. Returns false for a repeated frame, a message without gyro data and a frame
+  /// whose time is uncertain (DeviceTimeCheck; counted as missing), which give no sample.
   bool push(const wire::DecodedMessage& reading);
   /// True if the last push() began a session, because the device's time before it is not comparable.
   bool began_session() const { return began_session_; }

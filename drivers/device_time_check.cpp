@@ -11,7 +11,7 @@ constexpr double kWindowS = 10;
 constexpr double kToleranceS = 1;
 constexpr double kRealTimeTolerance = 0.05;
 constexpr double kRateTolerance = 1.2;
-/// A reader's chunk spans less than this; what comes faster than twice real time after that had waited.
+/// A reader's chunk spans less than this. Frames that then arrive faster than twice real time had waited.
 constexpr double kChunkS = 0.1;
 
 }  // namespace

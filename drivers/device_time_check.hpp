@@ -11,8 +11,8 @@ namespace prism::drivers {
 ///   10 to 20 s, because a simulated gyro may run at a multiple of real time;
 /// - if x has been late by more than a second, for more than a second, and ran within 5 % of real time before: time
 ///   passed that the counter does not show. A reader that was late catches up within a second.
-/// After more than 10 s without a frame, the next frames tell which it was: frames that waited on the way follow faster
-/// than they were measured. Until 0.2 s later at most, their time is uncertain.
+/// After more than 10 s without a frame, the next frames decide between the two: frames that waited on the way arrive
+/// faster than they were measured. Until then, for 0.2 s at most, their time is uncertain.
 /// Nothing is known in the first second.
 class DeviceTimeCheck {
  public:
@@ -34,8 +34,8 @@ class DeviceTimeCheck {
 
   Point anchor_, next_anchor_, last_;
   std::optional<Point> after_gap_;  ///< first frame after a long gap, while the time is uncertain
-  double rate_ = 0;           ///< device seconds per second of the window before; 0: not known yet
-  double late_since_y_ = -1;  ///< negative: the last frame was not late
+  double rate_ = 0;                 ///< device seconds per second of the window before; 0: not known yet
+  double late_since_y_ = -1;        ///< negative: the last frame was not late
 };
 
 }  // namespace prism::drivers

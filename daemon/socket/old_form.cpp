@@ -28,6 +28,7 @@ ordered_json old_form(const config::SocketMethod& method, ordered_json result) {
     for (const char* key : {"log", "capture"}) {
       if (result[key].is_object()) result[key] = ordered_json(result[key]["directory"]);
     }
+    result["socket"] = ordered_json(result["socket"]["path"]);
   }
   const ordered_json axes = result["axes"];
   if (axes.size() != 1) return result.size() == 1 ? axes : result;

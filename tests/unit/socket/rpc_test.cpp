@@ -49,7 +49,10 @@ TEST_F(RpcTest, TheOldFormHasTheMembersOfTheOnlyAxis) {
         const bool moved = method.name == "config" && old["gyro"].contains(key);
         if (key == "age_s" || key == "gyro") continue;
         const bool segments = method.name == "config" && (key == "log" || key == "capture") && value.is_object();
-        EXPECT_EQ(moved ? old["gyro"][key] : old[key], segments ? value["directory"] : value)
+        const bool path = method.name == "config" && key == "socket";
+        EXPECT_EQ(moved ? old["gyro"][key] : old[key], segments ? value["directory"]
+                                                       : path   ? value["path"]
+                                                                : value)
             << method.name << " " << key;
       }
     }

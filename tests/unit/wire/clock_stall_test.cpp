@@ -132,7 +132,7 @@ TEST(ClockStall, FramesThatWaitedOnTheWayKeepTheirDeviceTime) {
   EXPECT_NEAR(test::seconds(samples.back().time_ns), 9999 / 200.0, 1e-6);
 }
 
-// The device itself pauses for 12 s and goes on with the next count.
+// The device itself pauses for 12 s and continues with the next count.
 TEST(ClockStall, ADevicePausedForLongBeginsASession) {
   const auto description = test::shipped("trplg");
   drivers::Clock clock(description, {.source = drivers::ClockSource::kDevice});
