@@ -9,6 +9,7 @@
 
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/support/collected.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
@@ -46,11 +47,11 @@ class CaptureSource : public testing::Test {
     return folder_.file("line.pcap");
   }
 
-  Result<recordings::Recording> read(const std::string& line, const std::string& frames) {
+  Result<test::CollectedRecording> read(const std::string& line, const std::string& frames) {
     recordings::SourceOptions options;
     options.config = written("gyro.json", R"({"name": "bench", "frames": ")" + frames + R"(", "line": {)" + line +
                                               R"(}, "model": "not-yet-made.json"})");
-    return recordings::read_recording(capture(), options);
+    return test::collected(capture(), options);
   }
 
  private:

@@ -69,9 +69,8 @@ TEST(HoldOut, AlternatesSegmentsAWindowApart) {
 TEST(HoldOut, CopiesOnlyTheSecondsOfItsBlocks) {
   const auto split = split_blocks(day(), {0.3, 0});
   ASSERT_TRUE(split);
-  EXPECT_EQ(split->held_out.second.size(), split->held_out.size() * 100);
-  EXPECT_EQ(split->held_out.second.size(), split->held_out.second_bias_deg_per_h.size());
-  EXPECT_GT(split->held_out.second.front(), split->training.second.back() + 99);
+  EXPECT_EQ(split->held_out.seconds.size(), split->held_out.size() * 100);
+  EXPECT_GT(split->held_out.seconds.first_second(), split->training.seconds.last_second() + 99);
 }
 
 TEST(HoldOut, ALagIncreasesTheDistance) {

@@ -14,6 +14,7 @@
 
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
+#include "tests/support/collected.hpp"
 #include "tests/support/document.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
@@ -41,6 +42,28 @@ std::string rows_of(std::int64_t first, int count, int partial = 0) {
   return text;
 }
 
+struct LogTable {
+  std::vector<LogRow> rows;
+  std::vector<std::size_t> sessions;  ///< index of the first row of each
+  LeftOut left_out;
+};
+
+LogTable all_rows(LogFolder& folder) {
+  LogTable table;
+  tables::ReadMeter meter;
+  auto left_out = join_rows(
+      folder,
+      [&](const LogRow& row, bool begins_session) {
+        if (begins_session) table.sessions.push_back(table.rows.size());
+        table.rows.push_back(row);
+        return Result<void>();
+      },
+      meter);
+  EXPECT_TRUE(left_out) << left_out.error().text();
+  if (left_out) table.left_out = std::move(*left_out);
+  return table;
+}
+
 struct LogFolderTest : testing::Test {
   const test::TemporaryFolder folder;
   const std::string log = folder.file("log");
@@ -61,12 +84,12 @@ struct LogFolderTest : testing::Test {
     write(file, text + end(text, rows));
   }
   LogTable joined() const {
-    const auto read = LogFolder::read(log);
+    auto read = LogFolder::open(log);
     EXPECT_TRUE(read) << read.error().text();
-    return read ? join_rows(*read) : LogTable();
+    return read ? all_rows(*read) : LogTable();
   }
   std::string error_text() const {
-    const auto read = LogFolder::read(log);
+    const auto read = LogFolder::open(log);
     return read ? "no error" : read.error().text();
   }
 };
@@ -111,26 +134,28 @@ TEST_F(LogFolderTest, OrdersSegmentsByTheIndexNotByTime) {
 TEST_F(LogFolderTest, UsesEqualSecondsOfTwoSessions) {
   write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 50), 50);
   write_closed("gyro1-20261121T120000Z-2.csv", head("2026-11-21T12:00:49.5Z") + rows_of(kNoon, 50), 50);
-  const auto recording = read_log(log);
+  const auto recording = test::collected(log);
   ASSERT_TRUE(recording) << recording.error().text();
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 2u * 9) << "per session a window of 10 s, then a block every 5 s";
-  EXPECT_TRUE(std::is_sorted(table->second.begin(), table->second.end()));
+  std::vector<std::int64_t> seconds;
+  table->seconds.for_each([&](std::int64_t second, double) { seconds.push_back(second); });
+  EXPECT_TRUE(std::is_sorted(seconds.begin(), seconds.end()));
   EXPECT_EQ(table->gaps, 1u);
 }
 
 TEST_F(LogFolderTest, SkipsPartialSecondsInBlocks) {
   write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 12, 3), 12);
-  const auto recording = read_log(log);
+  const auto recording = test::collected(log);
   compensation::FeatureDefinition features;
   features.length_s = features.end_mean_s = 5;
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 1u);
-  EXPECT_EQ(table->second.size(), 10u);
+  EXPECT_EQ(table->seconds.size(), 10u);
 }
 
 TEST_F(LogFolderTest, UsesDuplicateDataOnce) {
@@ -162,13 +187,15 @@ TEST_F(LogFolderTest, ATruncatedSegmentLosesOnlyItsLastRow) {
   const std::string text = body + end(body, 3);
   for (std::size_t length = 0; length <= text.size(); ++length) {
     write("gyro1-20261121T120000Z.csv", text.substr(0, length));
-    const auto segment = read_log_segment(log + "/gyro1-20261121T120000Z.csv");
+    auto segment = open_log_segment(log + "/gyro1-20261121T120000Z.csv");
     ASSERT_TRUE(segment) << length << ": " << segment.error().text();
+    tables::ReadMeter meter;
+    ASSERT_TRUE(read_log_rows(*segment, {}, meter));
     EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kIntact : SegmentEnd::kTruncated) << length;
     const std::string left = text.substr(0, length);
     const std::string lines = left.substr(0, left.rfind('\n') + 1);
     const auto rows = std::count(lines.begin(), lines.end(), '\n') - std::count(lines.begin(), lines.end(), '#');
-    EXPECT_EQ(segment->rows.size(), std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
+    EXPECT_EQ(segment->rows, std::max<std::ptrdiff_t>(rows - 1, 0)) << length;
     const bool headless = length < head("2026-11-21T11:59:59.5Z").size();  // then it has no rows
     EXPECT_EQ(segment->truncated_bytes, headless ? length : left.size() - (left.rfind('\n') + 1)) << length;
   }
@@ -196,14 +223,14 @@ TEST_F(LogFolderTest, SalvageReadsAllGoodRows) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 2) + "x\n" + rows_of(kNoon + 2, 2));
   write("table.csv", "a,b\n1,2\n");
-  const auto salvaged = LogFolder::salvage(log);
+  auto salvaged = LogFolder::salvage(log);
   ASSERT_EQ(salvaged.segments.size(), 1u);
-  EXPECT_THAT(ends_of(join_rows(salvaged)), ElementsAre(0, 1, 2, 3));
+  const LogTable rows = all_rows(salvaged);
+  EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3));
   ASSERT_EQ(salvaged.segments[0].damaged.size(), 1u);
   EXPECT_EQ(salvaged.segments[0].damaged[0].line, 8u);
   EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 20");
-  EXPECT_EQ(salvaged.segments[0].rows[2].number, 4u)
-      << "counts the damaged row, as end lines and superseding segments do";
+  EXPECT_EQ(rows.rows[2].number, 4u) << "counts the damaged row, as end lines and superseding segments do";
   ASSERT_EQ(salvaged.rejected.size(), 1u);
   EXPECT_EQ(salvaged.rejected[0].path, log + "/table.csv");
 }
@@ -263,13 +290,13 @@ TEST_F(LogFolderTest, RejectsTwoGyrosAndANewerFormat) {
 }
 
 TEST_F(LogFolderTest, DescribesAFolderWithoutALog) {
-  EXPECT_EQ(LogFolder::read(log).error().text(),
+  EXPECT_EQ(LogFolder::open(log).error().text(),
             log + ": found an empty folder, expected one with prismd's log, *.csv");
   write("notes.txt", "x");
-  EXPECT_EQ(LogFolder::read(log).error().text(),
+  EXPECT_EQ(LogFolder::open(log).error().text(),
             log + ": found a folder with 1 file but no .csv (notes.txt), expected prismd's log");
   write("z.pcap", "\xd4\xc3\xb2\xa1");
-  EXPECT_EQ(LogFolder::read(log).error().text(),
+  EXPECT_EQ(LogFolder::open(log).error().text(),
             log +
                 ": found a folder with 2 files but no .csv (z.pcap), expected prismd's "
                 "log; give the capture itself, with --config");
@@ -279,7 +306,7 @@ TEST_F(LogFolderTest, DescribesAFolderWithoutALog) {
 // failure.
 TEST(Format1, AFolderOfVersion01IsReadable) {
   const std::string path = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
-  const auto recording = read_log(path);
+  const auto recording = test::collected(path);
   ASSERT_TRUE(recording) << recording.error().text();
   EXPECT_EQ(recording->second_means.size(), 61u);
   EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
@@ -291,7 +318,7 @@ TEST(Format1, AFolderOfVersion01IsReadable) {
   features.end_mean_s = 2;
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
-  EXPECT_EQ(table->second.front() + 1, 1'795'320'783);
+  EXPECT_EQ(table->seconds.first_second() + 1, 1'795'320'783);
 }
 
 TEST(Format1, IsReadableAsARateSeries) {

@@ -28,7 +28,7 @@ TEST(BlockTable, HasOneReadyWindowPerBlock) {
     EXPECT_NEAR(table.bias_deg_per_h[i], test::kDaySensitivity * temperature[i], 1e-9);
   }
   EXPECT_EQ(table.gaps, 0u);
-  EXPECT_EQ(table.second_bias_deg_per_h.size(), 8000u);
+  EXPECT_EQ(table.seconds.size(), 8000u);
 }
 
 TEST(BlockTable, RestartsItsGridAfterAGap) {
@@ -41,7 +41,7 @@ TEST(BlockTable, RestartsItsGridAfterAGap) {
   for (std::size_t i = 0; i < table.size(); ++i) starts += !table.follows[i];
   EXPECT_EQ(starts, 2);
   // The 1 Hz series contains the gap, shortened to 60 s.
-  EXPECT_EQ(table.second_bias_deg_per_h.size(), 3800u + 60u);
+  EXPECT_EQ(table.seconds.size(), 3800u + 60u);
 }
 
 TEST(BlockTable, RejectsARecordingWithoutAFullBlock) {
@@ -91,12 +91,13 @@ TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
       recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
   const analysis::ModelEvaluation evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
-  const auto& seconds = evaluated.corrected_second_deg_per_h;
+  const auto seconds = evaluated.corrected_seconds_deg_per_h(table);
   ASSERT_EQ(seconds.size(), 2000u);
   const std::int64_t first_end = table.blocks[0].second_mean.second;
   for (std::size_t i = 0; i < 2000; ++i) {
     // Before the first full window prismd has no bias to subtract.
-    const bool inside = table.second[i] >= first_end && table.second[i] <= table.blocks.back().second_mean.second;
+    const bool inside =
+        table.seconds.second(i) >= first_end && table.seconds.second(i) <= table.blocks.back().second_mean.second;
     EXPECT_EQ(std::isfinite(seconds[i]), inside) << i;
     if (!inside) continue;
     EXPECT_NEAR(seconds[i], 0, 0.002);  // half a block of a ramp of 0.03 degC/s
@@ -216,7 +217,7 @@ TEST(BlockTable, SkipsImplausibleSeconds) {
   const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
   for (const double degc : table.column("T")) EXPECT_GT(degc, -60);
   for (const double bias : table.bias_deg_per_h) EXPECT_LT(std::fabs(bias), 100);
-  for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.second_bias_deg_per_h[i])) << i;
+  for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.seconds.rate(i))) << i;
   EXPECT_EQ(table.missing_s, 400u);
   EXPECT_EQ(table.gaps, 1u);
 }
@@ -230,11 +231,12 @@ TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
   const auto model = test::linear_model(test::kDaySensitivity);
   const auto rows = rows_of_prismd(second_means, model, settings);
   const auto evaluated = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
+  const auto corrected = evaluated.corrected_seconds_deg_per_h(table);
   int by_fallback = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!(rows[i].correction.quality & compensation::kFallback)) continue;
     ++by_fallback;
-    EXPECT_NEAR(evaluated.corrected_second_deg_per_h[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
+    EXPECT_NEAR(corrected[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
   }
   EXPECT_EQ(by_fallback, compensation::history_s({}) - 1);
 }

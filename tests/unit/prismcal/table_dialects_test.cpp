@@ -123,10 +123,9 @@ TEST_F(TableDialects, EachIsReadToTheLastDigitOrRefused) {
     const Written written = write_any(random);
     const auto columns = read(written.text);
     if (!columns) {
-      ASSERT_NE(why_.find("two readings are possible"), std::string::npos)
-          << why_ << "\n"
-          << written.dialect << "\n"
-          << written.text;
+      ASSERT_NE(why_.find("two readings are possible"), std::string::npos) << why_ << "\n"
+                                                                           << written.dialect << "\n"
+                                                                           << written.text;
       ++refusals;
       continue;
     }

@@ -15,6 +15,7 @@
 #include "compensation/compensated_text.hpp"
 #include "compensation/compensation_engine.hpp"
 #include "compensation/model_text.hpp"
+#include "tests/support/collected.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -185,7 +186,7 @@ TEST_F(Prismcal, RejectsAMapWithAnUnknownUnit) {
   write("mapped.csv", "a,b\n1,2\n");
   recordings::SourceOptions options;
   options.map = {"rate=a:furlong"};
-  const auto source = recordings::read_recording(path("mapped.csv"), options);
+  const auto source = test::collected(path("mapped.csv"), options);
   ASSERT_FALSE(source);
   EXPECT_EQ(source.error().text().find('\n'), std::string::npos);
   EXPECT_NE(source.error().text().find("rate in deg/h"), std::string::npos);
@@ -196,7 +197,7 @@ TEST_F(Prismcal, ScalesAndShiftsMappedColumns) {
   write("raw.csv", "t,Gx,Traw\n1,100,340\n2,120,680\n3,140,0\n");
   recordings::SourceOptions options;
   options.map = {"rate=Gx:deg/s*0.061-1.2", "temperature=3:degC*2.5e-3+36.5", "time=1:s"};
-  const auto source = recordings::read_recording(path("raw.csv"), options);
+  const auto source = test::collected(path("raw.csv"), options);
   ASSERT_TRUE(source) << source.error().text();
   ASSERT_GE(source->second_means.size(), 2u);
   EXPECT_NEAR(source->second_means[0].rate_deg_per_h, (100 * 0.061 - 1.2) * 3600, 1e-6);
@@ -204,12 +205,12 @@ TEST_F(Prismcal, ScalesAndShiftsMappedColumns) {
   for (const char* wrong : {"rate=Gx:deg/s*", "rate=Gx:deg/s*0", "rate=Gx:deg/s*x", "rate=Gx:deg/s*2+",
                             "rate=Gx:deg/s+1*2", "rate=Gx:deg/s*1e999", "rate=9:deg/s", "rate=Gx"}) {
     options.map = {wrong, "time=1:s"};
-    const auto rejected = recordings::read_recording(path("raw.csv"), options);
+    const auto rejected = test::collected(path("raw.csv"), options);
     ASSERT_FALSE(rejected) << wrong;
     EXPECT_NE(rejected.error().text().find("expected"), std::string::npos) << rejected.error().text();
   }
   options.map.clear();
-  EXPECT_NE(recordings::read_recording(path("raw.csv"), options).error().text().find("--map"), std::string::npos);
+  EXPECT_NE(test::collected(path("raw.csv"), options).error().text().find("--map"), std::string::npos);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "base/text_number.hpp"
+#include "tests/support/collected.hpp"
 #include "tests/unit/verification/injected_faults.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -44,7 +45,7 @@ struct RepairTest : InjectedFaults {
     return files;
   }
   std::vector<std::int64_t> seconds_in(const std::string& path) const {
-    const auto recording = recordings::read_log(path);
+    const auto recording = test::collected(path);
     EXPECT_TRUE(recording) << recording.error().text();
     std::vector<std::int64_t> seconds;
     for (const auto& second_mean : recording ? recording->second_means : std::vector<compensation::SecondMean>())
@@ -130,7 +131,7 @@ TEST_F(RepairTest, CopiesTheRowsOfAnOpenSegment) {
 TEST_F(RepairTest, LosesOnlyTheIncompleteRowOfALogOfVersion01) {
   const std::string from = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
   EXPECT_THAT(left_out(from), ElementsAre(HasSubstr("bytes of an incomplete row")));
-  const auto before = recordings::read_log(from), after = recordings::read_log(out);
+  const auto before = test::collected(from), after = test::collected(out);
   ASSERT_TRUE(after);
   EXPECT_EQ(after->second_means.size(), before->second_means.size());
   EXPECT_EQ(after->sessions, before->sessions);

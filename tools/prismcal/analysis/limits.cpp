@@ -48,7 +48,8 @@ std::vector<std::string> measured_names() {
 
 std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   const evaluation::BiasStability& s = recording.evaluation->stability;
-  const auto allan = allan_coefficients(recording.evaluation->corrected_second_deg_per_h, recording.table->name);
+  const auto allan =
+      allan_coefficients(recording.evaluation->corrected_seconds_deg_per_h(*recording.table), recording.table->name);
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
   if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;

@@ -10,25 +10,16 @@ namespace {
 
 using compensation::Correction;
 
-/// Returns the correction of each second, with an unknown bias in seconds without one.
-std::vector<Correction> corrections_by_second(compensation::CompensationEngine& engine,
-                                              const recordings::BlockTable& table,
-                                              const std::vector<Correction>& blocks) {
-  std::vector<Correction> corrections(table.second.size());
-  std::size_t i = 0;
-  for (std::size_t block = 0; block < table.size(); ++block) {
-    const std::int64_t end = table.blocks[block].second_mean.second;
-    while (i < table.second.size() && table.second[i] <= end - table.features.length_s) ++i;
-    for (; i < table.second.size() && table.second[i] <= end; ++i) corrections[i] = blocks[block];
-  }
-  i = 0;
+/// The corrections of the seconds whose window is not ready.
+std::vector<double> follow_warming(compensation::CompensationEngine& engine, const recordings::BlockTable& table) {
+  std::vector<double> biases;
+  biases.reserve(table.warming.size());
   engine.break_off();
   for (const compensation::Window& window : table.warming) {
-    while (table.second[i] < window.second_mean.second) ++i;
     if (window.warm_s == 1) engine.break_off();
-    corrections[i] = engine.follow(window);
+    biases.push_back(engine.follow(window).bias_deg_per_h);
   }
-  return corrections;
+  return biases;
 }
 
 /// Counts the blocks within two of the model's standard deviation of a block mean (with noise).
@@ -82,6 +73,23 @@ std::string CorrectionSettings::text() const {
                      fallback ? fallback->info().name : "none");
 }
 
+std::vector<double> ModelEvaluation::corrected_seconds_deg_per_h(const recordings::BlockTable& table) const {
+  std::vector<double> corrected;
+  corrected.reserve(table.seconds.size());
+  std::size_t block = 0, warming = 0;
+  table.seconds.for_each([&](std::int64_t second, double rate) {
+    while (block < table.size() && table.blocks[block].second_mean.second < second) ++block;
+    while (warming < table.warming.size() && table.warming[warming].second_mean.second < second) ++warming;
+    Correction correction;
+    if (block < table.size() && second > table.blocks[block].second_mean.second - table.features.length_s)
+      correction.bias_deg_per_h = predicted_deg_per_h[block];
+    if (warming < table.warming.size() && table.warming[warming].second_mean.second == second)
+      correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
+    corrected.push_back(compensation::corrected_rate(rate - table.earth_rate_deg_per_h, correction));
+  });
+  return corrected;
+}
+
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                        const CorrectionSettings& settings, evaluation::Divisor divisor) {
   const compensation::ModelInfo& info = model->info();
@@ -91,7 +99,6 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   compensation::CompensationEngine engine(settings.engine);
   if (auto used = engine.use(model, settings.fallback); !used) return tl::unexpected(used.error());
   ModelEvaluation result;
-  std::vector<Correction> corrections;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);
@@ -99,7 +106,6 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
       return make_error(table.name, fmt::format("block {} lacks an input of model \"{}\" ({})", i, info.name,
                                                 fmt::join(info.inputs, ", ")));
     }
-    corrections.push_back(correction);
     result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
     result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
     result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);
@@ -113,10 +119,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
                                   "not publish corrected rates; set the limit with --max-bias or --config",
                                   info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
   }
-  const auto by_second = corrections_by_second(engine, table, corrections);
-  for (std::size_t i = 0; i < by_second.size(); ++i)
-    result.corrected_second_deg_per_h.push_back(
-        compensation::corrected_rate(table.second_bias_deg_per_h[i], by_second[i]));
+  result.predicted_warming_deg_per_h = follow_warming(engine, table);
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;

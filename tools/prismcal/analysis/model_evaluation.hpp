@@ -32,9 +32,7 @@ struct ModelEvaluation {
   std::optional<double> rms_improvement;
   std::vector<double> predicted_deg_per_h;  ///< correction of each block; kUnknown if prismd has none
   std::vector<double> corrected_deg_per_h;  ///< corrected mean of each block as prismd logs it, minus the Earth rate
-  /// Corrected rate of each second (table.second) minus the Earth rate, for the Allan deviation. Uses the correction of
-  /// the block that contains the second or, if the window is not full, that of the fallback.
-  std::vector<double> corrected_second_deg_per_h;
+  std::vector<double> predicted_warming_deg_per_h;  ///< the same for each window of table.warming: by the fallback
   std::vector<bool> extrapolating;
   std::size_t extrapolated = 0;  ///< number of extrapolating blocks
   std::size_t uncorrected = 0;   ///< blocks with a bias above the limit: prismd publishes no corrected rate
@@ -43,6 +41,9 @@ struct ModelEvaluation {
   std::size_t within_two_sd = 0;  ///< those of them within 2 sd_mean of the prediction
   std::size_t slew_limited = 0;   ///< blocks with a correction limited by the slew limit
 
+  /// Corrected rate of each second (table.seconds) minus the Earth rate, for the Allan deviation. Uses the correction
+  /// of the block that contains the second or, if the window is not full, that of the fallback. 8 bytes a second.
+  std::vector<double> corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
   /// Blocks outside the training range, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());

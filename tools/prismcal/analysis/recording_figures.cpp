@@ -199,7 +199,8 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   const recordings::BlockTable& table = *recording.table;
   Panel panel{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}};
   for (const bool after : {false, true}) {
-    const auto& seconds = after ? recording.evaluation->corrected_second_deg_per_h : table.second_bias_deg_per_h;
+    const auto seconds =
+        after ? recording.evaluation->corrected_seconds_deg_per_h(table) : table.second_bias_deg_per_h();
     const auto series =
         allan_series(seconds, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, table.name);
     if (!series) return tl::unexpected(series.error());

@@ -215,7 +215,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
                    {"minimum", "deg/h"},
                    {"at", "s"}};
   for (const bool after : {false, true}) {
-    const auto& seconds = after ? recording.evaluation->corrected_second_deg_per_h : data.second_bias_deg_per_h;
+    const auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h();
     const auto c = allan_coefficients(seconds, data.name);
     if (!c) return tl::unexpected(c.error());
     table.rows.push_back(

@@ -26,7 +26,7 @@ struct AllanChoice {
 int run(const AllanChoice& choice) {
   recordings::RateSeriesChoice wanted = choice.series;
   if (choice.interval_s > 0) wanted.interval_s = choice.interval_s;
-  if (choice.quiet) wanted.table.announce = {};
+  if (choice.quiet) wanted.table.silence();
   const auto series = recordings::read_rate_series(choice.file, wanted);
   const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
     return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);

@@ -8,7 +8,7 @@
 
 #include "base/file.hpp"
 #include "compensation/model_text.hpp"
-#include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/progress_bars.hpp"
 
 namespace prism::commands {
 namespace {

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "base/file.hpp"
 #include "config/config.hpp"
@@ -14,6 +15,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/report/html.hpp"
+#include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
@@ -27,11 +29,56 @@ bool begins_with_sim(const std::string& text) {
 
 /// Median over the seconds, which lost frames and partial seconds do not change.
 double samples_per_second(const recordings::Recording& recording) {
-  std::vector<double> samples;
-  for (const compensation::SecondMean& second_mean : recording.second_means)
-    samples.push_back(static_cast<double>(second_mean.samples));
-  return samples.empty() ? kUnknown : evaluation::median_of(std::move(samples));
+  // The value at a position in the order of values.
+  const auto at = [&](std::size_t position) {
+    for (const auto& [samples, seconds] : recording.samples) {
+      if (position < seconds) return static_cast<double>(samples);
+      position -= seconds;
+    }
+    return kUnknown;
+  };
+  const std::size_t middle = recording.seconds / 2;
+  return recording.seconds % 2 == 1 ? at(middle) : 0.5 * (at(middle) + (middle > 0 ? at(middle - 1) : kUnknown));
 }
+
+/// Checks a recording against a model, and makes its blocks.
+class BlockLoader : public recordings::SecondConsumer {
+ public:
+  BlockLoader(const std::string& path, const compensation::FeatureDefinition& features,
+              const compensation::ModelInfo* model, const CommonOptions& options)
+      : path_(path), features_(features), model_(model), options_(options) {}
+
+  Result<void> begin(const recordings::Recording& recording) override {
+    const std::string serial = recording.value("gyro_serial");
+    if (model_ && !options_.any_gyro && !model_->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
+        serial != model_->gyro_serial) {
+      return make_error(
+          path_, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
+                             serial, model_->gyro_serial));
+    }
+    const std::vector<SensorName> available = recording.sensors();
+    for (const SensorName& sensor : features_.sensors) {
+      if (sensor_index(available, sensor.name) == available.size())
+        return make_error(path_, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
+                                             sensors_text(available)));
+    }
+    const auto earth = recordings::earth_rate_of(recording, options_.site);
+    if (!earth) return tl::unexpected(earth.error());
+    builder_.emplace(features_, *earth, recording.name);
+    return {};
+  }
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
+    return builder_->push(second_mean, begins_session);
+  }
+  Result<recordings::BlockTable> finish() { return builder_->finish(); }
+
+ private:
+  const std::string& path_;
+  const compensation::FeatureDefinition& features_;
+  const compensation::ModelInfo* model_;
+  const CommonOptions& options_;
+  std::optional<recordings::BlockTableBuilder> builder_;
+};
 
 }  // namespace
 
@@ -55,6 +102,8 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--fallback", options.fallback,
                      "model used while the window is not full (default: from --config, else none)");
   command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
+  command.add_flag("--all-blocks", options.all_blocks,
+                   "report every block and row of long recordings, not their means and extremes");
   command.add_flag("--simulated", options.simulated, "mark all pages as simulated data");
   command.add_flag("--any-gyro", options.any_gyro, "accept a recording of another gyro than the model's");
   command.add_flag("--json", options.json, "print the report as JSON");
@@ -93,26 +142,11 @@ bool is_simulated(const recordings::Recording& recording, const CommonOptions& o
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options) {
   recordings::SourceOptions source = options.source;
-  if (options.quiet) source.table.announce = {};
-  auto recording = recordings::read_recording(path, source);
+  if (options.quiet) source.table.silence();
+  BlockLoader loader(path, features, model, options);
+  auto recording = recordings::read_recording(path, source, loader);
   if (!recording) return tl::unexpected(recording.error());
-  const std::string serial = recording->value("gyro_serial");
-  if (model && !options.any_gyro && !model->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
-      serial != model->gyro_serial) {
-    return make_error(
-        path, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
-                          serial, model->gyro_serial));
-  }
-  const std::vector<SensorName> available = recording->sensors();
-  for (const SensorName& sensor : features.sensors) {
-    if (sensor_index(available, sensor.name) == available.size())
-      return make_error(path, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
-                                          sensors_text(available)));
-  }
-  const auto earth = recordings::earth_rate_of(*recording, options.site);
-  if (!earth) return tl::unexpected(earth.error());
-  auto table =
-      recordings::make_block_table(recording->second_means, features, *earth, recording->name, recording->sessions);
+  auto table = loader.finish();
   if (!table) return tl::unexpected(table.error());
   return Loaded{std::move(*recording), std::move(*table)};
 }
@@ -157,11 +191,11 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     const recordings::BlockTable& t = loaded->table;
     const auto temperature = t.column(compensation::kInputTemperature);
     const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
-    const double hours = static_cast<double>(t.second.back() - t.second.front() + 1) / 3600;
+    const double hours = static_cast<double>(t.seconds.last_second() - t.seconds.first_second() + 1) / 3600;
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
-                          report::fixed_cell(static_cast<double>(loaded->recording.second_means.size()), 0),
+                          report::fixed_cell(static_cast<double>(loaded->recording.seconds), 0),
                           report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
                           report::fixed_cell(static_cast<double>(t.size()), 0),
                           report::fixed_cell(static_cast<double>(t.gaps), 0),
@@ -172,7 +206,8 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
   return table;
 }
 
-Result<void> write_report(const report::Report& report, const CommonOptions& options) {
+Result<void> write_report(const report::Report& complete, const CommonOptions& options) {
+  const report::Report report = options.all_blocks ? complete : report::reduced(complete);
   if (options.json) fmt::print("{}", report::json_text(report));
   if (options.out.empty()) return {};
   std::error_code error;

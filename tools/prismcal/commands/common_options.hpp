@@ -23,6 +23,7 @@ struct CommonOptions {
   std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
   bool simulated = false;
   bool any_gyro = false;
+  bool all_blocks = false;  ///< every block in the report, also of long recordings
   bool json = false;
   bool quiet = false;  ///< print neither the path of the report nor how tables were understood
 };
@@ -55,8 +56,9 @@ void add_overlap(report::Report& report, const std::string& recording, const std
 /// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
-/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, if any, and prints the path on stderr.
-/// Prints JSON with options.json.
+/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, if any, reduced
+/// (tools/prismcal/report/reduced.hpp) without options.all_blocks, and prints the path on stderr. Prints JSON with
+/// options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
 
 }  // namespace prism::commands

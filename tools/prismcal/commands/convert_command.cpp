@@ -2,7 +2,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "base/file.hpp"
 #include "config/search_path.hpp"
@@ -37,52 +42,67 @@ Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
 /// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
 /// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
 /// the recording.
-Result<std::size_t> write_capture(const recordings::Recording& recording, wire::FrameDescriptionPtr frames,
-                                  const std::string& out) {
-  auto writer = drivers::CaptureWriter::open(out);
-  if (!writer) return tl::unexpected(writer.error());
-  wire::FrameEncoder encoder(std::move(frames));
-  std::vector<std::uint8_t> bytes;
-  std::int64_t next = recording.second_means.empty() ? 0 : recording.second_means.front().second;
-  std::size_t session = 0, index = 0, frames_written = 0;
-  for (const compensation::SecondMean& second_mean : recording.second_means) {
+class CaptureMaker : public recordings::SecondConsumer {
+ public:
+  CaptureMaker(const std::string& out, wire::FrameDescriptionPtr frames) : out_(out), encoder_(std::move(frames)) {}
+
+  Result<void> begin(const recordings::Recording&) override { return {}; }
+
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
     const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
-    if (session < recording.sessions.size() && recording.sessions[session] == index++) {
-      if (++session > 1) {
-        next = second_mean.second;
-        if (const auto done = writer->opened(time_ns); !done) return tl::unexpected(done.error());
-      }
+    if (!writer_) {
+      auto writer = drivers::CaptureWriter::open(out_);
+      if (!writer) return tl::unexpected(writer.error());
+      writer_ = std::move(*writer);
+      next_ = second_mean.second;
+    } else if (begins_session) {
+      next_ = second_mean.second;
+      if (const auto done = writer_->opened(time_ns); !done) return done;
     }
-    if (second_mean.partial) continue;
+    if (second_mean.partial) return {};
     wire::GyroState state;
     state.interval_s = 1;
     state.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
     state.rate_deg_per_h[0] = state.valid[0] ? second_mean.rate_deg_per_h : 0;
     state.temperature_degc = second_mean.temperature_degc;
     state.uhfo_v = second_mean.uhfo_v;
-    if (second_mean.second > next) encoder.skip(state, static_cast<std::uint64_t>(second_mean.second - next));
-    next = second_mean.second + 1;
-    bytes.clear();
-    encoder.encode(state, bytes);
-    const auto done = writer->data(time_ns, bytes);
-    if (!done) return tl::unexpected(done.error());
-    ++frames_written;
+    if (second_mean.second > next_) encoder_.skip(state, static_cast<std::uint64_t>(second_mean.second - next_));
+    next_ = second_mean.second + 1;
+    bytes_.clear();
+    encoder_.encode(state, bytes_);
+    ++frames_;
+    return writer_->data(time_ns, bytes_);
   }
-  const auto flushed = writer->flush();
-  if (!flushed) return tl::unexpected(flushed.error());
-  return frames_written;
-}
+  /// Returns the number of frames.
+  Result<std::size_t> finish() {
+    if (!writer_) return make_error(out_, "found no row");
+    if (const auto flushed = writer_->flush(); !flushed) return tl::unexpected(flushed.error());
+    return frames_;
+  }
+
+ private:
+  std::string out_;
+  wire::FrameEncoder encoder_;
+  std::optional<drivers::CaptureWriter> writer_;
+  std::vector<std::uint8_t> bytes_;
+  std::int64_t next_ = 0;  ///< the second after the last frame
+  std::size_t frames_ = 0;
+};
 
 Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
   recordings::SourceOptions source = choice.source;
-  if (choice.quiet) source.table.announce = {};
+  if (choice.quiet) source.table.silence();
   source.judged = false;  // prismd judges the frames
-  const auto recording = recordings::read_recording(choice.recording, source);
+  std::error_code error;
+  if (std::filesystem::equivalent(choice.recording, choice.out, error))
+    return make_error(choice.out, "is the recording itself, expected another file");
+  CaptureMaker maker(choice.out, *frames);
+  const auto recording = recordings::read_recording(choice.recording, source, maker);
   if (!recording) return tl::unexpected(recording.error());
-  if (recording->second_means.empty()) return make_error(choice.recording, "found no row");
-  return write_capture(*recording, *frames, choice.out);
+  if (recording->seconds == 0) return make_error(choice.recording, "found no row");
+  return maker.finish();
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ struct Problem {
 
 Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSettings& settings) {
   tables::TableOptions options = choice.table;
-  if (choice.method.quiet) options.announce = {};
+  if (choice.method.quiet) options.silence();
   const auto table = recordings::CsvTable::read(choice.file, options);
   if (!table) return tl::unexpected<Error>(table.error());
   std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');

@@ -14,6 +14,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
@@ -49,7 +50,7 @@ std::string provenance(const recordings::CsvTable& table, Eigen::Index rows, con
 
 Result<int> run(const FitChoice& choice) {
   tables::TableOptions options = choice.table;
-  if (choice.method.quiet) options.announce = {};
+  if (choice.method.quiet) options.silence();
   const auto table = recordings::CsvTable::read(choice.file, options);
   if (!table) return tl::unexpected<Error>(table.error());
   auto settings = settings_of(choice.method);

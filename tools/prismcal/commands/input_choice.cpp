@@ -5,42 +5,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace prism::commands {
 namespace {
 
-/// Returns true if a sensor is the thermometer of T itself: their difference would only be rounding.
-bool is_own_thermometer(const recordings::Recording& recording, std::size_t sensor) {
-  constexpr double kSame_degc = 0.02;
-  return std::all_of(recording.second_means.begin(), recording.second_means.end(),
-                     [&](const compensation::SecondMean& second_mean) {
-                       return sensor >= second_mean.sensors.size() ||
-                              !(std::fabs(second_mean.sensors[sensor] - second_mean.temperature_degc) > kSame_degc);
-                     });
-}
+/// Counts the seconds in which quantities are known.
+class KnownCounter : public recordings::SecondConsumer {
+ public:
+  Result<void> begin(const recordings::Recording& recording) override {
+    sensors_.resize(recording.sensors().size());
+    return {};
+  }
+  Result<void> push(const compensation::SecondMean& second_mean, bool) override {
+    constexpr double kSame_degc = 0.02;
+    ++seconds_;
+    uhfo_ += std::isfinite(second_mean.uhfo_v);
+    for (std::size_t i = 0; i < std::min(sensors_.size(), second_mean.sensors.size()); ++i) {
+      sensors_[i].known += std::isfinite(second_mean.sensors[i]);
+      sensors_[i].differs |= std::fabs(second_mean.sensors[i] - second_mean.temperature_degc) > kSame_degc;
+    }
+    return {};
+  }
+  bool uhfo_often() const { return often(uhfo_); }
+  bool often_known(std::size_t sensor) const { return often(sensors_[sensor].known); }
+  /// Returns true if a sensor is the thermometer of T itself: their difference would only be rounding.
+  bool is_own_thermometer(std::size_t sensor) const { return !sensors_[sensor].differs; }
+
+ private:
+  struct Sensor {
+    std::size_t known = 0;
+    bool differs = false;
+  };
+  bool often(std::size_t known) const { return 10 * known > 9 * seconds_; }
+
+  std::size_t seconds_ = 0, uhfo_ = 0;
+  std::vector<Sensor> sensors_;
+};
 
 /// Candidate inputs of a recording: T, dTdt, U, the lags, and for each sensor its difference to T (if in degC, else its
 /// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
 Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
-  const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source);
+  KnownCounter counter;
+  const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source, counter);
   if (!recording) return tl::unexpected<Error>(recording.error());
-  const auto often = [&](auto value_of) {
-    const auto known = std::count_if(recording->second_means.begin(), recording->second_means.end(),
-                                     [&](const auto& second_mean) { return std::isfinite(value_of(second_mean)); });
-    return 10 * static_cast<std::size_t>(known) > 9 * recording->second_means.size();
-  };
   std::vector<std::string> names = {"T", "dTdt"};
-  if (often([](const compensation::SecondMean& second_mean) { return second_mean.uhfo_v; })) names.emplace_back("U");
+  if (counter.uhfo_often()) names.emplace_back("U");
   const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
   for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
   const std::vector<SensorName> sensors = recording->sensors();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (!often([i](const compensation::SecondMean& second_mean) {
-          return i < second_mean.sensors.size() ? second_mean.sensors[i] : kUnknown;
-        }))
-      continue;
+    if (!counter.often_known(i)) continue;
     const SensorName& sensor = sensors[i];
-    if (sensor.unit == "degC" && is_own_thermometer(*recording, i)) continue;
+    if (sensor.unit == "degC" && counter.is_own_thermometer(i)) continue;
     names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
     names.push_back("d" + sensor.name + "/dt");
   }

@@ -2,10 +2,8 @@
 #include "tools/prismcal/commands/method_options.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
@@ -13,8 +11,6 @@
 
 namespace prism::commands {
 namespace {
-
-std::atomic<bool> bar_drawn{false};
 
 std::vector<std::string> known_methods() {
   std::vector<std::string> names;
@@ -152,21 +148,6 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
       return make_error("--start", fmt::format("found \"{}\", expected terms of {}", wanted, fmt::join(known, ", ")));
   }
   return {};
-}
-
-training::TuningProgress progress_bar(bool quiet) {
-  if (quiet || isatty(STDERR_FILENO) == 0) return {};
-  return [](int done, int expected, const training::TuningPoint& best) {
-    constexpr int kWidth = 30;
-    const int filled = kWidth * std::min(done, expected) / std::max(1, expected);
-    fmt::print(stderr, "\r[{:#<{}}{:{}}] {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ", "", filled,
-               "", kWidth - filled, done, expected, best.cost, best.c, best.sigma2);
-    bar_drawn = true;
-  };
-}
-
-void end_progress() {
-  if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
 }
 
 }  // namespace prism::commands

@@ -49,8 +49,4 @@ nlohmann::ordered_json provenance_json(nlohmann::ordered_json summary);
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names);
 
-/// Progress bar with the best cost so far, on stderr if it is a terminal.
-training::TuningProgress progress_bar(bool quiet);
-void end_progress();
-
 }  // namespace prism::commands

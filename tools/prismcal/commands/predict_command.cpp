@@ -38,7 +38,7 @@ Result<int> run(const PredictChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected<Error>(model.error());
   tables::TableOptions options = choice.table;
-  if (choice.quiet) options.announce = {};
+  if (choice.quiet) options.silence();
   const auto table = recordings::CsvTable::read(choice.file, options);
   if (!table) return tl::unexpected<Error>(table.error());
   const auto columns = table->columns((*model)->info().inputs, true);

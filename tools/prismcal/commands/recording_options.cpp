@@ -12,6 +12,7 @@
 
 #include "base/escape.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/tables/time_format.hpp"
 
 namespace prism::commands {
@@ -32,6 +33,7 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
       .add_option("--time-unit", options.time_unit,
                   "of a table's time: s, ms, us or ns (default: by its header, else detected)")
       ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
+  options.progress = read_progress();
   // Each file once, also if a command reads it several times.
   options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
     if (said->insert(line).second) fmt::print(stderr, "{}\n", printable(line));

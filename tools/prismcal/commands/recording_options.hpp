@@ -9,8 +9,8 @@
 
 namespace prism::commands {
 
-/// --separator, --decimal, --encoding, --header-row, --time-format, --time-unit. Sets options.announce to print on
-/// stderr.
+/// --separator, --decimal, --encoding, --header-row, --time-format, --time-unit. Sets options.announce and
+/// options.progress to print on stderr.
 void add_table_options(CLI::App& command, tables::TableOptions& options);
 
 /// --map, --interval, --config, --axis, and those of add_table_options().

@@ -17,6 +17,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/input_choice.hpp"
 #include "tools/prismcal/commands/population_models.hpp"
+#include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/report/text_output.hpp"
@@ -79,7 +80,7 @@ std::string TrainingRun::model_text() const {
 
 Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
   TrainChoice choice = requested;
-  if (choice.method.quiet) choice.recordings.source.table.announce = {};
+  if (choice.method.quiet) choice.recordings.source.table.silence();
   std::optional<training::InputSearch> search;
   if (choice.inputs == "auto") {
     auto found = choose_inputs(choice);

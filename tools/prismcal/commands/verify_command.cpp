@@ -10,6 +10,7 @@
 #include "base/text_number.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/verification/repair.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 
@@ -114,7 +115,7 @@ ordered_json json_of(const verification::Repaired& repaired, const std::string& 
 int run(const VerifyChoice& choice) {
   VerificationResult result;
   for (const std::string& path : choice.paths) {
-    VerificationResult one = verification::verify(path);
+    VerificationResult one = verification::verify(path, read_progress());
     std::move(one.findings.begin(), one.findings.end(), std::back_inserter(result.findings));
     std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(result.sessions));
   }

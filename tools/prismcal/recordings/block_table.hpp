@@ -2,6 +2,8 @@
 // A recording as blocks, the samples of the paper: features and bias of each block, and its 1 Hz bias series.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "compensation/evaluation/allan.hpp"
 #include "compensation/feature_extractor.hpp"
 #include "compensation/model.hpp"
+#include "tools/prismcal/recordings/second_series.hpp"
 
 namespace prism::recordings {
 
@@ -21,8 +24,7 @@ struct BlockTable {
   std::vector<compensation::Window> warming;  ///< windows that are not ready, one a second
   std::vector<bool> follows;                  ///< block i starts at the end of block i − 1
   std::vector<double> bias_deg_per_h;         ///< block mean of the rate − Earth rate, one per block
-  std::vector<double> second_bias_deg_per_h;  ///< 1 Hz; kUnknown in gaps (at most 60 s of each gap)
-  std::vector<std::int64_t> second;           ///< the second of each value of second_bias_deg_per_h
+  SecondSeries seconds;                       ///< 1 Hz, rate with Earth rate; kUnknown in gaps (at most 60 s of each)
   std::size_t missing_s = 0;                  ///< seconds without a row or without a rate
   std::size_t gaps = 0;                       ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
@@ -31,12 +33,37 @@ struct BlockTable {
   std::vector<double> column(
       const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", "lag1", …), one per block
   std::vector<double> hours() const;    ///< end of each block since the start of the first, h
+  std::vector<double> second_bias_deg_per_h() const;  ///< of all `seconds`: rate − Earth rate
 };
 
-/// Runs the one-second means through FeatureExtractor, as prismd does, and keeps the windows that end a block. Skips
-/// partial seconds. No window spans two sessions (`sessions`: index of the first second of each; empty: one session). A
-/// session that starts before the end of the previous one (the clock was set back) is shifted to follow it.
-/// Errors: seconds out of order within a session; no full block, because the recording is too short or full of gaps.
+/// Runs one-second means through FeatureExtractor, as prismd does, and keeps the windows that end a block. Skips
+/// partial seconds. No window spans two sessions. A session that starts before the end of the previous one (the clock
+/// was set back) is shifted to follow it.
+class BlockTableBuilder {
+ public:
+  BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h, std::string name);
+
+  /// Errors: a second out of order within a session.
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session = false);
+  /// Errors: no full block, because the recording is too short or full of gaps.
+  Result<BlockTable> finish();
+
+ private:
+  void add_second(const compensation::SecondMean& second_mean);
+  void miss(std::size_t seconds);
+  void add_window(const compensation::Window& window);
+
+  BlockTable table_;
+  compensation::FeatureExtractor extractor_;
+  std::size_t pushed_ = 0;
+  std::int64_t shift_s_ = 0;               ///< added to the seconds of this session
+  std::optional<std::int64_t> last_;       ///< shifted
+  bool session_begins_ = false;            ///< since the last second that was used
+  bool in_gap_ = false, on_grid_ = false;  ///< on_grid_: the grid restarts after each gap
+  std::int64_t next_end_ = 0;
+};
+
+/// The same for seconds in memory. `sessions`: index of the first second of each; empty: one session.
 Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
                                     const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
                                     const std::string& name, std::span<const std::size_t> sessions = {});

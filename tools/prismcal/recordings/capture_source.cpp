@@ -56,7 +56,7 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
   return names;
 }
 
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options) {
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
   if (options.config.empty())
     return make_error(path, "is a capture; expected --config PRISMD.JSON, which names its frame description");
   pipeline::Overrides overrides;
@@ -73,12 +73,14 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.add_metadata(pipeline::log_metadata(*setup, *axis));
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
+  SecondFeed feed(recording, consumer);
+  Result<void> fed;
   const auto add = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
-      if (window.axis != *axis) continue;
-      if (session_ns != window.session_ns) recording.sessions.push_back(recording.second_means.size());
+      if (window.axis != *axis || !fed) continue;
+      const bool begins = session_ns != window.session_ns;
       session_ns = window.session_ns;
-      recording.second_means.push_back(window.row.window.second_mean);
+      fed = feed.push(window.row.window.second_mean, begins);
     }
   };
   auto sensors = pipeline::SensorCaptures::open(*setup, pipeline::sensor_files_beside(*setup, path));
@@ -87,17 +89,23 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
     if (packet.event == drivers::CaptureEvent::kOpened) pipeline.begin_sensor_session(line, packet.time_ns);
     if (packet.event == drivers::CaptureEvent::kData) pipeline.feed_sensors(line, packet.bytes, packet.time_ns);
   };
+  constexpr std::size_t kPacketsPerReport = 4096;
+  tables::ReadMeter meter(options.table.progress, reader->size_bytes());
   std::size_t packets = 0;
   for (; const auto packet = reader->next(); ++packets) {
+    if (packets % kPacketsPerReport == 0) meter.set(reader->position_bytes(), packets);
     sensors->until(*packet, feed_sensor);
     if (packet->event == drivers::CaptureEvent::kOpened) add(pipeline.begin_session(packet->time_ns));
     if (packet->event == drivers::CaptureEvent::kData) add(pipeline.feed(packet->bytes, packet->time_ns));
+    if (!fed) return tl::unexpected<Error>(fed.error());
   }
   add(pipeline.finish());
+  meter.set(reader->size_bytes(), packets);
+  if (!fed) return tl::unexpected<Error>(fed.error());
   recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
-  if (recording.second_means.empty()) return make_error(path, "found no frame of " + setup->config.frames);
+  if (recording.seconds == 0) return make_error(path, "found no frame of " + setup->config.frames);
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});

@@ -35,11 +35,10 @@ void compare_seconds(const json& facts, const BlockTable& table, Shared& shared)
   for (const json& point : member(facts, "fingerprint")) {
     if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) continue;
     const auto second = point[0].get<std::int64_t>();
-    const auto at = std::lower_bound(table.second.begin(), table.second.end(), second);
-    if (at == table.second.end() || *at != second) continue;
+    const auto at = table.seconds.find(second);
+    if (!at) continue;
     ++shared.compared;
-    const double rate =
-        table.second_bias_deg_per_h[static_cast<std::size_t>(at - table.second.begin())] + table.earth_rate_deg_per_h;
+    const double rate = table.seconds.rate(*at) - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h;
     shared.seconds += std::abs(rate - point[1].get<double>()) <= kLogRounding_deg_per_h;
   }
 }
@@ -47,16 +46,17 @@ void compare_seconds(const json& facts, const BlockTable& table, Shared& shared)
 }  // namespace
 
 nlohmann::ordered_json fingerprint_json(const BlockTable& table) {
-  std::vector<std::size_t> known;
-  for (std::size_t i = 0; i < table.second.size(); ++i) {
-    if (std::isfinite(table.second_bias_deg_per_h[i])) known.push_back(i);
-  }
+  std::size_t known = 0;
+  table.seconds.for_each([&](std::int64_t, double rate) { known += std::isfinite(rate); });
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
-  const std::size_t count = std::min(kSeconds, known.size());
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = known[k * known.size() / count];
-    points.push_back({table.second[i], table.second_bias_deg_per_h[i] + table.earth_rate_deg_per_h});
-  }
+  const std::size_t count = std::min(kSeconds, known);
+  std::size_t at = 0;
+  table.seconds.for_each([&](std::int64_t second, double rate) {
+    if (!std::isfinite(rate)) return;
+    // Rounded twice, as in the models of version 0.2.
+    if (points.size() < count && at++ == points.size() * known / count)
+      points.push_back({second, rate - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h});
+  });
   return points;
 }
 

@@ -51,19 +51,18 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
   part.name = table.name;
   part.features = table.features;
   part.earth_rate_deg_per_h = table.earth_rate_deg_per_h;
-  std::size_t second = 0;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (sides[i] != wanted) continue;
     part.blocks.push_back(table.blocks[i]);
     part.bias_deg_per_h.push_back(table.bias_deg_per_h[i]);
     part.follows.push_back(i > 0 && sides[i - 1] == wanted && table.follows[i]);
-    const std::int64_t end = table.blocks[i].second_mean.second;
-    while (second < table.second.size() && table.second[second] <= end - table.features.length_s) ++second;
-    for (; second < table.second.size() && table.second[second] <= end; ++second) {
-      part.second.push_back(table.second[second]);
-      part.second_bias_deg_per_h.push_back(table.second_bias_deg_per_h[second]);
-    }
   }
+  std::size_t block = 0;
+  table.seconds.for_each([&](std::int64_t second, double rate) {
+    while (block < part.size() && part.blocks[block].second_mean.second < second) ++block;
+    if (block < part.size() && second > part.blocks[block].second_mean.second - table.features.length_s)
+      part.seconds.push(second, rate);
+  });
   return part;
 }
 

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
+#include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
@@ -46,113 +48,65 @@ bool lists_any(const std::string& index_file, const std::vector<LogSegment>& seg
                                      [&](const LogSegment& segment) { return index.number(segment.file) > 0; });
 }
 
-// One line per file that cannot be read, and per file with damaged rows: the first of them.
-std::vector<std::string> damage_lines(const LogFolder& folder) {
-  std::vector<std::string> lines;
-  for (const LogFolder::RejectedFile& file : folder.rejected) lines.push_back(file.error.text() + "; file not used");
-  for (const LogSegment& segment : folder.segments) {
-    if (segment.damaged.empty()) continue;
-    const LeftOutRow& row = segment.damaged.front();
-    lines.push_back(
-        fmt::format("{}:{}: {}; {} not used", row.path, row.line, row.why, counted(segment.damaged.size(), "row")));
+/// Sets the checksums of segments that may be identical to another one: of equal size, with equal first bytes.
+void hash_alike(std::vector<LogSegment>& segments) {
+  std::map<std::pair<std::uint64_t, std::string>, std::vector<LogSegment*>> alike;
+  for (LogSegment& segment : segments) {
+    std::string first(1u << 15, '\0');
+    auto in = FileReader::open(segment.path);
+    first.resize(in ? in->read(first) : 0);
+    std::error_code error;
+    const auto size = fs::file_size(segment.path, error);
+    alike[{error ? 0 : size, sha256_hex(first)}].push_back(&segment);
   }
-  return lines;
+  for (const auto& [key, several] : alike) {
+    for (LogSegment* segment : several) {
+      if (several.size() > 1) segment->sha256 = sha256_of_file(segment->path).value_or("");
+    }
+  }
 }
 
-/// Joins the rows of segments, added in order.
-class RowJoiner {
- public:
-  explicit RowJoiner(const LogFolder& folder) {
+/// Opens all segments and sorts them.
+LogFolder opened(const std::string& path, const std::string& column) {
+  LogFolder folder;
+  std::error_code error;
+  const bool is_folder = fs::is_directory(path, error);
+  for (const std::string& file : is_folder ? files_of(path, ".csv") : std::vector{path}) {
+    auto segment = open_log_segment(file, column);
+    if (segment) {
+      folder.segments.push_back(std::move(*segment));
+    } else {
+      folder.rejected.push_back({file, std::move(segment.error())});
+    }
+  }
+  hash_alike(folder.segments);
+  std::map<std::string, std::uint64_t> numbers;
+  for (const std::string& file : is_folder ? files_of(path, ".csv.index") : std::vector<std::string>()) {
+    pipeline::SegmentIndex index(file);
+    if (!index.read()) continue;
+    folder.indexes.push_back(file);
     for (const LogSegment& segment : folder.segments) {
-      if (segment.supersedes_row == 0) continue;
-      std::uint64_t& from = superseded_from_[segment.supersedes_file];
-      from = from == 0 ? segment.supersedes_row : std::min(from, segment.supersedes_row);
+      if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
     }
   }
-
-  void add(const LogSegment& segment) {
-    LeftOut& left_out = joined_.left_out;
-    if (!segment.rows.empty() && !checksums_.insert(segment.sha256).second) {
-      ++left_out.copies;
-      left_out.rows.push_back({segment.path, 0, "identical to another file"});
-      return;
-    }
-    if (segment.end == SegmentEnd::kTruncated) {
-      left_out.truncated.push_back(segment.file);
-      left_out.truncated_bytes += segment.truncated_bytes;
-    }
-    if (segment.end == SegmentEnd::kChanged && segment.damaged.empty()) left_out.changed.push_back(segment.file);
-    const auto superseded = superseded_from_.find(segment.file);
-    for (const LogRow& row : segment.rows) {
-      if (superseded == superseded_from_.end() || row.number < superseded->second) {
-        add(segment, row);
-        continue;
-      }
-      ++left_out.superseded;
-      left_out.rows.push_back({segment.path, row.line, kRepeatedLater});
-    }
+  std::map<std::string, std::uint64_t> numbers_by_checksum;  // so that a copy sorts directly after its original
+  for (const LogSegment& segment : folder.segments) {
+    if (const auto number = numbers.find(segment.file); number != numbers.end() && !segment.sha256.empty())
+      numbers_by_checksum[segment.sha256] = number->second;
   }
-
-  LogTable result() && {
-    for (const LogRow& row : joined_.rows) {
-      joined_.left_out.partial += row.second_mean.partial;
-      joined_.left_out.clocks_differ += !row.second_mean.partial && row.second_mean.clocks_differ;
-      joined_.left_out.implausible += !row.second_mean.partial && row.second_mean.implausible.any();
-    }
-    return std::move(joined_);
-  }
-
- private:
-  void add(const LogSegment& segment, const LogRow& row) {
-    std::vector<LogRow>& rows = joined_.rows;
-    const std::int64_t second = row.second_mean.second;
-    const bool new_session = !session_ || *session_ != segment.session;
-    const bool continues = !new_session && !rows.empty() && second > rows.back().second_mean.second;
-    if (!segment.session.empty()) {
-      const auto [last, is_first] = last_second_.try_emplace(segment.session, second);
-      if (!is_first && second <= last->second) {
-        ++joined_.left_out.duplicates;
-        joined_.left_out.rows.push_back({segment.path, row.line,
-                                         appeared_before(segment.session, second)
-                                             ? "repeats a second of its session"
-                                             : fmt::format("goes back by {} s in its session", last->second - second)});
-        return;
-      }
-      last->second = second;
-    }
-    session_ = segment.session;
-    if (!continues) {
-      joined_.sessions.push_back(rows.size());
-      runs_[segment.session].push_back(rows.size());
-    }
-    const bool same_second =
-        segment.session.empty() && !new_session && !rows.empty() && second == rows.back().second_mean.second;
-    if (same_second) rows.back().second_mean.partial = true;
-    rows.push_back(row);
-    if (same_second) rows.back().second_mean.partial = true;
-  }
-
-  // Seconds increase within each run of `runs_`.
-  bool appeared_before(const std::string& session, std::int64_t second) const {
-    const auto& rows = joined_.rows;
-    const auto& begins = joined_.sessions;
-    const auto before = [](const LogRow& row, std::int64_t wanted) { return row.second_mean.second < wanted; };
-    const auto& runs = runs_.at(session);
-    return std::any_of(runs.begin(), runs.end(), [&](std::size_t begin) {
-      const auto next = std::upper_bound(begins.begin(), begins.end(), begin);
-      const auto end = next == begins.end() ? rows.end() : rows.begin() + static_cast<std::ptrdiff_t>(*next);
-      const auto found = std::lower_bound(rows.begin() + static_cast<std::ptrdiff_t>(begin), end, second, before);
-      return found != end && found->second_mean.second == second;
-    });
-  }
-
-  LogTable joined_;
-  std::map<std::string, std::vector<std::size_t>> runs_;  // first row of each run of increasing seconds, by session
-  std::optional<std::string> session_;
-  std::map<std::string, std::int64_t> last_second_;
-  std::map<std::string, std::uint64_t> superseded_from_;
-  std::set<std::string> checksums_;
-};
+  const auto sort_key = [&](const LogSegment& segment) {
+    const auto own = numbers.find(segment.file);
+    const auto alike = numbers_by_checksum.find(segment.sha256);
+    const std::uint64_t number = alike != numbers_by_checksum.end() ? alike->second
+                                 : own != numbers.end()             ? own->second
+                                                                    : 0;
+    return std::tuple(number, own == numbers.end(), segment.format, segment.session,
+                      segment.first_second.value_or(INT64_MIN), by_name(segment));
+  };
+  std::sort(folder.segments.begin(), folder.segments.end(),
+            [&](const LogSegment& a, const LogSegment& b) { return sort_key(a) < sort_key(b); });
+  return folder;
+}
 
 }  // namespace
 
@@ -179,16 +133,11 @@ std::string deletion_text(const std::string& index_file) {
                      counted(index.deleted_rows(), "row"), before);
 }
 
-Result<LogFolder> LogFolder::read(const std::string& path, const std::string& axis, const std::string& column) {
-  LogFolder folder = salvage(path, column);
+Result<LogFolder> LogFolder::open(const std::string& path, const std::string& axis, const std::string& column) {
+  LogFolder folder = opened(path, column);
   if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
   if (folder.segments.empty()) return make_error(path, no_log_text(path));
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
-  for (const LogSegment& segment : folder.segments) {
-    if (!segment.read_failed) continue;
-    const LeftOutRow& last = segment.damaged.back();
-    return make_error(fmt::format("{}:{}", last.path, last.line), last.why);
-  }
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
   for (const std::string& file : folder.indexes) {
     const std::string text = lists_any(file, folder.segments) ? deletion_text(file) : "";
@@ -230,6 +179,7 @@ std::vector<LogFolder> LogFolder::by_axis() const {
   }
   std::vector<LogFolder> folders;
   for (auto& [name, part] : parts) {
+    part.salvaging = salvaging;
     for (const std::string& file : indexes) {
       if (lists_any(file, part.segments)) part.indexes.push_back(file);
     }
@@ -252,72 +202,20 @@ Result<void> LogFolder::choose(const std::string& axis, const std::string& path)
   return {};
 }
 
-LogFolder LogFolder::salvage(const std::string& path, const std::string& column) {
-  LogFolder folder;
-  std::error_code error;
-  const bool is_folder = fs::is_directory(path, error);
-  for (const std::string& file : is_folder ? files_of(path, ".csv") : std::vector{path}) {
-    auto segment = read_log_segment(file, column);
-    if (segment) {
-      folder.segments.push_back(std::move(*segment));
-    } else {
-      folder.rejected.push_back({file, std::move(segment.error())});
-    }
-  }
-  std::map<std::string, std::uint64_t> numbers;
-  for (const std::string& file : is_folder ? files_of(path, ".csv.index") : std::vector<std::string>()) {
-    pipeline::SegmentIndex index(file);
-    if (!index.read()) continue;
-    folder.indexes.push_back(file);
-    for (const LogSegment& segment : folder.segments) {
-      if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
-    }
-  }
-  std::map<std::string, std::uint64_t> numbers_by_checksum;  // so that a copy sorts directly after its original
-  for (const LogSegment& segment : folder.segments) {
-    if (const auto number = numbers.find(segment.file); number != numbers.end())
-      numbers_by_checksum[segment.sha256] = number->second;
-  }
-  const auto sort_key = [&](const LogSegment& segment) {
-    const auto number = numbers_by_checksum.find(segment.sha256);
-    return std::tuple(number == numbers_by_checksum.end() ? 0 : number->second, !numbers.contains(segment.file),
-                      segment.format, segment.session,
-                      segment.rows.empty() ? INT64_MIN : segment.rows.front().second_mean.second, by_name(segment));
-  };
-  std::sort(folder.segments.begin(), folder.segments.end(),
-            [&](const LogSegment& a, const LogSegment& b) { return sort_key(a) < sort_key(b); });
+LogFolder LogFolder::salvage(const std::string& path) {
+  LogFolder folder = opened(path, "");
+  folder.salvaging = true;
   return folder;
 }
 
-LogTable join_rows(const LogFolder& folder) {
-  RowJoiner joiner(folder);
-  for (const LogSegment& segment : folder.segments) joiner.add(segment);
-  LogTable joined = std::move(joiner).result();
-  joined.left_out.damaged = damage_lines(folder);
-  return joined;
-}
-
-std::vector<std::string> LeftOut::lines() const {
-  std::vector<std::string> lines;
-  if (partial > 0) lines.push_back(counted(partial, "second") + " not used: partial, at the start or end of a session");
-  if (implausible > 0) lines.push_back(counted(implausible, "second") + " not used: implausible values");
-  if (clocks_differ > 0)
-    lines.push_back(counted(clocks_differ, "second") +
-                    " not used: frames arrived at another rate than described (clocks_differ)");
-  if (duplicates > 0)
-    lines.push_back(counted(duplicates, "row") + " left out: the second repeats or goes back in its session");
-  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");
-  if (superseded > 0)
-    lines.push_back(counted(superseded, "row") + " left out: repeated in a later segment after a disk error");
-  if (!truncated.empty())
-    lines.push_back(
-        fmt::format("{} without an end (copied while open, or prismd was killed): {}{}; {} of incomplete rows left out",
-                    counted(truncated.size(), "segment"), truncated.front(), truncated.size() > 1 ? ", …" : "",
-                    counted(truncated_bytes, "byte")));
-  lines.insert(lines.end(), damaged.begin(), damaged.end());
-  for (const std::string& file : changed)
-    lines.push_back(fmt::format("{} was changed after it was written: it does not match its end line", file));
-  return lines;
+std::uint64_t LogFolder::bytes() const {
+  std::uint64_t sum = 0;
+  for (const LogSegment& segment : segments) {
+    std::error_code error;
+    const auto size = fs::file_size(segment.path, error);
+    sum += error ? 0 : size;
+  }
+  return sum;
 }
 
 }  // namespace prism::recordings

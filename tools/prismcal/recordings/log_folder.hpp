@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,27 +22,29 @@ std::string deletion_text(const std::string& index_file);
 /// The log segments in one file or in all *.csv of a folder. Order: that of the index next to them; segments that are
 /// not in an index (version 0.1, or no index) come first, sorted by session and first second.
 struct LogFolder {
-  std::vector<LogSegment> segments;
+  std::vector<LogSegment> segments;    ///< opened; join_rows() completes them
   std::vector<std::string> indexes;    ///< index files that were read
-  std::vector<std::string> deletions;  ///< deletion_text() of the indexes that list these segments; by read() only
+  std::vector<std::string> deletions;  ///< deletion_text() of the indexes that list these segments; by open() only
   struct RejectedFile {
     std::string path;
     Error error;
   };
-  std::vector<RejectedFile> rejected;  ///< files that read_log_segment() cannot read
+  std::vector<RejectedFile> rejected;  ///< files that open_log_segment() cannot open
+  bool salvaging = false;              ///< by salvage(): a failed disk is damage, not an error
 
-  /// `axis`: selects one of several axes; empty: the only one. `column`: see read_log_segment(). Errors: those of
-  /// read_log_segment() if no file can be read, a failed disk, no .csv file, logs of several instances or gyros, an
-  /// unknown axis, several axes without a selection. Damaged rows and files are left out (LeftOut::damaged).
-  static Result<LogFolder> read(const std::string& path, const std::string& axis = {}, const std::string& column = {});
-  /// Reads all that can be read. For verify and repair.
-  static LogFolder salvage(const std::string& path, const std::string& column = {});
+  /// `axis`: selects one of several axes; empty: the only one. `column`: see open_log_segment(). Errors: those of
+  /// open_log_segment() if no file can be read, no .csv file, logs of several instances or gyros, an unknown axis,
+  /// several axes without a selection. Damaged rows and files are left out (LeftOut::damaged).
+  static Result<LogFolder> open(const std::string& path, const std::string& axis = {}, const std::string& column = {});
+  /// Opens all that can be read. For verify and repair.
+  static LogFolder salvage(const std::string& path);
   /// Errors: the segments are of several instances or gyros.
   Result<void> of_one_gyro(const std::string& path) const;
   /// Returns the names of the axes, sorted.
   std::vector<std::string> axes() const;
   /// Returns one LogFolder per axis. Segments without an axis belong to the only axis, or form their own folder.
   std::vector<LogFolder> by_axis() const;
+  std::uint64_t bytes() const;  ///< size of all segments
 
  private:
   Result<void> choose(const std::string& axis, const std::string& path);
@@ -68,14 +71,12 @@ struct LeftOut {
   std::vector<std::string> lines() const;
 };
 
-struct LogTable {
-  std::vector<LogRow> rows;           ///< in order; seconds increase within a session
-  std::vector<std::size_t> sessions;  ///< index of the first row of each session
-  LeftOut left_out;
-};
+/// Called with each row of a log, and true for the first row of a session. Seconds increase within a session.
+using OnLogRow = std::function<Result<void>(const LogRow& row, bool begins_session)>;
 
-/// Joins the rows of all segments. Format 1 has no session names: a second that is not after the previous one starts a
-/// new session. If it is the same second, both rows are partial.
-LogTable join_rows(const LogFolder& folder);
+/// Reads the rows of all segments, as a stream, and joins them. Format 1 has no session names: a second that is not
+/// after the previous one starts a new session. If it is the same second, both rows are partial. Errors: those of
+/// `on_row`, and a failed disk (unless folder.salvaging).
+Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::ReadMeter& meter);
 
 }  // namespace prism::recordings

@@ -14,6 +14,7 @@
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/recordings/log_lines.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -21,32 +22,6 @@ namespace {
 constexpr int kNewestFormat = 2;
 constexpr std::string_view kFormatMark = " data log, format ";
 constexpr std::string_view kFirstWords = "# prism ";
-constexpr std::string_view kEndMark = "# end: ";
-
-/// Iterates over the complete lines of a text; skips a last line without a line end.
-class Lines {
- public:
-  explicit Lines(std::string_view text) : text_(text) {}
-
-  bool next() {
-    const std::size_t end = text_.find('\n', at_);
-    if (end == std::string_view::npos) return false;
-    begin_ = at_;
-    line_ = text_.substr(at_, end - at_);
-    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
-    at_ = end + 1;
-    ++number_;
-    return true;
-  }
-  std::string_view line() const { return line_; }
-  std::size_t number() const { return number_; }
-  std::size_t begin() const { return begin_; }    ///< position of the line in the text
-  std::size_t next_begin() const { return at_; }  ///< position of the next line
-
- private:
-  std::string_view text_, line_;
-  std::size_t at_ = 0, begin_ = 0, number_ = 0;
-};
 
 int format_of(std::string_view line) {
   const std::size_t at = line.find(kFormatMark);
@@ -95,39 +70,8 @@ bool parse_supersedes(LogSegment& segment) {
   return error == std::errc() && end == last && segment.supersedes_row > 0;
 }
 
-/// Parses the rows of a segment.
-class RowReader {
- public:
-  RowReader(LogSegment& segment, compensation::CsvLayout layout, std::optional<std::size_t> column)
-      : segment_(segment), layout_(std::move(layout)), column_(column) {}
-
-  Result<void> add(std::string_view line, std::size_t line_number) {
-    ++rows_;
-    const std::string where = fmt::format("{}:{}", segment_.path, line_number);
-    const auto row = compensation::parse_csv(line, where, layout_);
-    if (!row) return tl::unexpected<Error>(row.error());
-    LogRow log_row{row->window.second_mean, kUnknown, line_number, rows_};
-    if (column_) {
-      const std::string_view field = csv_field(line, ',', *column_).value_or("");
-      const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
-      if (!value) return make_error(where, fmt::format("found \"{}\", expected a number", field));
-      log_row.value = *value;
-    }
-    segment_.rows.push_back(std::move(log_row));
-    return {};
-  }
-
-  std::size_t rows() const { return rows_; }  ///< counts damaged rows
-
- private:
-  LogSegment& segment_;
-  compensation::CsvLayout layout_;
-  std::optional<std::size_t> column_;
-  std::size_t rows_ = 0;
-};
-
 // Returns false if the text ends before the column line.
-Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
+Result<bool> read_metadata(LogLines& lines, LogSegment& segment) {
   while (lines.next()) {
     if (lines.number() == 1) segment.format = format_of(lines.line());
     if (lines.line().empty()) continue;
@@ -138,7 +82,22 @@ Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
   return false;
 }
 
-Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const std::string& column) {
+/// The bytes of a log up to its line of columns; all bytes if it has none.
+std::string head_of(FileReader& in) {
+  constexpr std::size_t kPiece = 1u << 14;
+  std::string text, piece(kPiece, '\0');
+  std::size_t searched = 0;
+  while (const std::size_t got = in.read(piece)) {
+    text.append(piece, 0, got);
+    for (std::size_t end; (end = text.find('\n', searched)) != std::string::npos; searched = end + 1) {
+      const std::string_view line = std::string_view(text).substr(searched, end - searched);
+      if (!line.empty() && line != "\r" && line.front() != '#') return text.substr(0, end + 1);
+    }
+  }
+  return text;
+}
+
+Result<LogRowLayout> read_columns(const LogLines& lines, LogSegment& segment, const std::string& column) {
   const std::string& path = segment.path;
   if (segment.format > kNewestFormat || segment.format < 1)
     return make_error(path, fmt::format("found format {} of a newer prism, expected 1 or 2", segment.format));
@@ -160,7 +119,7 @@ Result<RowReader> read_columns(const Lines& lines, LogSegment& segment, const st
                         fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
     index = static_cast<std::size_t>(found - names.begin());
   }
-  return RowReader(segment, std::move(*layout), index);
+  return LogRowLayout{std::move(*layout), index, lines.next_begin(), lines.number()};
 }
 
 }  // namespace
@@ -180,54 +139,27 @@ bool is_log(const std::string& path) {
   return compensation::CsvLayout::parse(line, path).has_value();
 }
 
-Result<LogSegment> read_log_segment(const std::string& path, const std::string& column) {
+Result<LogSegment> open_log_segment(const std::string& path, const std::string& column) {
   LogSegment segment;
   segment.path = path;
   segment.file = std::filesystem::path(path).filename().string();
-  const bool open = is_locked(path);  // checked before reading: a segment that ends meanwhile is read with its end
-  const auto available = read_available(path, kMaxTableBytes);
-  if (!available) return tl::unexpected<Error>(available.error());
-  const std::string* const text = &available->text;
-  segment.sha256 = sha256_hex(*text);
-  Lines lines(*text);
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
+  const std::string text = head_of(*in);
+  LogLines lines(text);
   const auto complete = read_metadata(lines, segment);
   if (!complete) return tl::unexpected<Error>(complete.error());
-  if (!*complete && (text->starts_with(kFirstWords) || kFirstWords.starts_with(*text))) {
-    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
-    segment.truncated_bytes = text->size();
-    segment.truncated_line = 1;
-    return segment;
+  if (!*complete && (text.starts_with(kFirstWords) || kFirstWords.starts_with(text))) return segment;
+  auto layout = read_columns(lines, segment, column);
+  if (!layout) return tl::unexpected<Error>(layout.error());
+  segment.layout = std::make_shared<const LogRowLayout>(std::move(*layout));
+  in->seek(segment.layout->head_bytes);
+  for (std::string line; !segment.first_second && in->read_line(line) && in->line_ended();) {
+    if (line.starts_with(kLogEndMark)) break;
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.empty() || line.starts_with('#')) continue;
+    if (const auto row = parse_log_row(line, *segment.layout)) segment.first_second = row->second_mean.second;
   }
-  auto rows = read_columns(lines, segment, column);
-  if (!rows) return tl::unexpected<Error>(rows.error());
-  std::size_t good = lines.next_begin(), good_lines = lines.number();
-  std::optional<std::string> end;
-  std::vector<LeftOutRow> unreadable;  // damage if a row or the end follows, else the truncated end
-  while (!end && lines.next()) {
-    if (lines.line().starts_with(kEndMark)) {
-      end = fmt::format("rows {}, sha256 {}", rows->rows(), sha256_hex(text->substr(0, lines.begin())));
-      segment.end = lines.line().substr(kEndMark.size()) == *end ? SegmentEnd::kIntact : SegmentEnd::kChanged;
-    } else if (!lines.line().empty() && lines.line().front() != '#') {
-      if (auto added = rows->add(lines.line(), lines.number()); !added) {
-        unreadable.push_back({path, lines.number(), added.error().what});
-        continue;
-      }
-    } else if (!unreadable.empty()) {
-      continue;
-    }
-    segment.damaged.insert(segment.damaged.end(), unreadable.begin(), unreadable.end());
-    unreadable.clear();
-    good = lines.next_begin();
-    good_lines = lines.number();
-  }
-  // After a read error of the disk, the rows before it are kept; the rest is damage.
-  if (available->error) segment.damaged.push_back({path, good_lines + 1, available->error->what});
-  segment.read_failed = available->error.has_value();
-  if (end && (!segment.damaged.empty() || lines.next_begin() < text->size())) segment.end = SegmentEnd::kChanged;
-  segment.truncated_bytes = text->size() - good;
-  segment.truncated_line = segment.truncated_bytes > 0 ? good_lines + 1 : 0;
-  if (!end && (segment.format > 1 || segment.truncated_bytes > 0))
-    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
   return segment;
 }
 
@@ -236,17 +168,17 @@ Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::
   const auto text = read_available(segment.path, kMaxTableBytes);
   if (!text) return tl::unexpected<Error>(text.error());
   std::string copy;
-  Lines lines(text->text);
+  LogLines lines(text->text);
   for (bool columns = false; lines.next();) {
     const std::string_view line = lines.line();
     const bool is_comment = line.starts_with('#');
-    if (line.empty() || line.starts_with(kEndMark)) continue;
+    if (line.empty() || line.starts_with(kLogEndMark)) continue;
     if (columns && !is_comment && !std::binary_search(kept.begin(), kept.end(), lines.number())) continue;
     columns = columns || !is_comment;
     copy.append(line).append("\n");
     if (lines.number() == 1) copy += fmt::format("# repaired: {}\n", remark);
   }
-  if (segment.format > 1) copy += fmt::format("{}rows {}, sha256 {}\n", kEndMark, kept.size(), sha256_hex(copy));
+  if (segment.format > 1) copy += fmt::format("{}rows {}, sha256 {}\n", kLogEndMark, kept.size(), sha256_hex(copy));
   return copy;
 }
 

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Reads one segment of prismd's log (format 1 or 2) and checks it against its end line.
+// Reads one segment of prismd's log (format 1 or 2) as a stream of rows, and checks it against its end line.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
+#include "tools/prismcal/tables/read_meter.hpp"
 
 namespace prism::recordings {
 
@@ -34,15 +38,22 @@ enum class SegmentEnd {
   kChanged,    ///< differs from its end line, or has damaged rows or bytes after the end line
 };
 
+struct LogRowLayout;
+
+/// open_log_segment() sets the members up to first_second, read_log_rows() the others.
 struct LogSegment {
-  std::string path, file, sha256;
+  std::string path, file;
   int format = 1;
   std::map<std::string, std::string> metadata;  ///< "# key: value" above the columns
   std::string comments;                         ///< all lines that begin with '#'
   std::string session;                          ///< format 2; empty: none
   std::string supersedes_file;                  ///< format 2: its rows from supersedes_row (from 1) are repeated here
   std::uint64_t supersedes_row = 0;
-  std::vector<LogRow> rows;
+  std::shared_ptr<const LogRowLayout> layout;  ///< null: the segment ends before its columns and has no rows
+  std::optional<std::int64_t> first_second;    ///< of the first readable row
+
+  std::string sha256;
+  std::size_t rows = 0;             ///< readable rows
   std::vector<LeftOutRow> damaged;  ///< unreadable rows before the last good row: not a truncation
   bool read_failed = false;         ///< the disk failed; the last of `damaged` has the place and the reason
   SegmentEnd end = SegmentEnd::kIntact;
@@ -56,10 +67,15 @@ struct LogSegment {
 /// tables.
 bool is_log(const std::string& path);
 
-/// Reads a segment. Parses `column`, if not empty, as numbers into LogRow::value (an empty field is kUnknown). An
-/// incomplete end, as after a power failure, and damaged rows are not errors but are listed. Errors, with file and
-/// line: not a log of prismd, a newer format, an unknown column.
-Result<LogSegment> read_log_segment(const std::string& path, const std::string& column = {});
+/// Reads the lines above the rows, and the first row. Rows parse `column`, if not empty, as numbers into LogRow::value
+/// (an empty field is kUnknown). Errors, with file and line: not a log of prismd, a newer format, an unknown column.
+Result<LogSegment> open_log_segment(const std::string& path, const std::string& column = {});
+
+/// Reads the rows, calls `on_row` with each readable one in order, and completes the segment. An incomplete end, as
+/// after a power failure, and damaged rows are not errors but are listed. Parses on all cores, in constant memory.
+/// Errors: only those of `on_row`, which end the reading.
+Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>(LogRow& row)>& on_row,
+                           tables::ReadMeter& meter);
 
 /// Returns the text of a segment with only the rows `kept` (line numbers, in order), all comments, and a new end line
 /// (format 2). Adds "# repaired: `remark`" to the metadata. Errors: the file cannot be read.

@@ -27,21 +27,23 @@ std::vector<std::string> axes_of_log(const std::string& path) {
   return {names.begin(), names.end()};
 }
 
-Result<Recording> read_log(const std::string& path, const std::string& axis) {
-  const auto folder = LogFolder::read(path, axis);
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+  auto folder = LogFolder::open(path, options.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
   Recording recording;
   const std::filesystem::path name(path);
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
-  for (const LogSegment& segment : folder->segments) {
-    recording.add_metadata(segment.comments);
-    recording.files.push_back({segment.path, segment.sha256, segment.rows.size()});
-  }
-  LogTable joined = join_rows(*folder);
-  recording.second_means.reserve(joined.rows.size());
-  for (const LogRow& row : joined.rows) recording.second_means.push_back(row.second_mean);
-  recording.sessions = std::move(joined.sessions);
-  recording.notes = joined.left_out.lines();
+  for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
+  SecondFeed feed(recording, consumer);
+  tables::ReadMeter meter(options.table.progress, folder->bytes());
+  const auto left_out = join_rows(
+      *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); },
+      meter);
+  if (!left_out) return tl::unexpected<Error>(left_out.error());
+  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
+  for (const LogSegment& segment : folder->segments)
+    recording.files.push_back({segment.path, segment.sha256, segment.rows});
+  recording.notes = left_out->lines();
   recording.deletions = folder->deletions;
   recording.notes.insert(recording.notes.end(), folder->deletions.begin(), folder->deletions.end());
   return recording;

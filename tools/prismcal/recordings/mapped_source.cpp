@@ -82,7 +82,7 @@ class Averaging {
   Averaging(const std::vector<std::int64_t>& times_ns, const SourceOptions& options)
       : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged) {}
 
-  void add(const MappedTable& table, const tables::Block& block, std::size_t row, Recording& recording) {
+  void add(const MappedTable& table, const tables::Block& block, std::size_t row) {
     Sample sample;
     sample.time_ns = time_of(index_);
     const std::int64_t before = index_ > 0 ? time_of(index_ - 1) : sample.time_ns - first_step_ns();
@@ -95,17 +95,19 @@ class Averaging {
     sample.uhfo_v = value(2);
     ++index_;
     if (judged_) judge_.push(sample, block.lines[row]);
-    if (const auto second_mean = averager_.push(sample)) recording.second_means.push_back(*second_mean);
+    if (const auto second_mean = averager_.push(sample)) second_means_.push_back(*second_mean);
   }
+  /// Judges the seconds.
   Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
-    if (const auto second_mean = averager_.finish()) recording.second_means.push_back(*second_mean);
+    if (const auto second_mean = averager_.finish()) second_means_.push_back(*second_mean);
     if (!judged_) return {};
     auto notes = judge_.finish(path);
     if (!notes) return tl::unexpected<Error>(notes.error());
-    for (const auto& more : {*notes, judge_seconds(recording.second_means, is_date)})
+    for (const auto& more : {*notes, judge_seconds(second_means_, is_date)})
       recording.notes.insert(recording.notes.end(), more.begin(), more.end());
     return {};
   }
+  const std::vector<compensation::SecondMean>& second_means() const { return second_means_; }
 
  private:
   std::int64_t time_of(std::size_t index) const {
@@ -121,6 +123,7 @@ class Averaging {
   bool judged_;
   compensation::SecondAverager averager_;
   TableJudge judge_;
+  std::vector<compensation::SecondMean> second_means_;
   std::size_t index_ = 0;
 };
 
@@ -133,7 +136,7 @@ void add_grid_notes(const SampleGrid& grid, Recording& recording) {
 
 }  // namespace
 
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options) {
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
   const bool timed = map->contains("time");
@@ -164,7 +167,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     const auto more = table->source->next(block);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    for (std::size_t row = 0; row < block.rows; ++row) averaging.add(*table, block, row, recording);
+    for (std::size_t row = 0; row < block.rows; ++row) averaging.add(*table, block, row);
   }
   const bool is_date = table->source->time() && table->source->time()->has_date;
   if (auto good = averaging.finish(path, is_date, recording); !good) return tl::unexpected<Error>(good.error());
@@ -177,6 +180,11 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     for (const std::string& note : recording.notes) line += "; " + note;
     options.table.announce(line);
   }
+  SecondFeed feed(recording, consumer);
+  for (const compensation::SecondMean& second_mean : averaging.second_means()) {
+    if (auto done = feed.push(second_mean, false); !done) return tl::unexpected<Error>(done.error());
+  }
+  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
   return recording;
 }
 

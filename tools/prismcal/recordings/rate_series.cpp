@@ -140,23 +140,26 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
   const auto factor = set_unit(series, choice, tables::read_header(series.column));
   if (!factor) return tl::unexpected(factor.error());
-  const auto folder = LogFolder::read(path, choice.axis, series.column);
+  auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
-  const LogTable joined = join_rows(*folder);
-  if (joined.rows.empty()) return make_error(path, "found no row of numbers, expected a rate in every line");
-  std::size_t session = 0;
-  for (std::size_t i = 0; i < joined.rows.size(); ++i) {
-    const compensation::SecondMean& second_mean = joined.rows[i].second_mean;
-    const bool begins = session < joined.sessions.size() && joined.sessions[session] == i;
-    if (begins) ++session;
-    const bool follows = i > 0 && !begins && second_mean.second == joined.rows[i - 1].second_mean.second + 1;
-    if (i > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
+  constexpr std::size_t kLeastRowBytes = 100;
+  series.rate_deg_per_h.reserve(folder->bytes() / kLeastRowBytes);
+  tables::ReadMeter meter(choice.table.progress, folder->bytes());
+  std::int64_t last = 0;
+  const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
+    const compensation::SecondMean& second_mean = row.second_mean;
+    const bool follows = !begins_session && second_mean.second == last + 1;
+    if (series.rows++ > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
+    last = second_mean.second;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
-    series.rate_deg_per_h.push_back(valid ? joined.rows[i].value * *factor : kUnknown);
-  }
-  series.rows = joined.rows.size();
+    series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
+    return {};
+  };
+  const auto left_out = join_rows(*folder, add, meter);
+  if (!left_out) return tl::unexpected(left_out.error());
+  if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
   series.interval_source = "one row per second";
-  series.notes = joined.left_out.lines();
+  series.notes = left_out->lines();
   series.notes.insert(series.notes.end(), folder->deletions.begin(), folder->deletions.end());
   return series;
 }

@@ -57,10 +57,7 @@ std::string Recording::value(const std::string& key) const {
   return found == metadata.end() ? "" : found->second;
 }
 
-std::vector<SensorName> Recording::sensors() const {
-  const SensorList list = second_means.empty() ? nullptr : second_means.front().sensor_list;
-  return list ? *list : std::vector<SensorName>();
-}
+std::vector<SensorName> Recording::sensors() const { return sensors_of_list(sensor_list); }
 
 void Recording::add_metadata(const std::string& lines) {
   std::istringstream in(lines);
@@ -71,13 +68,30 @@ void Recording::add_metadata(const std::string& lines) {
   }
 }
 
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options) {
+Result<void> SecondFeed::begin() {
+  begun_ = true;
+  return consumer_.begin(recording_);
+}
+
+Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
+  if (!begun_) {
+    recording_.sensor_list = second_mean.sensor_list;
+    if (auto good = begin(); !good) return good;
+  }
+  ++recording_.seconds;
+  ++recording_.samples[second_mean.samples];
+  return consumer_.push(second_mean, begins_session);
+}
+
+Result<void> SecondFeed::finish() { return begun_ ? Result<void>() : begin(); }
+
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
-  if (!options.map.empty()) return read_mapped(path, options);
-  if (is_capture(path)) return read_capture(path, options);
+  if (!options.map.empty()) return read_mapped(path, options, consumer);
+  if (is_capture(path)) return read_capture(path, options, consumer);
   if (is_foreign(path)) return tl::unexpected<Error>(without_map(path, options));
-  return read_log(path, options.axis);
+  return read_log(path, options, consumer);
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A recording: one-second means from a log of prismd, a capture, or any CSV with mapped columns.
+// A recording: a stream of one-second means from a log of prismd, a capture, or any CSV with mapped columns.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,11 +22,12 @@ struct SourceFile {
 struct Recording {
   std::string name;  ///< name of the file or folder, without directory and extension
   std::vector<SourceFile> files;
-  std::map<std::string, std::string> metadata;         ///< "# key: value" lines; the first file with the key wins
-  std::vector<compensation::SecondMean> second_means;  ///< in order; seconds increase within a session
-  std::vector<std::size_t> sessions;   ///< index of the first second of each session; empty: one session
-  std::vector<std::string> notes;      ///< readable lines on data left out
-  std::vector<std::string> deletions;  ///< those of them on segments that retention deleted
+  std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
+  std::size_t seconds = 0;                       ///< rows, also partial ones
+  SensorList sensor_list;                        ///< of the first second; null: no sensors
+  std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
+  std::vector<std::string> notes;                ///< readable lines on data left out
+  std::vector<std::string> deletions;            ///< those of them on segments that retention deleted
 
   std::string value(const std::string& key) const;  ///< metadata value; empty: none
   /// Sensors whose values the seconds contain; empty if there are no seconds.
@@ -49,8 +51,34 @@ struct SiteOptions {
   bool no_earth_rate = false;
 };
 
-/// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file.
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options);
+/// Receives the seconds of a recording.
+class SecondConsumer {
+ public:
+  virtual ~SecondConsumer() = default;
+  /// Called once, before the first second: `recording` has its name, metadata and sensors. Errors end the reading.
+  virtual Result<void> begin(const Recording& recording) = 0;
+  /// Called with each second in order; seconds increase within a session. Errors end the reading.
+  virtual Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) = 0;
+};
+
+/// Passes seconds to a consumer, and counts them in the recording.
+class SecondFeed {
+ public:
+  SecondFeed(Recording& recording, SecondConsumer& consumer) : recording_(recording), consumer_(consumer) {}
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
+  Result<void> finish();  ///< calls begin(), if there was no second
+
+ private:
+  Result<void> begin();
+
+  Recording& recording_;
+  SecondConsumer& consumer_;
+  bool begun_ = false;
+};
+
+/// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
+/// of seconds. Errors: also those of the consumer.
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
 
 /// Returns the axes to choose from: those in the headers of the logs, or those in the configuration of a capture. Reads
 /// no rows.
@@ -64,12 +92,12 @@ std::vector<std::string> axes_of_log(const std::string& path);
 Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 
 // The readers, one source file each.
-/// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::read().
-Result<Recording> read_log(const std::string& path, const std::string& axis = {});
+/// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
 /// Returns true if the first bytes are those of pcap or pcapng.
 bool is_capture(const std::string& path);
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options);
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options);
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
 
 }  // namespace prism::recordings

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "tools/prismcal/recordings/fingerprint.hpp"
 
@@ -51,6 +53,31 @@ Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
   }
   return {};
 }
+
+/// Checks a recording against the set, and makes its blocks.
+class TableMaker : public SecondConsumer {
+ public:
+  TableMaker(TrainingSet& set, const SiteOptions& site) : set_(set), site_(site) {}
+
+  Result<void> begin(const Recording& recording) override {
+    if (auto same = check_source(recording, "gyro_serial", "gyro", "unknown", set_.serial); !same) return same;
+    if (auto same = check_source(recording, "axis", "axis", "-", set_.axis); !same) return same;
+    if (auto known = check_inputs(recording, set_); !known) return known;
+    const auto earth_rate = earth_rate_of(recording, site_);
+    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
+    builder_.emplace(set_.features, *earth_rate, recording.name);
+    return {};
+  }
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
+    return builder_->push(second_mean, begins_session);
+  }
+  Result<BlockTable> finish() { return builder_->finish(); }
+
+ private:
+  TrainingSet& set_;
+  const SiteOptions& site_;
+  std::optional<BlockTableBuilder> builder_;
+};
 
 nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
   nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
@@ -122,17 +149,10 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
   for (const std::string& path : paths) {
-    const auto recording = read_recording(path, options.source);
+    TableMaker maker(set, options.site);
+    const auto recording = read_recording(path, options.source, maker);
     if (!recording) return tl::unexpected<Error>(recording.error());
-    if (auto same = check_source(*recording, "gyro_serial", "gyro", "unknown", set.serial); !same)
-      return tl::unexpected<Error>(same.error());
-    if (auto same = check_source(*recording, "axis", "axis", "-", set.axis); !same)
-      return tl::unexpected<Error>(same.error());
-    if (auto known = check_inputs(*recording, set); !known) return tl::unexpected<Error>(known.error());
-    const auto earth_rate = earth_rate_of(*recording, options.site);
-    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    auto table =
-        make_block_table(recording->second_means, set.features, *earth_rate, recording->name, recording->sessions);
+    auto table = maker.finish();
     if (!table) return tl::unexpected<Error>(table.error());
     const auto left_out = append_recording(*table, set);
     if (!left_out) return tl::unexpected<Error>(left_out.error());

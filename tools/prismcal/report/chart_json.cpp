@@ -41,8 +41,6 @@ bool is_curve(SeriesStyle form) {
   return form == SeriesStyle::kLine || form == SeriesStyle::kLinePoints || form == SeriesStyle::kBand;
 }
 
-bool is_known(const Series& series, std::size_t i) { return std::isfinite(series.x[i]) && std::isfinite(series.y[i]); }
-
 bool can_be_charted(const Series& series, const Panel& panel) {
   if (*form_name(series.form) == '\0') return false;
   if (series.form == SeriesStyle::kBars && panel.x.logarithmic) return false;

@@ -2,6 +2,8 @@
 // A figure as data: panels of series on labelled axes. Input of draw_svg() and chart_json().
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +33,11 @@ struct Series {
   std::vector<double> high{};  ///< kBand: upper edge (y is the lower); kHeat: the value at (x, y)
   bool right_axis = false;
 };
+
+/// True if a point can be drawn.
+inline bool is_known(const Series& series, std::size_t i) {
+  return std::isfinite(series.x[i]) && std::isfinite(series.y[i]);
+}
 
 struct Axis {
   std::string label;  ///< with its unit

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "tools/prismcal/tables/read_meter.hpp"
+
 namespace prism::tables {
 
 struct TableOptions {
@@ -18,6 +20,13 @@ struct TableOptions {
   double interval_s = 0;          ///< > 0: true spacing of the rows, from which the unit of the time follows
   /// Called once per file that was read, with one line of how it was understood. May be empty.
   std::function<void(const std::string&)> announce;
+  ReadProgress progress;  ///< while files are read: tables, logs and captures
+
+  /// No remarks and no progress: --quiet.
+  void silence() {
+    announce = {};
+    progress = {};
+  }
 };
 
 }  // namespace prism::tables

@@ -10,6 +10,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -94,6 +96,9 @@ Result<TextLines> TextLines::open(const std::string& path, const std::string& en
   const std::size_t got = in->read(first);
   const std::string_view sample(first.data(), got);
   TextLines lines(std::move(*in), path);
+  std::error_code error;
+  lines.size_bytes_ = std::filesystem::file_size(path, error);
+  if (error) lines.size_bytes_ = 0;
   lines.encoding_ = encoding.empty() ? detect_encoding(sample) : encoding;
   if (lines.encoding_ != "UTF-8" && lines.encoding_ != "utf-8") {
     iconv_t handle = iconv_open("UTF-8", lines.encoding_.c_str());

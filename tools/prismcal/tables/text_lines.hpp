@@ -25,6 +25,8 @@ class TextLines {
   std::size_t number() const { return number_; }  ///< of the line, from 1
   bool ended() const { return ended_; }           ///< the line had an end: false only for a torn last line
   std::string position() const;                   ///< "FILE:LINE"
+  std::uint64_t bytes_read() const { return in_.offset(); }
+  std::uint64_t size_bytes() const { return size_bytes_; }  ///< of the file when it was opened
   const std::string& encoding() const { return encoding_; }
   /// The first error: of the disk, a NUL byte, bytes that the encoding does not have, a line of more than
   /// kMaxLineBytes.
@@ -41,6 +43,7 @@ class TextLines {
   std::shared_ptr<Converter> converter_ = {};  ///< null: the bytes are UTF-8 already
   std::string text_ = {};                      ///< decoded, from at_ not yet returned
   std::size_t at_ = 0, number_ = 0;
+  std::uint64_t size_bytes_ = 0;
   std::string_view line_ = {};
   bool ended_ = false, at_end_ = false, any_nul_ = false, cr_only_ = false, skip_lf_ = false;
   std::optional<Error> error_ = {};

@@ -25,6 +25,7 @@ class TextTable : public TableSource {
         splitter_(dialect_.separator),
         options_(std::move(options)) {
     columns_ = dialect_.columns;
+    meter_ = ReadMeter(options_.progress, lines_.size_bytes());
   }
 
   Result<void> select(Selection selection) override;
@@ -43,6 +44,7 @@ class TextTable : public TableSource {
   TextLines lines_;
   RowSplitter splitter_;
   TableOptions options_;
+  ReadMeter meter_;
   std::size_t row_line_ = 0;
   std::string row_text_;
   std::int64_t last_clock_ns_ = 0, days_ns_ = 0;  ///< a time of day without a date goes on after midnight
@@ -146,6 +148,7 @@ Result<bool> TextTable::next(Block& block) {
   block.time_ns.clear();
   block.lines.clear();
   block.text.clear();
+  meter_.set(lines_.bytes_read(), counts_.rows);
   while (block.rows < kBlockRows) {
     const auto more = next_row();
     if (!more) return tl::unexpected<Error>(more.error());

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/result.hpp"
+#include "tools/prismcal/tables/read_meter.hpp"
 #include "tools/prismcal/verification/folder_contents.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 
@@ -15,7 +16,7 @@ namespace prism::verification {
 std::string without_path(const Error& error, const std::string& path);
 
 /// Checks segments, rows, sessions and index of contents.log.
-void check_log(const FolderContents& contents, VerificationResult& result);
+void check_log(const FolderContents& contents, const tables::ReadProgress& progress, VerificationResult& result);
 /// Checks the captures of a folder and their index.
 void check_captures(const FolderContents& contents, VerificationResult& result);
 struct CheckedCapture {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
@@ -16,7 +19,7 @@ using recordings::LogSegment;
 using recordings::SegmentEnd;
 
 Finding of_segment(const LogSegment& segment) {
-  const std::string rows = fmt::format("{}, format {}", counted(segment.rows.size(), "row"), segment.format);
+  const std::string rows = fmt::format("{}, format {}", counted(segment.rows, "row"), segment.format);
   switch (segment.end) {
     case SegmentEnd::kIntact:
       return {segment.path, segment.damaged.empty() ? FileState::kIntact : FileState::kDamaged, rows};
@@ -47,55 +50,88 @@ void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<F
   }
 }
 
-LogSession session_of(const std::string& log, const recordings::LogTable& joined, std::size_t begin, std::size_t end) {
-  LogSession session;
-  session.log = log;
-  session.first_s = joined.rows[begin].second_mean.second + 1;
-  session.last_s = joined.rows[end - 1].second_mean.second + 1;
-  session.rows = end - begin;
-  for (std::size_t row = begin; row < end; ++row) {
-    const compensation::SecondMean& second_mean = joined.rows[row].second_mean;
+/// Meanwhile, by the retention limit.
+bool is_deleted(const std::string& path) {
+  std::error_code error;
+  return !std::filesystem::exists(path, error);
+}
+
+/// Counts the rows of each session.
+class SessionCounter {
+ public:
+  SessionCounter(std::string log, std::vector<LogSession>& sessions) : log_(std::move(log)), sessions_(sessions) {}
+
+  void add(const compensation::SecondMean& second_mean, bool begins_session) {
+    if (begins_session) {
+      sessions_.emplace_back().log = log_;
+      sessions_.back().first_s = second_mean.second + 1;
+      last_ = second_mean.second - 1;
+    }
+    LogSession& session = sessions_.back();
+    session.last_s = second_mean.second + 1;
+    ++session.rows;
     session.partial += second_mean.partial;
     session.missing_frames += second_mean.missing_frames;
-    const std::int64_t before = row > begin ? joined.rows[row - 1].second_mean.second : second_mean.second - 1;
-    if (second_mean.second == before + 1) continue;
-    session.gaps.push_back({before + 2, second_mean.second});
-    session.missing_s += static_cast<std::uint64_t>(second_mean.second - before - 1);
+    if (second_mean.second != last_ + 1) {
+      session.gaps.push_back({last_ + 2, second_mean.second});
+      session.missing_s += static_cast<std::uint64_t>(second_mean.second - last_ - 1);
+    }
+    last_ = second_mean.second;
   }
-  return session;
+
+ private:
+  std::string log_;
+  std::vector<LogSession>& sessions_;
+  std::int64_t last_ = 0;
+};
+
+/// Reads the rows of one axis. Returns what is left out.
+recordings::LeftOut read_axis(recordings::LogFolder& folder, const std::string& log, const std::string& axis,
+                              VerificationResult& result, tables::ReadMeter& meter) {
+  const std::size_t before = result.sessions.size();
+  SessionCounter counter(log, result.sessions);
+  auto left_out = recordings::join_rows(
+      folder,
+      [&](const recordings::LogRow& row, bool begins_session) {
+        counter.add(row.second_mean, begins_session);
+        return Result<void>();
+      },
+      meter);
+  for (std::size_t i = before; i < result.sessions.size(); ++i) result.sessions[i].axis = axis;
+  return left_out ? std::move(*left_out) : recordings::LeftOut();  // never an error: a failed disk is damage here
 }
 
 }  // namespace
 
-void check_log(const FolderContents& contents, VerificationResult& result) {
+void check_log(const FolderContents& contents, const tables::ReadProgress& progress, VerificationResult& result) {
   if (contents.log.empty()) return;
   const auto folder = recordings::LogFolder::salvage(contents.log);
+  tables::ReadMeter meter(progress, folder.bytes());
+  std::vector<recordings::LogFolder> axes = folder.by_axis();
+  std::vector<Finding> left_out;
+  std::map<std::string, const LogSegment*> read;
+  for (recordings::LogFolder& axis : axes) {
+    const std::string name = axes.size() > 1 ? axis.segments.front().value("axis") : "";
+    add_left_out(read_axis(axis, contents.log, name, result, meter).rows, left_out);
+    for (const LogSegment& segment : axis.segments) read[segment.path] = &segment;
+  }
   std::map<std::string, std::uint64_t> rows;
-  for (const LogSegment& segment : folder.segments) {
-    rows[segment.file] = segment.rows.size() + segment.damaged.size();
+  for (const LogSegment& opened : folder.segments) {
+    const LogSegment& segment = *read.at(opened.path);
+    if (segment.read_failed && is_deleted(segment.path) && !contents.one_file) continue;
+    rows[segment.file] = segment.rows + segment.damaged.size();
     result.findings.push_back(of_segment(segment));
     for (const auto& row : segment.damaged)
       result.findings.push_back({row.path, FileState::kDamaged, row.why, row.line});
   }
   for (const auto& rejected : folder.rejected) {
-    std::error_code error;
-    if (!std::filesystem::exists(rejected.path, error) && !contents.one_file)
-      continue;  // deleted meanwhile by the retention limit
+    if (is_deleted(rejected.path) && !contents.one_file) continue;
     result.findings.push_back({rejected.path, FileState::kUnreadable, without_path(rejected.error, rejected.path)});
   }
   if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, result.findings);
   if (auto one = folder.of_one_gyro(contents.log); !one)
     result.findings.push_back({contents.log, FileState::kUnreadable, one.error().what});
-  const std::vector<recordings::LogFolder> axes = folder.by_axis();
-  for (const recordings::LogFolder& axis : axes) {
-    const recordings::LogTable joined = recordings::join_rows(axis);
-    add_left_out(joined.left_out.rows, result.findings);
-    for (std::size_t i = 0; i < joined.sessions.size(); ++i) {
-      const std::size_t end = i + 1 < joined.sessions.size() ? joined.sessions[i + 1] : joined.rows.size();
-      result.sessions.push_back(session_of(contents.log, joined, joined.sessions[i], end));
-      if (axes.size() > 1) result.sessions.back().axis = axis.segments.front().value("axis");
-    }
-  }
+  result.findings.insert(result.findings.end(), left_out.begin(), left_out.end());
 }
 
 }  // namespace prism::verification

@@ -3,6 +3,8 @@
 
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
@@ -41,6 +43,20 @@ std::string remark_of(const LogSegment& segment, std::size_t left_out) {
                      counted(left_out, "row"));
 }
 
+/// The lines of all readable rows, except `without`.
+std::vector<std::size_t> kept_lines(const LogSegment& segment, const std::set<std::size_t>& without) {
+  std::vector<std::size_t> kept;
+  kept.reserve(segment.rows);
+  LogSegment again = segment;
+  tables::ReadMeter meter;
+  const auto add = [&](const recordings::LogRow& row) {
+    if (!without.contains(row.line)) kept.push_back(row.line);
+    return Result<void>();
+  };
+  (void)recordings::read_log_rows(again, add, meter);  // the errors are those of `add`
+  return kept;
+}
+
 // Returns the number of rows in the copy; 0: not copied.
 Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::size_t>& without,
                                  const Copies& copies) {
@@ -49,13 +65,10 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   if (segment.truncated_bytes > 0)
     copies.leave_out(segment.path, segment.truncated_line,
                      counted(segment.truncated_bytes, "byte") + " of an incomplete row");
-  std::vector<std::size_t> kept;
-  for (const auto& row : segment.rows) {
-    if (!without.contains(row.line)) kept.push_back(row.line);
-  }
-  if (segment.rows.empty()) copies.leave_out(segment.path, 0, "found no complete row");
+  const auto kept = kept_lines(segment, without);
+  if (segment.rows == 0) copies.leave_out(segment.path, 0, "found no complete row");
   if (kept.empty()) return 0;
-  const std::size_t left_out = segment.rows.size() + segment.damaged.size() - kept.size();
+  const std::size_t left_out = segment.rows + segment.damaged.size() - kept.size();
   if (segment.end == SegmentEnd::kIntact && left_out == 0) {
     return copy_bytes(segment.path, copies).map([&] { return kept.size(); });
   }
@@ -64,9 +77,13 @@ Result<std::size_t> copy_segment(const LogSegment& segment, const std::set<std::
   return write_text_file(copies.target(segment.path), *text).map([&] { return kept.size(); });
 }
 
-Result<void> copy_axis(const recordings::LogFolder& folder, const Copies& copies) {
+Result<void> copy_axis(recordings::LogFolder& folder, const Copies& copies) {
   std::map<std::string, std::set<std::size_t>> without;
-  for (const auto& row : recordings::join_rows(folder).left_out.rows) {
+  tables::ReadMeter meter;
+  const auto ignore = [](const recordings::LogRow&, bool) { return Result<void>(); };
+  const auto left_out = recordings::join_rows(folder, ignore, meter);
+  if (!left_out) return tl::unexpected<Error>(left_out.error());
+  for (const auto& row : left_out->rows) {
     copies.leave_out(row.path, row.line, row.why);
     without[row.path].insert(row.line);
   }
@@ -92,7 +109,7 @@ Result<void> copy_log(const FolderContents& contents, const Copies& copies) {
   if (auto one = folder.of_one_gyro(contents.log); !one) return one;
   for (const auto& rejected : folder.rejected)
     copies.leave_out(rejected.path, 0, without_path(rejected.error, rejected.path));
-  for (const recordings::LogFolder& axis : folder.by_axis()) {
+  for (recordings::LogFolder& axis : folder.by_axis()) {
     if (auto done = copy_axis(axis, copies); !done) return done;
   }
   return {};

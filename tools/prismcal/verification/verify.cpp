@@ -19,10 +19,10 @@ std::string without_path(const Error& error, const std::string& path) {
   return text.substr(text.find_first_not_of(' ', path.size() + 1));
 }
 
-VerificationResult verify(const std::string& path) {
+VerificationResult verify(const std::string& path, const tables::ReadProgress& progress) {
   VerificationResult result;
   for (const FolderContents& contents : contents_of(path)) {
-    check_log(contents, result);
+    check_log(contents, progress, result);
     check_captures(contents, result);
     for (const std::string& document : contents.documents) {
       auto finding = check_document(document, contents.one_file);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/prismcal/tables/read_meter.hpp"
+
 namespace prism::verification {
 
 /// States before kTruncated are not faults.
@@ -64,6 +66,6 @@ struct VerificationResult {
 /// another program, or all of prism's files in a folder and below. Uses the same readers as the other tools. Never
 /// fails: an unreadable file is a finding. Checks only the configuration itself; `prismd --check` also checks the files
 /// that it names.
-VerificationResult verify(const std::string& path);
+VerificationResult verify(const std::string& path, const tables::ReadProgress& progress = {});
 
 }  // namespace prism::verification

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands/progress_bars.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+namespace prism::commands {
+namespace {
+
+std::atomic<bool> bar_drawn{false};
+
+std::string bar_of(double share) {
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(kWidth * std::clamp(share, 0.0, 1.0));
+  return fmt::format("[{:#<{}}{:{}}]", "", filled, "", kWidth - filled);
+}
+
+/// Draws the bar of one command, which may read several recordings, one after the other.
+class ReadBar {
+ public:
+  void show(const tables::ReadState& state) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kPatience_s = 2, kBetween_s = 0.2;
+    const auto now = Clock::now();
+    const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
+    if (state.bytes < last_bytes_) began_ = drawn_ = now;
+    last_bytes_ = state.bytes;
+    const bool done = state.bytes >= state.of_bytes;
+    const double seconds = since(began_);
+    if (done && drawn_ != began_) end_progress();
+    if (done || seconds < kPatience_s || since(drawn_) < kBetween_s) return;
+    drawn_ = now;
+    const double share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
+    fmt::print(stderr, "\r{} {:.0f} %, {:.2f} million rows/s, {:.0f} s left   ", bar_of(share), 100 * share,
+               1e-6 * static_cast<double>(state.rows) / seconds, seconds * (1 - share) / share);
+    bar_drawn = true;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point began_, drawn_;
+  std::uint64_t last_bytes_ = UINT64_MAX;  ///< a new reading begins with fewer
+};
+
+}  // namespace
+
+training::TuningProgress progress_bar(bool quiet) {
+  if (quiet || isatty(STDERR_FILENO) == 0) return {};
+  return [](int done, int expected, const training::TuningPoint& best) {
+    fmt::print(stderr, "\r{} {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ",
+               bar_of(static_cast<double>(done) / std::max(1, expected)), done, expected, best.cost, best.c,
+               best.sigma2);
+    bar_drawn = true;
+  };
+}
+
+tables::ReadProgress read_progress() {
+  if (isatty(STDERR_FILENO) == 0) return {};
+  return [bar = ReadBar()](const tables::ReadState& state) mutable { bar.show(state); };
+}
+
+void end_progress() {
+  if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
+}
+
+}  // namespace prism::commands

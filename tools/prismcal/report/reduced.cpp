@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/report/reduced.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace prism::report {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Extent {
+  double low = kInfinity, high = -kInfinity;
+
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value), high = std::max(high, value);
+  }
+  /// The part of `parts` equal parts that holds a value.
+  std::size_t part(double value, std::size_t parts) const {
+    const double share = high > low ? (value - low) / (high - low) : 0;
+    return std::min(parts - 1, static_cast<std::size_t>(share * static_cast<double>(parts)));
+  }
+};
+
+Extent extent_of(const std::vector<double>& values) {
+  Extent extent;
+  for (const double value : values) extent.add(value);
+  return extent;
+}
+
+/// Seven digits, as in the chart.
+double rounded(double value) {
+  if (!std::isfinite(value) || value == 0) return value;
+  const double unit = std::pow(10.0, 6 - std::floor(std::log10(std::fabs(value))));
+  return std::round(value * unit) / unit;
+}
+
+/// A band and a line. An interval without a known value interrupts them.
+void reduce_line(const Series& series, std::vector<Series>& out) {
+  struct Interval {
+    std::size_t points = 0, known = 0;
+    double x = 0, y = 0;
+    Extent extent;
+  };
+  std::vector<Interval> intervals(kIntervals);
+  const Extent range = extent_of(series.x);
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    if (!std::isfinite(series.x[i])) continue;
+    Interval& interval = intervals[range.part(series.x[i], kIntervals)];
+    ++interval.points;
+    interval.x += series.x[i];
+    if (!std::isfinite(series.y[i])) continue;
+    ++interval.known;
+    interval.y += series.y[i];
+    interval.extent.add(series.y[i]);
+  }
+  Series band{"", series.ink, SeriesStyle::kBand}, line{series.name, series.ink, series.form};
+  band.right_axis = line.right_axis = series.right_axis;
+  for (const Interval& interval : intervals) {
+    if (interval.points == 0) continue;
+    const bool known = interval.known > 0;
+    const double x = rounded(interval.x / static_cast<double>(interval.points)),
+                 gap = std::numeric_limits<double>::quiet_NaN();
+    band.x.push_back(x);
+    band.y.push_back(known ? rounded(interval.extent.low) : gap);
+    band.high.push_back(known ? rounded(interval.extent.high) : gap);
+    line.x.push_back(x);
+    line.y.push_back(known ? rounded(interval.y / static_cast<double>(interval.known)) : gap);
+  }
+  out.push_back(std::move(band));
+  out.push_back(std::move(line));
+}
+
+/// The first point of each cell of the finest grid that has few enough.
+Series thinned(const Series& series) {
+  const Extent across = extent_of(series.x), up = extent_of(series.y);
+  Series few = series;
+  for (std::size_t cells = 128; cells > 1; cells = cells * 3 / 4) {
+    std::set<std::pair<std::size_t, std::size_t>> taken;
+    few.x.clear(), few.y.clear();
+    for (std::size_t i = 0; i < series.x.size() && few.x.size() <= kMostPoints; ++i) {
+      if (!is_known(series, i)) continue;
+      if (!taken.emplace(across.part(series.x[i], cells), up.part(series.y[i], cells)).second) continue;
+      few.x.push_back(rounded(series.x[i]));
+      few.y.push_back(rounded(series.y[i]));
+    }
+    if (few.x.size() <= kMostPoints) break;
+  }
+  return few;
+}
+
+/// Returns true if a series was reduced.
+bool reduce(Panel& panel) {
+  bool any = false;
+  std::vector<Series> all;
+  for (Series& series : panel.series) {
+    const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints;
+    const bool longer = std::min(series.x.size(), series.y.size()) > kLongSeries;
+    if (longer && series.form == SeriesStyle::kLine && std::is_sorted(series.x.begin(), series.x.end())) {
+      reduce_line(series, all);
+    } else if (longer && points) {
+      all.push_back(thinned(series));
+    } else {
+      all.push_back(std::move(series));
+      continue;
+    }
+    any = true;
+  }
+  panel.series = std::move(all);
+  return any;
+}
+
+void reduce(Figure& figure) {
+  bool any = false;
+  for (Panel& panel : figure.plot.panels) any = reduce(panel) || any;
+  if (any)
+    figure.caption += fmt::format("{}Mean, and minimum to maximum, of {} intervals; fewer points; all: --all-blocks.",
+                                  figure.caption.empty() ? "" : " ", kIntervals);
+}
+
+void reduce(Table& table) {
+  if (table.rows.size() <= kMostRows) return;
+  table.caption += fmt::format("{}The first {} of {} rows; all: --all-blocks.", table.caption.empty() ? "" : " ",
+                               kMostRows, table.rows.size());
+  table.rows.resize(kMostRows);
+}
+
+void reduce(Paragraph&) {}
+
+}  // namespace
+
+Report reduced(Report report) {
+  for (Section& section : report.sections) {
+    for (Block& block : section.blocks) std::visit([](auto& part) { reduce(part); }, block);
+  }
+  return report;
+}
+
+}  // namespace prism::report

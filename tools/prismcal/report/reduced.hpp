@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// A report of any length in a page of a few megabytes.
+#pragma once
+
+#include "tools/prismcal/report/document.hpp"
+
+namespace prism::report {
+
+/// Returns the report with its long series and tables reduced; others are unchanged. A line becomes its mean, with a
+/// band from minimum to maximum, of each of kIntervals intervals of x. Points are thinned to one per cell of a grid, at
+/// most kMostPoints. Of a table the first kMostRows rows remain. The captions state it.
+Report reduced(Report report);
+
+inline constexpr std::size_t kIntervals = 400, kMostPoints = 700, kMostRows = 400;
+/// Series with fewer points, and tables with fewer rows, are unchanged.
+inline constexpr std::size_t kLongSeries = 2000;
+
+}  // namespace prism::report
