@@ -18,6 +18,7 @@
 #include "drivers/capture_file.hpp"
 #include "drivers/capture_search.hpp"
 #include "drivers/hex_dump.hpp"
+#include "drivers/text_log.hpp"
 
 namespace prism::drivers {
 namespace {
@@ -113,17 +114,18 @@ struct CaptureReader::File {
     return open_dump();
   }
 
-  /// A text that begins as a hex dump is read as one.
+  /// A text that begins as a hex dump or as a log of sentences is read as one.
   Result<void> open_dump() {
     std::array<char, 4096> first;
     const std::size_t got = std::fread(first.data(), 1, first.size(), stream);
     std::rewind(stream);
     std::string_view text(first.data(), got);
     if (got == first.size()) text = text.substr(0, text.rfind('\n') + 1);
-    if (!bytes_of_hex_dump(text)) return {};
+    const auto bytes_of = bytes_of_hex_dump(text) ? &bytes_of_hex_dump : &bytes_of_text_log;
+    if (!bytes_of(text)) return {};
     const auto all = read_text_file(path, kMaxModelBytes);
     if (!all) return tl::unexpected<Error>(all.error());
-    dump = bytes_of_hex_dump(*all);
+    dump = bytes_of(*all);
     return {};
   }
 

@@ -10,6 +10,7 @@
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/hex_dump.hpp"
+#include "drivers/text_log.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/tables/containers.hpp"
 #include "tools/prismcal/tables/text_lines.hpp"
@@ -32,7 +33,8 @@ Result<std::string> kind_of_bytes(const std::string& path) {
   });
   if (!wide && control > 0 && static_cast<std::size_t>(control) * 20 > first.size()) return std::string("bytes");
   if (first.size() == bytes.size()) first = first.substr(0, first.rfind('\n') + 1);
-  return std::string(drivers::bytes_of_hex_dump(first) ? "hex dump" : "");
+  if (drivers::bytes_of_hex_dump(first)) return std::string("hex dump");
+  return std::string(drivers::bytes_of_text_log(first) ? "log of sentences" : "");
 }
 
 Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path) {
