@@ -65,6 +65,7 @@ class BlockLoader : public recordings::SecondConsumer {
     const auto earth = recordings::earth_rate_of(recording, options_.site);
     if (!earth) return tl::unexpected(earth.error());
     builder_.emplace(features_, *earth, recording.name);
+    builder_->reserve(recording.most_seconds);
     return {};
   }
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {

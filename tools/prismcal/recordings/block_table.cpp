@@ -43,6 +43,10 @@ BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& feat
   table_.earth_rate_deg_per_h = earth_rate_deg_per_h;
 }
 
+void BlockTableBuilder::reserve(std::size_t seconds) {
+  table_.blocks.reserve(seconds / static_cast<std::size_t>(table_.features.length_s));
+}
+
 Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, bool begins_session) {
   ++pushed_;
   if (begins_session) extractor_.reset();

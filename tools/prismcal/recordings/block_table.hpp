@@ -43,6 +43,8 @@ class BlockTableBuilder {
  public:
   BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h, std::string name);
 
+  /// Reserves memory for the blocks of so many seconds.
+  void reserve(std::size_t seconds);
   /// Errors: a second out of order within a session.
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session = false);
   /// Errors: no full block, because the recording is too short or full of gaps.

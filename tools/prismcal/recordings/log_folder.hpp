@@ -45,6 +45,8 @@ struct LogFolder {
   /// Returns one LogFolder per axis. Segments without an axis belong to the only axis, or form their own folder.
   std::vector<LogFolder> by_axis() const;
   std::uint64_t bytes() const;  ///< size of all segments
+  /// Estimate of the number of rows, mostly too high.
+  std::size_t most_rows() const { return bytes() / 100; }
 
  private:
   Result<void> choose(const std::string& axis, const std::string& path);

@@ -2,7 +2,6 @@
 // The rows of a log segment: read in pieces, parsed on all cores, taken in order.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <iterator>
@@ -28,9 +27,8 @@ constexpr std::size_t kPieceBytes = 1u << 19;
 /// Complete lines of a file.
 struct Piece {
   std::string text;
-  std::size_t begin = 0;       ///< offset of its first byte in the file
-  std::size_t first_line = 1;  ///< number of its first line
-  Sha256 before;               ///< hash of all bytes before it
+  std::size_t begin = 0;  ///< offset of its first byte in the file
+  Sha256 before;          ///< hash of all bytes before it
 };
 
 /// A line that is not a readable row.
@@ -42,6 +40,7 @@ struct OddLine {
   std::string text;  ///< why it is damaged; of the end line, all after the mark
 };
 
+/// Lines are counted from the start of the piece.
 struct ParsedPiece {
   Piece piece;
   std::vector<LogRow> rows;
@@ -55,9 +54,8 @@ ParsedPiece parse(Piece piece, const LogRowLayout& layout) {
   LogLines lines(piece.text);
   while (lines.next()) {
     const std::string_view line = lines.line();
-    const std::size_t number = piece.first_line + lines.number() - 1;
     const auto odd = [&](OddLine::Type type, std::string text) {
-      parsed.odd.push_back({type, parsed.rows.size(), number, piece.begin + lines.begin(),
+      parsed.odd.push_back({type, parsed.rows.size(), lines.number(), piece.begin + lines.begin(),
                             piece.begin + lines.next_begin(), std::move(text)});
     };
     if (line.starts_with(kLogEndMark)) {
@@ -65,7 +63,7 @@ ParsedPiece parse(Piece piece, const LogRowLayout& layout) {
     } else if (line.empty() || line.front() == '#') {
       odd(OddLine::Type::kComment, "");
     } else if (auto row = parse_log_row(line, layout)) {
-      row->line = number;
+      row->line = lines.number();
       parsed.rows.push_back(std::move(*row));
     } else {
       odd(OddLine::Type::kDamaged, std::move(row.error().what));
@@ -100,11 +98,9 @@ class PieceReader {
     if (size == 0) return false;
     piece.text.resize(size);
     piece.begin = begin_;
-    piece.first_line = line_;
     piece.before = hash_;
     hash_.add(piece.text);
     begin_ += size;
-    line_ += static_cast<std::size_t>(std::count(piece.text.begin(), piece.text.end(), '\n'));
     return true;
   }
   /// Hashes all bytes that are left.
@@ -123,7 +119,7 @@ class PieceReader {
   tables::ReadMeter& meter_;
   std::string rest_;
   Sha256 hash_;
-  std::size_t begin_ = 0, line_ = 1;
+  std::size_t begin_ = 0;
 };
 
 /// Takes the parsed pieces in order, and finds where the good rows end.
@@ -133,11 +129,13 @@ class SegmentReader {
       : segment_(segment),
         on_row_(on_row),
         good_(segment.layout->head_bytes),
-        good_lines_(segment.layout->head_lines) {}
+        good_lines_(segment.layout->head_lines),
+        lines_before_(segment.layout->head_lines) {}
 
   Result<void> take(ParsedPiece& parsed) {
     std::size_t row = 0;
     for (OddLine& odd : parsed.odd) {
+      odd.line += lines_before_;
       if (auto done = take_rows(parsed, row, odd.rows_before, odd.begin, odd.line - 1); !done) return done;
       row = odd.rows_before;
       if (odd.type == OddLine::Type::kDamaged) {
@@ -157,8 +155,10 @@ class SegmentReader {
       good_until(odd.next_begin, odd.line);
       if (ended_) return {};
     }
-    return take_rows(parsed, row, parsed.rows.size(), parsed.piece.begin + parsed.piece.text.size(),
-                     parsed.piece.first_line + parsed.lines - 1);
+    auto done = take_rows(parsed, row, parsed.rows.size(), parsed.piece.begin + parsed.piece.text.size(),
+                          lines_before_ + parsed.lines);
+    lines_before_ += parsed.lines;
+    return done;
   }
   bool ended() const { return ended_; }
 
@@ -181,6 +181,7 @@ class SegmentReader {
     segment_.rows += to - from;
     for (; from < to; ++from) {
       parsed.rows[from].number = ++number_;
+      parsed.rows[from].line += lines_before_;
       if (!on_row_) continue;
       if (auto done = on_row_(parsed.rows[from]); !done) return done;
     }
@@ -199,6 +200,7 @@ class SegmentReader {
   LogSegment& segment_;
   const std::function<Result<void>(LogRow&)>& on_row_;
   std::size_t good_, good_lines_;       ///< end of the last good line
+  std::size_t lines_before_;            ///< lines of the file before the piece
   std::size_t number_ = 0;              ///< rows so far, also damaged ones
   std::vector<LeftOutRow> unreadable_;  ///< damage if a row or the end follows, else the truncated end
   bool ended_ = false;
@@ -249,7 +251,6 @@ Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>
         piece.before.add(std::string_view(piece.text).substr(0, head));
         piece.text.erase(0, head);
         piece.begin = head;
-        piece.first_line = layout.head_lines + 1;
         head = 0;
       }
       jobs.start([&layout, piece = std::move(piece)]() mutable { return parse(std::move(piece), layout); });

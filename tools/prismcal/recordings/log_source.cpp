@@ -34,6 +34,7 @@ Result<Recording> read_log(const std::string& path, const SourceOptions& options
   const std::filesystem::path name(path);
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
   for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
+  recording.most_seconds = folder->most_rows();
   SecondFeed feed(recording, consumer);
   tables::ReadMeter meter(options.table.progress, folder->bytes());
   const auto left_out = join_rows(

@@ -142,8 +142,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!factor) return tl::unexpected(factor.error());
   auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
-  constexpr std::size_t kLeastRowBytes = 100;
-  series.rate_deg_per_h.reserve(folder->bytes() / kLeastRowBytes);
+  series.rate_deg_per_h.reserve(folder->most_rows());
   tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {

@@ -24,6 +24,7 @@ struct Recording {
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
   std::size_t seconds = 0;                       ///< rows, also partial ones
+  std::size_t most_seconds = 0;                  ///< estimate before they are read, mostly too high; 0: unknown
   SensorList sensor_list;                        ///< of the first second; null: no sensors
   std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
   std::vector<std::string> notes;                ///< readable lines on data left out

@@ -66,6 +66,7 @@ class TableMaker : public SecondConsumer {
     const auto earth_rate = earth_rate_of(recording, site_);
     if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
     builder_.emplace(set_.features, *earth_rate, recording.name);
+    builder_->reserve(recording.most_seconds);
     return {};
   }
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
@@ -157,6 +158,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     const auto left_out = append_recording(*table, set);
     if (!left_out) return tl::unexpected<Error>(left_out.error());
     set.facts.push_back(facts_of(*recording, *table, *left_out));
+    table->seconds = {};  // not needed for training
     set.notes.push_back(fmt::format(
         "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (unknown input, or lags not settled)",
         recording->name, table->size() - *left_out, set.features.length_s, table->gaps, table->missing_s, *left_out));

@@ -28,7 +28,7 @@ struct TrainingSet {
   std::string axis;                ///< axis name in the recordings; empty: none
   std::string serial;              ///< gyro serial number in the recordings; empty: unknown
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate
-  std::vector<BlockTable> tables;  ///< one per recording, for the data-quality check
+  std::vector<BlockTable> tables;  ///< one per recording, without `seconds`: for the data-quality check
   HoldOut hold_out;
   std::vector<BlockTable> held_out;  ///< one per recording; empty if no blocks are held out
   std::vector<std::string> notes;    ///< readable lines on gaps and blocks left out
