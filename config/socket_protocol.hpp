@@ -39,7 +39,7 @@ inline constexpr std::array kSocketMethods = {
                  .is_long = true},
     SocketMethod{.name = "rows",
                  .help = "rows of the log from a cursor on",
-                 .params = "axis after limit wait_s name",
+                 .params = "axis after limit wait_s name header",
                  .of_axes = true,
                  .is_long = true},
     SocketMethod{.name = "events", .help = "latest events, newest last", .params = "count", .is_long = true},

@@ -75,7 +75,7 @@ RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
       continue;
     }
     const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.segment.rows - behind);
-    const auto found = rows_of(part.segment, behind, most);
+    const auto found = rows_of(part.segment, behind, most, query.header);
     if (!found && page.rows > 0) break;
     if (!found) return tl::unexpected(found.error());
     page.missing += gap;
@@ -201,8 +201,20 @@ std::uint64_t LogPager::whole_rows(const NumberedSegment& segment, const Head& h
   return torn_[segment.number] = rows;
 }
 
+namespace {
+
+// The lines above the columns, as a member of a JSON object.
+std::string header_member(const std::string& path) {
+  std::string lines;
+  auto in = FileReader::open(path);
+  for (std::string line; in && in->read_line(line) && line.starts_with("# ");) lines += line + '\n';
+  return "\"header\":" + json_text(json(lines)) + ",";
+}
+
+}  // namespace
+
 tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSegment& segment, std::uint64_t behind,
-                                                               std::uint64_t most) {
+                                                               std::uint64_t most, bool with_header) {
   const Head* const head = head_of(segment);
   const auto file = open_input(segment.path);
   std::error_code ignored;
@@ -211,9 +223,10 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSeg
   if (!file || head == nullptr) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, *head, behind, most);
   if (found.rows == 0) return found;
-  found.json = fmt::format(
-      "{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},\"columns\":{},\"first\":{},\"rows\":[{}]}}", segment.number,
-      json_text(json(segment.file)), head->metadata, text_json(head->columns), behind + 1, found.json);
+  found.json =
+      fmt::format("{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},{}\"columns\":{},\"first\":{},\"rows\":[{}]}}",
+                  segment.number, json_text(json(segment.file)), head->metadata,
+                  with_header ? header_member(segment.path) : "", text_json(head->columns), behind + 1, found.json);
   return found;
 }
 

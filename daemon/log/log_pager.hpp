@@ -68,7 +68,8 @@ class LogPager {
     std::string why;                       ///< the disk's error that ended it, if any
   };
   /// Errors: a file that exists and cannot be opened, which may be temporary.
-  tl::expected<PartRows, RowRefusal> rows_of(const NumberedSegment& segment, std::uint64_t behind, std::uint64_t most);
+  tl::expected<PartRows, RowRefusal> rows_of(const NumberedSegment& segment, std::uint64_t behind, std::uint64_t most,
+                                             bool with_header);
   PartRows read_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind, std::uint64_t most);
   void report_loss(const NumberedSegment& segment, const PartRows& found);
 

@@ -38,11 +38,12 @@ struct RowQuery {
   std::size_t limit = 1000;   ///< 1 to kMostRows
   std::string follower = {};  ///< name of the consumer; empty: anonymous, its cursor is not stored
   std::uint32_t user = 0;     ///< of the follower
+  bool header = false;        ///< each segment with the lines above its rows
 };
 
 /// Result of a query.
 struct RowPage {
-  /// {"log":…,"segments":[{"segment":…,"file":…,"metadata":{…},"columns":…,"first":…,"rows":[…]}…],"after":…,"more":…,
+  /// {"log":…,"segments":[{"segment":…,"file":…,"metadata":{…},"header":…,"columns":…,"first":…,"rows":[…]}…],"after":…,"more":…,
   /// "missing":…} without its last brace.
   std::string json;
   RowCursor begin, after;  ///< cursor of the query, and after the last row

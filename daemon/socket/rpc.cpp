@@ -243,8 +243,9 @@ Result<RowParams> row_params(const json& params) {
   const auto wrong = [&] {
     return make_error(
         "rows",
-        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME}})",
-                    shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
+        fmt::format(
+            R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME, "header": true}})",
+            shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
   };
   if (params.is_null()) return wanted;
   if (!params.is_object()) return wrong();
@@ -258,6 +259,10 @@ Result<RowParams> row_params(const json& params) {
   if (params.contains("name")) {
     if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
     wanted.query.follower = params["name"];
+  }
+  if (params.contains("header")) {
+    if (!params["header"].is_boolean()) return wrong();
+    wanted.query.header = params["header"];
   }
   if (params.contains("wait_s")) {
     if (!params["wait_s"].is_number()) return wrong();

@@ -17,6 +17,7 @@
 #include "tools/client/connection.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismctl/axes_view.hpp"
+#include "tools/prismctl/export.hpp"
 #include "tools/prismctl/metrics.hpp"
 #include "tools/prismctl/output.hpp"
 #include "tools/prismctl/rows.hpp"
@@ -213,6 +214,18 @@ int run(int argc, char** argv) {
     wanted.axis = choice.axis;
     const auto path = client::find_socket(choice.socket, choice.name);
     code = path ? rows(*path, wanted) : fail(path.error());
+  });
+  ExportSettings exported;
+  auto* copy = app.add_subcommand("export", "write the log's rows of a time span into DIR, as files for prismcal");
+  copy->add_option("DIR", exported.directory, "a new directory")->required()->type_name("");
+  copy->add_option("--from", exported.from, "first time, UTC: 2026-11-23T09:11:00 (default: all that is kept)")
+      ->type_name("TIME");
+  copy->add_option("--to", exported.to, "end, not included, UTC")->type_name("TIME");
+  tools::add_examples(*copy, {"prismctl --name gyro1 export cycle1 --from 2026-11-21T10:15 --to 2026-11-22T11:57"});
+  copy->callback([&] {
+    exported.axis = choice.axis;
+    const auto path = client::find_socket(choice.socket, choice.name);
+    code = path ? export_log(*path, exported) : fail(path.error());
   });
   std::string file;
   auto* exposition = app.add_subcommand("metrics", "state of all instances of this host in Prometheus' text format");

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismctl/export.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
+#include "base/outside_text.hpp"
+#include "base/sha256.hpp"
+#include "base/text_number.hpp"
+#include "tools/client/connection.hpp"
+#include "tools/prismctl/output.hpp"
+#include "tools/prismctl/words.hpp"
+
+namespace prism::prismctl {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::uint64_t kPageRows = 10'000;
+
+/// "2026-11-23", "2026-11-23T09:11", "2026-11-23 09:11:00Z"
+std::optional<std::int64_t> utc_of(std::string text) {
+  constexpr std::string_view kMidnight = "T000000Z";
+  std::replace(text.begin(), text.end(), ' ', 'T');
+  const auto dropped = [](char c) { return c == '-' || c == ':' || c == 'Z'; };
+  text.erase(std::remove_if(text.begin(), text.end(), dropped), text.end());
+  if (text.size() != 8 && text.size() != 13 && text.size() != 15) return std::nullopt;
+  if (text.size() < 15) text += kMidnight.substr(text.size() - 8);
+  return parse_utc_file_text(text.back() == 'Z' ? text : text + "Z");
+}
+
+/// Number of the column `name` in a line of names.
+std::optional<std::size_t> column_of(std::string_view names, std::string_view name) {
+  for (std::size_t column = 0;; ++column) {
+    const std::size_t end = std::min(names.find(','), names.size());
+    if (names.substr(0, end) == name) return column;
+    if (end == names.size()) return std::nullopt;
+    names.remove_prefix(end + 1);
+  }
+}
+
+std::optional<std::int64_t> integer_at(std::string_view row, std::size_t column) {
+  for (; column > 0; --column) row.remove_prefix(std::min(row.find(','), row.size() - 1) + 1);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(row.data(), row.data() + row.size(), value);
+  return error == std::errc() && end != row.data() ? std::optional(value) : std::nullopt;
+}
+
+/// A file of the export. It appears under its name when it is complete.
+class File {
+ public:
+  static Result<File> create(const fs::path& path, std::string_view head) {
+    File file(path);
+    auto opened = open_output(file.part_);
+    if (!opened) return tl::unexpected<Error>(opened.error());
+    file.out_ = std::move(*opened);
+    if (auto done = file.put(head); !done) return tl::unexpected<Error>(done.error());
+    return file;
+  }
+  Result<void> write(std::string_view text, std::uint64_t rows) {
+    rows_ += rows;
+    return put(text);
+  }
+  /// Ends the file as prismd does (docs/formats.md).
+  Result<void> close() {
+    if (auto done = put(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex())); !done) return done;
+    out_.reset();
+    if (::rename(part_.c_str(), path_.c_str()) == 0) return {};
+    return make_error(path_, std::strerror(errno));
+  }
+
+ private:
+  explicit File(const fs::path& path) : path_(path.string()), part_(path_ + ".part") {}
+  Result<void> put(std::string_view text) {
+    sum_.add(text);
+    if (write_all(out_.get(), text)) return {};
+    return make_error(part_, std::strerror(errno));
+  }
+
+  std::string path_, part_;
+  Descriptor out_;
+  Sha256 sum_;
+  std::uint64_t rows_ = 0;
+};
+
+class Export {
+ public:
+  explicit Export(const ExportSettings& settings) : settings_(settings) {}
+
+  Result<void> run(const std::string& socket) {
+    if (auto good = prepare(); !good) return good;
+    auto connection = client::DaemonConnection::open(socket);
+    if (!connection) return tl::unexpected<Error>(connection.error());
+    json params = {{"after", "earliest"}, {"limit", kPageRows}, {"header", true}};
+    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
+    for (bool more = true; more;) {
+      const auto answer = connection->ask("rows", params);
+      if (!answer) return tl::unexpected<Error>(answer.error().error);
+      const json& page = client::of_axis(*answer, settings_.axis);
+      for (const json& segment : at(page, "segments")) {
+        if (auto done = add(segment); !done) return done;
+      }
+      if (const json& missing = at(page, "missing"); missing.is_number_unsigned())
+        missing_ += missing.get<std::uint64_t>();
+      params["after"] = text_member(page, "after");
+      more = at(page, "more") == true;
+    }
+    return close();
+  }
+  std::string summary() const {
+    std::string text = fmt::format("{}: {} rows in {} files", settings_.directory, rows_, files_);
+    if (missing_ > 0) text += fmt::format("; {} rows are missing: deleted or damaged", missing_);
+    return text;
+  }
+  std::uint64_t rows() const { return rows_; }
+
+ private:
+  static Result<std::int64_t> time_of(const char* option, const std::string& text, std::int64_t otherwise) {
+    if (text.empty()) return otherwise;
+    if (const auto time = utc_of(text)) return *time;
+    return make_error(option, fmt::format("found \"{}\", expected a time in UTC such as 2026-11-23T09:11:00", text));
+  }
+
+  Result<void> prepare() {
+    const auto from = time_of("--from", settings_.from, std::numeric_limits<std::int64_t>::min());
+    if (!from) return tl::unexpected<Error>(from.error());
+    const auto to = time_of("--to", settings_.to, std::numeric_limits<std::int64_t>::max());
+    if (!to) return tl::unexpected<Error>(to.error());
+    from_ = *from;
+    to_ = *to;
+    if (from_ >= to_) return make_error("--to", "is not after --from");
+    if (::mkdir(settings_.directory.c_str(), 0777) != 0 && errno != EEXIST)
+      return make_error(settings_.directory, std::strerror(errno));
+    std::error_code error;
+    if (!fs::is_empty(settings_.directory, error))
+      return make_error(settings_.directory, error ? error.message() : "is not empty, expected a new directory");
+    return {};
+  }
+
+  // Rows of a segment; the next page may have more of them.
+  Result<void> add(const json& segment) {
+    const std::string name = text_member(segment, "file"), columns = text_member(segment, "columns");
+    if (name != name_) {
+      if (auto done = close(); !done) return done;
+      name_ = name;
+    }
+    const auto column = column_of(columns, "time_s");
+    if (!column) return make_error(name, "found no column time_s");
+    std::string text;
+    std::uint64_t rows = 0;
+    for (const json& row : at(segment, "rows")) {
+      const std::string line = row.is_string() ? row.get<std::string>() : "";
+      const auto time = integer_at(line, *column);
+      if (!time || *time < from_ || *time >= to_) continue;
+      text += line + '\n';
+      ++rows;
+    }
+    rows_ += rows;
+    if (text.empty()) return {};
+    if (!file_) {
+      if (auto good = open(segment, columns); !good) return good;
+    }
+    return file_->write(text, rows);
+  }
+
+  // Without the line "supersedes": its rows of an earlier file were left out by prismd.
+  Result<void> open(const json& segment, const std::string& columns) {
+    std::string head;
+    const std::string header = text_member(segment, "header");
+    for (std::string_view rest = header; !rest.empty();) {
+      const std::size_t end = std::min(rest.find('\n'), rest.size() - 1) + 1;
+      if (!rest.starts_with("# supersedes: ")) head += rest.substr(0, end);
+      rest.remove_prefix(end);
+    }
+    if (head.empty()) return make_error(name_, "prismd sent no header; expected prismd 0.3 or later");
+    if (name_.find('/') != std::string::npos || !check_text(TextRule::kName, name_, "file"))
+      return make_error("prismd", fmt::format("found the file name {}", printable(name_)));
+    auto created = File::create(fs::path(settings_.directory) / name_, head + columns + '\n');
+    if (!created) return tl::unexpected<Error>(created.error());
+    file_.emplace(std::move(*created));
+    ++files_;
+    return {};
+  }
+
+  Result<void> close() {
+    if (!file_) return {};
+    auto done = file_->close();
+    file_.reset();
+    return done;
+  }
+
+  const ExportSettings& settings_;
+  std::int64_t from_ = 0, to_ = 0;
+  std::string name_;
+  std::optional<File> file_;
+  std::uint64_t rows_ = 0, files_ = 0, missing_ = 0;
+};
+
+}  // namespace
+
+int export_log(const std::string& socket, const ExportSettings& settings) {
+  Export run(settings);
+  const auto done = run.run(socket);
+  if (!done) {
+    fmt::print(stderr, "prismctl: {}\n", done.error().text());
+    return 1;
+  }
+  fmt::print("{}\n", printable(run.summary()));
+  return run.rows() > 0 ? 0 : 1;
+}
+
+}  // namespace prism::prismctl
