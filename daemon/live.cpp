@@ -49,7 +49,9 @@ class Live {
             [this](const pipeline::Rows& rows) { publisher_.rows(rows, acquisition_.unwritten()); }, tell_),
         reloader_(Reloader::make(io_, loader_,
                                  {[path = options.config, overrides = overrides_of(options)] {
-                                    return pipeline::load_setup(path, overrides);
+                                    auto loaded = pipeline::load_setup(path, overrides);
+                                    if (loaded) loaded->loaded_ns = host_time_ns();
+                                    return loaded;
                                   },
                                   acquisition_,
                                   [this] {

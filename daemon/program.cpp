@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include "base/host_time.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/storage_plan.hpp"
 #include "daemon/service.hpp"
@@ -39,6 +40,7 @@ int run(int argc, char** argv) {
   pipeline::Overrides overrides = overrides_of(options);
   overrides.tolerate_models = options.replay.empty() && !options.check && !options.strict;
   Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides);
+  if (setup && options.replay.empty()) setup->loaded_ns = host_time_ns();
   if (!setup) {
     fmt::print(stderr, "prismd: {}\n", setup.error().text());
     return kExitConfig;

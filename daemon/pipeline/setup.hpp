@@ -40,6 +40,7 @@ struct Setup {
   };
 
   config::Config config;
+  std::int64_t loaded_ns = 0;  ///< host time of the start or last reload; 0: a replay
   wire::FrameDescriptionPtr frames;
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes

@@ -220,6 +220,11 @@ ordered_json bias_answer(const Sources& sources, std::size_t axis) {
   return json;
 }
 
+// Noise of a mean in the training recording, a lower limit of its standard deviation; null: the model has no estimate.
+ordered_json noise_json(const compensation::ModelPtr& model) {
+  return model && model->info().spread ? known(model->info().spread->noise_deg_per_h) : ordered_json();
+}
+
 ordered_json stability_answer(const Sources& sources, std::size_t axis) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   const compensation::BlockStability& stability = acquisition.record(axis).stability();
@@ -231,6 +236,7 @@ ordered_json stability_answer(const Sources& sources, std::size_t axis) {
           {"raw", series_json(stability.raw())},
           {"corrected", series_json(stability.corrected())},
           {"improvement", improvement ? ordered_json(*improvement) : ordered_json()},
+          {"noise_deg_per_h", noise_json(acquisition.setup().axes[axis].model)},
           {"model", model_brief(acquisition.setup().axes[axis].model)}};
 }
 
@@ -242,6 +248,7 @@ ordered_json model_answer(const Sources& sources, std::size_t axis) {
   ordered_json json = model_brief(model);
   json["axis"] = sources.acquisition.axis_name(axis);
   json["file"] = setup.config.axes[axis].model;
+  json["loaded_s"] = seconds(setup.loaded_ns);
   json["gyro_serial"] = info.gyro_serial;
   json["inputs"] = info.inputs;
   json["window"] = {

@@ -260,10 +260,8 @@ Result<RowParams> row_params(const json& params) {
     if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
     wanted.query.follower = params["name"];
   }
-  if (params.contains("header")) {
-    if (!params["header"].is_boolean()) return wrong();
-    wanted.query.header = params["header"];
-  }
+  if (params.contains("header") && !params["header"].is_boolean()) return wrong();
+  wanted.query.header = params.value("header", false);
   if (params.contains("wait_s")) {
     if (!params["wait_s"].is_number()) return wrong();
     wanted.wait_s = params["wait_s"];

@@ -11,7 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/escape.hpp"
 #include "base/hex_bytes.hpp"
+#include "config/socket_path.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "tools/client/connection.hpp"
@@ -19,6 +21,7 @@
 #include "tools/prismctl/axes_view.hpp"
 #include "tools/prismctl/export.hpp"
 #include "tools/prismctl/metrics.hpp"
+#include "tools/prismctl/model_view.hpp"
 #include "tools/prismctl/output.hpp"
 #include "tools/prismctl/rows.hpp"
 #include "tools/prismctl/text_view.hpp"
@@ -39,8 +42,19 @@ using View = std::function<std::string(const nlohmann::json&)>;
 
 struct Choice {
   std::string socket, name, axis;
-  bool json = false;
+  bool json = false, no_start = false;
 };
+
+// The socket to use. Reports or refuses a connection at which systemd starts the instance.
+Result<std::string> socket_of(const Choice& choice) {
+  auto path = client::find_socket(choice.socket, choice.name);
+  if (!path || !config::would_start(*path)) return path;
+  const std::string name = config::instance_name(*path);
+  if (choice.no_start) return make_error(name, "is stopped; without --no-start, systemd would start it");
+  fmt::print(stderr, "prismctl: {} was stopped; systemd starts it for this request (--no-start prevents this)\n",
+             printable(name));
+  return path;
+}
 
 // Removes the other axes from a result. Errors: the result has axes, but not this one.
 Result<void> choose_axis(nlohmann::json& result, const std::string& axis) {
@@ -59,7 +73,7 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params, 
   const config::SocketMethod* const known = config::find_method(method);
   const bool has_axis = known != nullptr && known->params.starts_with("axis");
   if (has_axis && !choice.axis.empty()) params["axis"] = choice.axis;
-  const auto path = client::find_socket(choice.socket, choice.name);
+  const auto path = socket_of(choice);
   if (!path) return fail(path.error());
   auto connection = client::DaemonConnection::open(*path);
   if (!connection) return fail(connection.error());
@@ -167,6 +181,7 @@ int run(int argc, char** argv) {
   app.add_option("--axis", choice.axis, "axis of a device with several axes (default: all)")
       ->check(tools::following(TextRule::kAxisName));
   app.add_flag("--json", choice.json, "print JSON");
+  app.add_flag("--no-start", choice.no_start, "do not start a stopped instance: fail");
   app.require_subcommand(1);
   app.fallthrough();
   tools::add_examples(app, {"prismctl status", "prismctl --name gyro1 watch"});
@@ -212,7 +227,7 @@ int run(int argc, char** argv) {
   log->callback([&] {
     wanted.json = choice.json;
     wanted.axis = choice.axis;
-    const auto path = client::find_socket(choice.socket, choice.name);
+    const auto path = socket_of(choice);
     code = path ? rows(*path, wanted) : fail(path.error());
   });
   ExportSettings exported;
@@ -224,7 +239,7 @@ int run(int argc, char** argv) {
   tools::add_examples(*copy, {"prismctl --name gyro1 export cycle1 --from 2026-11-21T10:15 --to 2026-11-22T11:57"});
   copy->callback([&] {
     exported.axis = choice.axis;
-    const auto path = client::find_socket(choice.socket, choice.name);
+    const auto path = socket_of(choice);
     code = path ? export_log(*path, exported) : fail(path.error());
   });
   std::string file;
@@ -261,7 +276,7 @@ int run(int argc, char** argv) {
   live->callback([&] {
     settings.json = choice.json;
     settings.axis = choice.axis;
-    const auto path = client::find_socket(choice.socket, choice.name);
+    const auto path = socket_of(choice);
     code = path ? watch(*path, settings) : fail(path.error());
   });
 

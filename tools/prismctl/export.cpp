@@ -32,7 +32,7 @@ using nlohmann::json;
 constexpr std::uint64_t kPageRows = 10'000;
 
 /// "2026-11-23", "2026-11-23T09:11", "2026-11-23 09:11:00Z"
-std::optional<std::int64_t> utc_of(std::string text) {
+std::optional<std::int64_t> time_in(std::string text) {
   constexpr std::string_view kMidnight = "T000000Z";
   std::replace(text.begin(), text.end(), ' ', 'T');
   const auto dropped = [](char c) { return c == '-' || c == ':' || c == 'Z'; };
@@ -130,7 +130,7 @@ class Export {
  private:
   static Result<std::int64_t> time_of(const char* option, const std::string& text, std::int64_t otherwise) {
     if (text.empty()) return otherwise;
-    if (const auto time = utc_of(text)) return *time;
+    if (const auto time = time_in(text)) return *time;
     return make_error(option, fmt::format("found \"{}\", expected a time in UTC such as 2026-11-23T09:11:00", text));
   }
 

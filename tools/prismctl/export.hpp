@@ -8,7 +8,7 @@ namespace prism::prismctl {
 
 struct ExportSettings {
   std::string directory;  ///< new, or empty
-  std::string from, to;   ///< UTC, see utc_of(); empty: no limit
+  std::string from, to;   ///< UTC: 2026-11-23T09:11:00; empty: no limit
   std::string axis;
 };
 

@@ -13,16 +13,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string line(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
-
-std::string utc(const json& seconds) { return seconds.is_number() ? utc_text(integer_of(seconds)) : "-"; }
-
-std::string model_name(const json& model) {
-  if (!model.is_object()) return "none";
-  return fmt::format("{} ({}), id {}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
-                     first_bytes(text_of(at(model, "id")), 12));
-}
-
 // Means of a second and of the window, never a single frame, which has 0 or 1 pulse on some gyros.
 std::string means_text(const json& second, const json& window, int window_s) {
   if (!second.is_number() && !window.is_number()) return "-";
@@ -36,16 +26,16 @@ namespace {
 
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
-  std::string text = line("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
+  std::string text = labelled("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
   const json& w = at(s, "window");
   const int window_s = mean_length_s(s);
-  text += line("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
-  text += line("bias", bias_text(w));
-  text += line("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
-  text += line("temperature", fmt::format("{}, slope {}", value_text(at(w, "mean_temperature_degc"), 3, " degC"),
-                                          value_text(at(w, "slope_degc_per_s"), 6, " degC/s")));
-  text += line("UHFO", value_text(at(w, "mean_uhfo_v"), 4, " V"));
-  return text + line("model", model_name(at(s, "model")));
+  text += labelled("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
+  text += labelled("bias", bias_text(w));
+  text += labelled("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
+  text += labelled("temperature", fmt::format("{}, slope {}", value_text(at(w, "mean_temperature_degc"), 3, " degC"),
+                                              value_text(at(w, "slope_degc_per_s"), 6, " degC/s")));
+  text += labelled("UHFO", value_text(at(w, "mean_uhfo_v"), 4, " V"));
+  return text + labelled("model", model_name(at(s, "model")));
 }
 
 // Names and values in lines of at most 80 columns.
@@ -56,12 +46,12 @@ std::string sensors_text(const json& sensors) {
     const std::string one =
         printable(name) + " " + value_text(at(sensor, "value"), 3, (" " + text_of(at(sensor, "unit"))).c_str());
     if (!row.empty() && row.size() + 2 + one.size() > kWidth) {
-      text += line(text.empty() ? "sensors" : "", row + ",");
+      text += labelled(text.empty() ? "sensors" : "", row + ",");
       row.clear();
     }
     row += (row.empty() ? "" : ", ") + one;
   }
-  return row.empty() ? text : text + line(text.empty() ? "sensors" : "", row);
+  return row.empty() ? text : text + labelled(text.empty() ? "sensors" : "", row);
 }
 
 // "gyro-….csv (86400 rows) in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB"; empty if no deletion is expected.
@@ -73,7 +63,7 @@ std::string deletion_line(const json& retention) {
   if (integer_of(at(next, "rows")) > 0) text += fmt::format(" ({} rows)", count_text(at(next, "rows")));
   const std::string consumer = text_of(at(next, "held_by"), "");
   if (at(next, "in_s").is_number()) {
-    text += fmt::format(" in {}, {}", span_text(at(next, "in_s").get<double>()), utc(at(next, "time_s")));
+    text += fmt::format(" in {}, {}", span_text(at(next, "in_s").get<double>()), utc_of(at(next, "time_s")));
   } else {
     text += " when " + consumer + " has fetched it";
   }
@@ -83,7 +73,7 @@ std::string deletion_line(const json& retention) {
   text += at(next, "why") == "age" ? fmt::format(": older than {:.0f} days", limit("keep_s", kDay))
                                    : fmt::format(": more than {:.1f} MiB", limit("keep_bytes", kMiB));
   if (!consumer.empty() && at(next, "in_s").is_number()) text += "; " + consumer + " has not fetched it";
-  return line("deletes next", text);
+  return labelled("deletes next", text);
 }
 
 // Of the log of each axis and of the capture.
@@ -92,7 +82,7 @@ std::string deletions_text(const json& status) {
   for (const json& axis : at(status, "axes")) text += deletion_line(at(at(axis, "log"), "retention"));
   for (const char* what : {"log", "capture"}) {
     if (const std::string keeps = text_of(at(at(status, what), "keeps"), ""); !keeps.empty())
-      text += line((std::string("kept ") + what).c_str(), keeps);
+      text += labelled((std::string("kept ") + what).c_str(), keeps);
   }
   return text + deletion_line(at(at(status, "capture"), "retention"));
 }
@@ -111,9 +101,9 @@ std::string health_lines(const json& health) {
   const json& problems = at(health, "problems");
   std::string text;
   for (const json& problem : problems.is_array() ? problems : json::array())
-    text += line(text.empty() ? "health" : "",
-                 (text.empty() ? text_of(at(health, "state")) + ": " : "") + text_of(problem));
-  return text.empty() ? line("health", text_of(at(health, "state"))) : text;
+    text += labelled(text.empty() ? "health" : "",
+                     (text.empty() ? text_of(at(health, "state")) + ": " : "") + text_of(problem));
+  return text.empty() ? labelled("health", text_of(at(health, "state"))) : text;
 }
 
 }  // namespace
@@ -122,71 +112,58 @@ std::string status_view(const json& status) {
   const json s = with_only_axis(status);
   std::string state = text_of(at(s, "state"));
   if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
-  std::string text = line("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
+  std::string text =
+      labelled("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
   text += health_lines(at(s, "health"));
-  text += line("state", fmt::format("{}, since {}", state, utc(at(s, "state_since_s"))));
-  if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += line("no rate", problem);
-  if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty()) text += line("clock", problem);
+  text += labelled("state", fmt::format("{}, since {}", state, utc_of(at(s, "state_since_s"))));
+  if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += labelled("no rate", problem);
+  if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty())
+    text += labelled("clock", problem);
   const json& axes = at(s, "axes");
-  text += axes.is_object() ? line("data", age_text(at(s, "age_s"))) + axes_table(axes, "window") : measured(s);
-  text += line("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
-  text += line("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
-                                     text_of(at(s, "frames")), text_of(at(s, "clock"))));
+  text += axes.is_object() ? labelled("data", age_text(at(s, "age_s"))) + axes_table(axes, "window") : measured(s);
+  text += labelled("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
+  text += labelled("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
+                                         text_of(at(s, "frames")), text_of(at(s, "clock"))));
   const json& l = at(s, "line");
-  text += line("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
+  text +=
+      labelled("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
                                    count_text(at(l, "frames")), count_text(at(l, "bad_check")),
                                    count_text(at(at(s, "timing"), "missing_frames")), count_text(at(l, "resyncs")),
                                    count_text(at(l, "skipped_bytes"))));
   for (const auto& [name, own] : at(s, "sensor_lines").items()) {
-    text += line(printable(name).c_str(), line_state(own));
-    text += line("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
+    text += labelled(printable(name).c_str(), line_state(own));
+    text += labelled("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
   }
   text += sensors_text(at(s, "sensors"));
   if (const json& log = at(s, "log"); log.is_object()) {
-    text += line("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
-                                    count_text(at(log, "rows")), count_text(at(log, "dropped"))));
+    text += labelled("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
+                                        count_text(at(log, "rows")), count_text(at(log, "dropped"))));
   }
   text += deletions_text(s);
   const json& clients = at(s, "clients");
   return text +
-         line("clients", fmt::format("{} connected, {} rows lost by slow clients", count_text(at(clients, "connected")),
-                                     count_text(at(clients, "lost_rows"))));
+         labelled("clients", fmt::format("{} connected, {} rows lost by slow clients",
+                                         count_text(at(clients, "connected")), count_text(at(clients, "lost_rows"))));
 }
 
 std::string bias_view(const json& result) {
   if (const json& axes = at(result, "axes"); axes.size() > 1) {
     const json& first = axes.front();
-    return line("time", fmt::format("{}, {}", utc(at(first, "time_s")), age_text(at(first, "age_s")))) +
+    return labelled("time", fmt::format("{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s")))) +
            axes_table(axes, "");
   }
   const json b = with_only_axis(result);
   const int window_s = mean_length_s(b);
-  std::string text = line("time", utc(at(b, "time_s")));
-  text += line("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));
-  text += line("rate", means_text(at(b, "second_rate_deg_per_h"), at(b, "mean_rate_deg_per_h"), window_s));
-  text += line("bias", bias_text(b));
-  text +=
-      line("corrected", means_text(at(b, "second_corrected_deg_per_h"), at(b, "corrected_mean_deg_per_h"), window_s));
-  text += line("inputs",
-               fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
-                           value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
-  return text + line("model", first_bytes(text_of(at(b, "model"), "none"), 12));
-}
-
-std::string stability_view(const json& s) {
-  const json& raw = at(s, "raw");
-  const json& corrected = at(s, "corrected");
-  const auto count = [](const json& series) { return integer_of(at(series, "blocks")); };
-  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", count_text(at(s, "block_s")),
-                                 text_of(at(s, "divisor")));
-  text += line("raw", fmt::format("{} over {} blocks", value_text(at(raw, "sd_deg_per_h"), 5, " deg/h"), count(raw)));
-  text += line("corrected", value_text(at(corrected, "sd_deg_per_h"), 5, " deg/h"));
-  const json& improvement = at(s, "improvement");
-  text += line("improvement", improvement.is_number() ? fmt::format("{:.2f} %", 100 * improvement.get<double>())
-                                                      : "- (needs two blocks)");
-  if (count(at(s, "all")) > count(raw))
-    text += line("uncorrected", fmt::format("{} blocks more", count(at(s, "all")) - count(raw)));
-  return text + line("model", model_name(at(s, "model")));
+  std::string text = labelled("time", utc_of(at(b, "time_s")));
+  text += labelled("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));
+  text += labelled("rate", means_text(at(b, "second_rate_deg_per_h"), at(b, "mean_rate_deg_per_h"), window_s));
+  text += labelled("bias", bias_text(b));
+  text += labelled("corrected",
+                   means_text(at(b, "second_corrected_deg_per_h"), at(b, "corrected_mean_deg_per_h"), window_s));
+  text += labelled(
+      "inputs", fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
+                            value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
+  return text + labelled("model", first_bytes(text_of(at(b, "model"), "none"), 12));
 }
 
 // Missing frames that were counted by arrival times, not by the gyro's counter.
@@ -198,12 +175,12 @@ std::string by_arrival(const json& timing) {
 std::string n(const json& value) { return value.is_number() ? json_text(value) : std::string("-"); }
 
 std::string decoder_text(const json& d) {
-  return line("frames",
-              fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body", n(at(d, "frames")),
-                          n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")), n(at(d, "bad_body")))) +
-         line("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
-                              n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
-                              n(at(d, "out_of_range"))));
+  return labelled("frames", fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body",
+                                        n(at(d, "frames")), n(at(d, "bytes")), n(at(d, "bad_check")),
+                                        n(at(d, "bad_length")), n(at(d, "bad_body")))) +
+         labelled("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
+                                  n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
+                                  n(at(d, "out_of_range"))));
 }
 
 std::string hardware_text(const json& h) {
@@ -214,67 +191,32 @@ std::string hardware_text(const json& h) {
 }
 
 std::string line_view(const json& l) {
-  std::string text = line("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
+  std::string text =
+      labelled("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
   const std::string detail = text_of(at(l, "detail"), "");
-  text += line("state", text_of(at(l, "state")) + (detail.empty() ? "" : ": " + detail));
-  for (const json& note : at(l, "notes")) text += line("note", text_of(note));
+  text += labelled("state", text_of(at(l, "state")) + (detail.empty() ? "" : ": " + detail));
+  for (const json& note : at(l, "notes")) text += labelled("note", text_of(note));
   text += decoder_text(at(l, "decoder"));
   const json& t = at(l, "timing");
-  text += line("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
-                                      by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
+  text += labelled("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
+                                          by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
   const bool estimated = at(t, "period_is_estimated") == true;
-  text += line("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
+  text +=
+      labelled("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
                                      estimated ? "estimated" : "nominal", 1e3 * number_member(l, "nominal_period_s")));
-  text += line("hardware", hardware_text(at(l, "hardware")));
+  text += labelled("hardware", hardware_text(at(l, "hardware")));
   for (const auto& [name, own] : at(l, "sensor_lines").items()) {
-    text += '\n' + line("line", printable(name)) +
-            line("device", fmt::format("{} at {} baud", text_of(at(own, "device")), n(at(own, "baud")))) +
-            line("state", line_state(own));
-    for (const json& note : at(own, "notes")) text += line("note", text_of(note));
-    text += decoder_text(at(own, "decoder")) + line("hardware", hardware_text(at(own, "hardware")));
+    text += '\n' + labelled("line", printable(name)) +
+            labelled("device", fmt::format("{} at {} baud", text_of(at(own, "device")), n(at(own, "baud")))) +
+            labelled("state", line_state(own));
+    for (const json& note : at(own, "notes")) text += labelled("note", text_of(note));
+    text += decoder_text(at(own, "decoder")) + labelled("hardware", hardware_text(at(own, "hardware")));
   }
-  return text;
-}
-
-// "T 10..40, dTdt -0.01..0.01": each input with the range of the training data.
-std::string inputs_text(const json& model) {
-  const json& inputs = at(model, "inputs");
-  const json& domain = at(model, "domain");
-  const auto limit = [&](const char* key, std::size_t i) {
-    const json& limits = at(domain, key);
-    return limits.is_array() && i < limits.size() && limits[i].is_number()
-               ? fmt::format("{:g}", limits[i].get<double>())
-               : std::string();
-  };
-  std::string text;
-  for (std::size_t i = 0; inputs.is_array() && i < inputs.size(); ++i) {
-    text += (i ? ", " : "") + text_of(inputs[i]);
-    if (const std::string min = limit("min", i); !min.empty()) text += fmt::format(" {}..{}", min, limit("max", i));
-  }
-  return text;
-}
-
-std::string model_view(const json& m) {
-  if (!m.is_object()) return "no model is loaded: rates are not corrected\n";
-  std::string text = line("model", text_of(at(m, "name"), "unnamed")) + line("kind", text_of(at(m, "kind"))) +
-                     line("id", text_of(at(m, "id")));
-  text += line("file", text_of(at(m, "file"))) + line("gyro", text_of(at(m, "gyro_serial"), "any")) +
-          line("inputs", inputs_text(m));
-  const json& w = at(m, "window");
-  text += line("window", fmt::format("{} s, slope by {}", n(at(w, "length_s")), text_of(at(w, "slope"))));
-  json provenance = at(m, "provenance");
-  if (!provenance.is_object()) return text;
-  if (const auto recordings = provenance.find("recordings"); recordings != provenance.end()) {
-    for (json& recording : *recordings)
-      if (recording.is_object()) recording.erase("fingerprint");  // machine-readable numbers
-  }
-  for (const auto& [key, value] : provenance.items())
-    text += line(printable(key).c_str(), value.is_string() ? text_of(value, "") : printable(json_text(value)));
   return text;
 }
 
 std::string event_line(const json& e) {
-  return fmt::format("{}  {:<7} {}\n", utc(at(e, "time_s")), text_of(at(e, "severity")), event_text(e));
+  return fmt::format("{}  {:<7} {}\n", utc_of(at(e, "time_s")), text_of(at(e, "severity")), event_text(e));
 }
 
 std::string window_heading() {
@@ -283,7 +225,7 @@ std::string window_heading() {
 }
 
 std::string window_line(const json& w) {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc(at(w, "time_s")),
+  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc_of(at(w, "time_s")),
                      value_text(at(w, "mean_rate_deg_per_h"), 5), value_text(at(w, "bias_deg_per_h"), 5),
                      value_text(at(w, "corrected_mean_deg_per_h"), 5), value_text(at(w, "mean_temperature_degc"), 3),
                      value_text(at(w, "slope_degc_per_s"), 6), value_text(at(w, "mean_uhfo_v"), 4),

@@ -10,9 +10,7 @@ namespace prism::prismctl {
 /// Of results with one or several axes; the other views are of one axis.
 std::string status_view(const nlohmann::json& status);
 std::string bias_view(const nlohmann::json& result);
-std::string stability_view(const nlohmann::json& stability);
 std::string line_view(const nlohmann::json& line);
-std::string model_view(const nlohmann::json& model);
 std::string event_line(const nlohmann::json& event);
 /// One line for the params of a window notification: the means of the window, as the model uses them.
 std::string window_line(const nlohmann::json& window);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/escape.hpp"
+#include "base/text_number.hpp"
 
 namespace prism::prismctl {
 
@@ -96,6 +97,16 @@ std::string event_text(const json& event) {
   std::string text = text_of(at(event, "text"));
   if (at(event, "repeats").is_number()) text += fmt::format(" ({} more times)", json_text(at(event, "repeats")));
   return text;
+}
+
+std::string labelled(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
+
+std::string utc_of(const json& seconds) { return seconds.is_number() ? utc_text(integer_of(seconds)) : "-"; }
+
+std::string model_name(const json& model) {
+  if (!model.is_object()) return "none";
+  return fmt::format("{} ({}), id {}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
+                     first_bytes(text_of(at(model, "id")), 12));
 }
 
 }  // namespace prism::prismctl

@@ -52,6 +52,15 @@ int mean_length_s(const nlohmann::json& answer);
 /// Text of an event, with the number of suppressed repeats: "disk: …", "disk: … (3 more times)".
 std::string event_text(const nlohmann::json& event);
 
+/// A line of a view: the label in 12 columns, and the value.
+std::string labelled(const char* label, const std::string& value);
+
+/// UTC of seconds since 1970, or "-" if it is not a number.
+std::string utc_of(const nlohmann::json& seconds);
+
+/// "composite T,dTdt,U (composite), id d5ddc53c95af"; "none" for null.
+std::string model_name(const nlohmann::json& model);
+
 /// "8.47111 ± 0.00700 deg/h"; "-" without a bias.
 std::string bias_text(const nlohmann::json& row);
 

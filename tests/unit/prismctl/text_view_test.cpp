@@ -7,6 +7,7 @@
 
 #include "base/outside_text.hpp"
 #include "tests/support/hostile_texts.hpp"
+#include "tools/prismctl/model_view.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
