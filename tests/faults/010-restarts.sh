@@ -78,7 +78,7 @@ cal=("$dir/log" --json)
 # --force: the few seconds at one temperature are too little to train on; the test only checks that the directory is read.
 prismcal train "$dir/log" --force --method ls --inputs T --window 5 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
   fail "train: $(cat "$dir/train")"
-prismcal evaluate "$dir/model.json" "${cal[@]}" >"$dir/evaluate.json" 2>"$dir/evaluate.txt" || fail "evaluate: $(cat "$dir/evaluate.txt")"
+prismcal evaluate "$dir/model.json" --in-sample "${cal[@]}" >"$dir/evaluate.json" 2>"$dir/evaluate.txt" || fail "evaluate: $(cat "$dir/evaluate.txt")"
 prismcal allan "${cal[@]}" >"$dir/allan.json" 2>"$dir/allan.txt" || fail "allan: $(cat "$dir/allan.txt")"
 for found in train evaluate.json allan.txt; do
   contains "$found" "$(cat "$dir/$found")" "partial, at the start or end of a session"

@@ -9,7 +9,7 @@ cd "$dir"
 map() { echo "rate=rate_$1_dps:deg/s,temperature=temperature_C:degC,time=t_s:s"; }
 
 prismcal train "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --inputs T,dTdt --method stepwise --out x.json >train.out 2>train.err
-prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 1000 --out report --json >direct.json
+prismcal evaluate x.json --in-sample "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 1000 --out report --json >direct.json
 # The README of the record: 1 sigma of axis x is 22.8 deg/h in 10 s means; second-order models remove about 65 %.
 number() { jq -r ".tables.r1_stability.rows[$2][$3].text" "$1"; }
 before=$(number direct.json 0 2) improvement=$(number direct.json 1 5)
@@ -26,7 +26,7 @@ cat >real.json <<END
  "correction": {"max_bias_deg_per_h": 1000}}
 END
 prismd real.json --replay x.pcap --out replayed >replay.out 2>replay.err
-prismcal evaluate x.json replayed --config real.json --no-earth-rate --json >replayed.json
+prismcal evaluate x.json --in-sample replayed --config real.json --no-earth-rate --json >replayed.json
 # The log rounds to 1e-6 deg/h, 1e-5 degC and 1e-8 degC/s: values may differ only by the effect of this rounding.
 for table in r1_stability r1_segments r1_hysteresis; do
   apart=$(jq -n --slurpfile a direct.json --slurpfile b replayed.json --arg t $table \
@@ -37,9 +37,9 @@ done
 
 # evaluate excludes and counts blocks with a bias above the limit. It fails if no block remains, as with the default limit
 # of 100 deg/h here.
-prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 240 --json >limited.json
+prismcal evaluate x.json --in-sample "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --max-bias 240 --json >limited.json
 contains "caption" "$(jq -r .tables.r1_stability.caption limited.json)" "15 more blocks are left out"
-! prismcal evaluate x.json "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate >none.out 2>none.err || fail "evaluate accepted a bias above the limit"
+! prismcal evaluate x.json --in-sample "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate >none.out 2>none.err || fail "evaluate accepted a bias above the limit"
 contains "error" "$(cat none.err)" "above 100 deg/h in 42 of 42 blocks"
 
 # prismd itself corrected most seconds.

@@ -42,6 +42,6 @@ same "exit code for a target inside the log directory" "$code" 1
 
 prismcal train "$dir/clean" --force --method ls --inputs T --window 5 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
   fail "train: $(cat "$dir/train")"
-prismcal evaluate "$dir/model.json" "$dir/clean" --json >"$dir/evaluate" 2>"$dir/evaluate.err" || fail "evaluate: $(cat "$dir/evaluate.err")"
+prismcal evaluate "$dir/model.json" "$dir/clean" --in-sample --json >"$dir/evaluate" 2>"$dir/evaluate.err" || fail "evaluate: $(cat "$dir/evaluate.err")"
 prismcal allan "$dir/clean" --json >"$dir/allan" 2>"$dir/allan.err" || fail "allan: $(cat "$dir/allan.err")"
 [ "$(grep -c 'without an end' "$dir/train" "$dir/allan.err" | grep -vc ':0$')" = 0 ] || fail "the copy has a truncated segment: $(cat "$dir/train")"

@@ -34,6 +34,9 @@ Result<compensation::ModelPtr> load_model(const std::string& path);
 /// After this call, the first Ctrl-C sets the returned flag, and the second one kills the program.
 const std::atomic<bool>* stop_on_interrupt();
 
+/// Exit code of `evaluate` if a recording was used in training.
+inline constexpr int kNotATest = 3;
+
 /// Exit code after Ctrl-C: 128 + SIGINT, as shells expect.
 inline constexpr int kInterrupted = 130;
 

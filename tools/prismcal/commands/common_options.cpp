@@ -14,6 +14,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/recordings/unit_check.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
@@ -71,7 +72,7 @@ class BlockLoader : public recordings::SecondConsumer {
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
     return builder_->push(second_mean, begins_session);
   }
-  Result<recordings::BlockTable> finish() { return builder_->finish(); }
+  Result<recordings::BlockTable> finish() { return recordings::with_plausible_unit(builder_->finish(), options_.site); }
 
  private:
   const std::string& path_;

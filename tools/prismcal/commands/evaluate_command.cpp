@@ -90,12 +90,24 @@ void print_tables(const report::Report& report) {
   }
 }
 
-Result<bool> evaluate(const EvaluateChoice& choice) {
+/// The exit code: a limit failed, or a recording was used in training.
+int verdict(const Evaluation& evaluation, bool in_sample) {
+  bool tests = true;
+  for (const Case& c : evaluation.cases) {
+    if (c.overlap.empty() || in_sample) continue;
+    tests = false;
+    fmt::print(stderr, "prismcal: {}: not a test: {}; expected another recording, or --in-sample\n",
+               printable(c.loaded.table.name), printable(c.overlap));
+  }
+  return !evaluation.within_limits ? 1 : tests ? 0 : kNotATest;
+}
+
+Result<int> evaluate(const EvaluateChoice& choice) {
   const auto evaluation = evaluate_recordings(choice);
   if (!evaluation) return tl::unexpected(evaluation.error());
   if (!choice.common.json) print_tables(evaluation->report);
   if (const auto done = write_report(evaluation->report, choice.common); !done) return tl::unexpected(done.error());
-  return evaluation->within_limits;
+  return verdict(*evaluation, choice.in_sample);
 }
 
 }  // namespace
@@ -157,12 +169,14 @@ void add_evaluate_command(CLI::App& app, int& code) {
                       "recording used for training, for the figure of the training range");
   command->add_option("--limits", choice->limits,
                       "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
+  command->add_flag("--in-sample", choice->in_sample,
+                    "exit code 0 also if the model was trained on these recordings; otherwise it is 3");
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
                                  "prismcal evaluate model.json repeat.csv --limits limits.json"});
   command->callback([choice, &code] {
-    const auto within_limits = evaluate(*choice);
-    code = !within_limits ? failed(within_limits.error()) : *within_limits ? 0 : 1;
+    const auto result = evaluate(*choice);
+    code = result ? *result : failed(result.error());
   });
 }
 

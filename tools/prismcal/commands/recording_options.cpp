@@ -61,6 +61,8 @@ void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
       ->check(tools::within(-360, 360));
   command.add_flag("--no-earth-rate", options.no_earth_rate,
                    "do not subtract the Earth rate: means become offsets, sigmas do not change");
+  command.add_flag("--accept-unit", options.accept_unit,
+                   "use a recording whose mean rate is the Earth rate in another unit");
 }
 
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {

@@ -50,6 +50,7 @@ struct SourceOptions {
 struct SiteOptions {
   std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< override the site in the recording
   bool no_earth_rate = false;
+  bool accept_unit = false;  ///< also if the mean rate is the Earth rate in another unit
 };
 
 /// Receives the seconds of a recording.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/prismcal/recordings/fingerprint.hpp"
+#include "tools/prismcal/recordings/unit_check.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -72,7 +73,7 @@ class TableMaker : public SecondConsumer {
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
     return builder_->push(second_mean, begins_session);
   }
-  Result<BlockTable> finish() { return builder_->finish(); }
+  Result<BlockTable> finish() { return with_plausible_unit(builder_->finish(), site_); }
 
  private:
   TrainingSet& set_;

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/unit_check.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tools/prismcal/tables/units.hpp"
+
+namespace prism::recordings {
+namespace {
+
+constexpr double kLeastEarthRate = 0.5;  // deg/h
+constexpr double kTolerance = 0.3;       // of the Earth rate: the bias of a gyro that detects it
+
+// Of the blocks whose bias is known, with the Earth rate.
+double mean_rate(const BlockTable& table) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const double bias : table.bias_deg_per_h) {
+    if (!std::isfinite(bias)) continue;
+    sum += bias;
+    ++count;
+  }
+  return sum / static_cast<double>(count) + table.earth_rate_deg_per_h;
+}
+
+}  // namespace
+
+std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_deg_per_h) {
+  const double earth = earth_rate_deg_per_h;
+  const auto is_earth = [earth](double rate) { return std::abs(rate - earth) < kTolerance * std::abs(earth); };
+  if (std::abs(earth) < kLeastEarthRate || is_earth(mean_deg_per_h)) return std::nullopt;
+  for (const tables::Unit& unit : tables::kUnits) {
+    if (unit.quantity == "rate" && unit.factor != 1 && is_earth(mean_deg_per_h * unit.factor))
+      return std::string(unit.name);
+  }
+  return std::nullopt;
+}
+
+Result<BlockTable> with_plausible_unit(Result<BlockTable> table, const SiteOptions& options) {
+  if (!table || options.accept_unit) return table;
+  const double mean = mean_rate(*table);
+  const auto unit = likely_unit(mean, table->earth_rate_deg_per_h);
+  if (!unit) return table;
+  return make_error(
+      table->name,
+      fmt::format("the mean rate is {:.3g} deg/h, but the site's Earth rate {:.3g} deg/h if the values are "
+                  "in {}; expected the unit {} in --map or the frame description, or --accept-unit",
+                  mean, table->earth_rate_deg_per_h, *unit, *unit));
+}
+
+}  // namespace prism::recordings

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Compares the mean rate of a recording with the Earth rate of its site: a wrong unit shows there.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+
+namespace prism::recordings {
+
+/// The unit in which the mean rate would be the Earth rate (within 30 %), if it is not in the assumed deg/h: "rad/s".
+/// Returns nullopt if the mean is plausible, no other unit fits either, or the Earth rate is unknown or below
+/// 0.5 deg/h.
+std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_deg_per_h);
+
+/// The table. Errors: its mean rate is the Earth rate in another unit, and the options do not accept that.
+Result<BlockTable> with_plausible_unit(Result<BlockTable> table, const SiteOptions& options);
+
+}  // namespace prism::recordings
