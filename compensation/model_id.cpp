@@ -18,12 +18,15 @@ std::string exact_texts(std::span<const double> values) {
   return "[" + text + "]";
 }
 
+int model_version(const ModelInfo& info) { return info.id_has_serial && !info.gyro_serial.empty() ? kModelVersion : 1; }
+
 std::string model_id(const ModelInfo& info, std::string_view content) {
   const FeatureDefinition& f = info.features;
-  std::string canonical = fmt::format("prism-model {} {}\n{} {} {} {} {}\n{}\n{} {}\n", kModelVersion, info.kind,
+  std::string canonical = fmt::format("prism-model {} {}\n{} {} {} {} {}\n{}\n{} {}\n", model_version(info), info.kind,
                                       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s,
                                       f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
+  if (model_version(info) > 1) canonical += "serial " + info.gyro_serial + "\n";
   if (info.table) canonical += "table\n";
   for (const SensorName& sensor : f.sensors) canonical += fmt::format("sensor {} {}\n", sensor.name, sensor.unit);
   if (const auto& s = info.spread) {

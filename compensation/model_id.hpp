@@ -11,11 +11,15 @@
 
 namespace prism::compensation {
 
-inline constexpr int kModelVersion = 1;
+/// Version 2: the id depends on the serial number. Models for any gyro are written as version 1, which prism 0.2 reads.
+inline constexpr int kModelVersion = 2;
 inline constexpr std::array kSlopeNames = {"difference", "least_squares"};  ///< in the order of SlopeMethod
 
-/// Canonical id: version, model type, features, inputs, domain and the numbers of the type (`content`, exact).
-/// Names, the serial number and provenance are not included.
+/// Version of the file of a model.
+int model_version(const ModelInfo& info);
+
+/// Canonical id: version, model type, features, inputs, domain, the numbers of the type (`content`, exact) and the
+/// serial number (see ModelInfo::id_has_serial). Names and provenance are not included.
 std::string model_id(const ModelInfo& info, std::string_view content);
 
 /// The shortest text (at most 17 digits) that reads back as the same double.

@@ -88,7 +88,7 @@ std::string spread_text(const BetweenRunError& s) {
 }
 
 // Checks format and version before any other key.
-void read_format(Section& top) {
+std::int64_t read_format(Section& top) {
   const std::string format = top.text("format");
   if (top.good() && format != "prism-model")
     top.fail("format",
@@ -97,6 +97,7 @@ void read_format(Section& top) {
   if (top.good() && version > kModelVersion) {
     top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
   }
+  return version;
 }
 
 }  // namespace
@@ -104,7 +105,7 @@ void read_format(Section& top) {
 Result<ModelPtr> read_model(Section& top) {
   const std::string where = top.where();
   ModelInfo info;
-  read_format(top);
+  info.id_has_serial = read_format(top) > 1;
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   info.kind = top.text("kind");
   info.name = top.text("name", "", TextRule::kText);
@@ -172,7 +173,7 @@ std::string format_model(const Model& model, const std::string& provenance_json)
   const auto quoted = [](const std::string& text) { return json_text(nlohmann::json(text)); };
   std::string text = fmt::format(
       "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
-      kModelVersion, info.id, quoted(info.kind), quoted(info.name));
+      model_version(info), info.id, quoted(info.kind), quoted(info.name));
   text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", quoted(info.gyro_serial));
   text += info.table ? "  \"table\": true,\n" : features_text(info.features);
   text += "  \"inputs\": [";

@@ -12,8 +12,11 @@
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "compensation/model_text.hpp"
 #include "compensation/polynomial_model.hpp"
 #include "tests/support/models.hpp"
 
@@ -38,11 +41,33 @@ std::string id_of(const ModelInfo& info, const std::vector<Term>& terms = kTerms
 TEST(ModelId, DependsOnTheNumbersNotOnTheNames) {
   ModelInfo other = base_info();
   other.name = "another name";
-  other.gyro_serial = "70-0042";
   other.provenance_json = R"({"by": "operator"})";
   other.id = "what stood here before";
   EXPECT_EQ(id_of(other), id_of(base_info()));
   EXPECT_EQ(id_of(base_info()).size(), 64u);
+}
+
+// A model protects one gyro: its serial number must not be changed in the file. Version 1 did not notice it.
+TEST(ModelId, DependsOnTheSerialNumberSinceVersion2) {
+  ModelInfo bound = base_info();
+  bound.gyro_serial = "70-0042";
+  EXPECT_EQ(model_version(bound), 2);
+  const std::string text = format_model(PolynomialModel(bound, kTerms, 0.001));
+  EXPECT_TRUE(parse_model(text, "m.json"));
+  for (const auto& [from, to] :
+       {std::pair("70-0042", "70-0043"), std::pair("70-0042", ""), std::pair("\"version\": 2", "\"version\": 1")}) {
+    std::string changed = text;
+    changed.replace(changed.find(from), std::string(from).size(), to);
+    const auto model = parse_model(changed, "m.json");
+    ASSERT_FALSE(model) << to;
+    EXPECT_NE(model.error().text().find("it was changed or damaged"), std::string::npos) << model.error().text();
+  }
+  ModelInfo old = bound;
+  old.id_has_serial = false;
+  EXPECT_EQ(id_of(old), id_of(base_info()));
+  const std::string old_text = format_model(PolynomialModel(old, kTerms, 0.001));
+  EXPECT_NE(old_text.find("\"version\": 1"), std::string::npos);
+  EXPECT_TRUE(parse_model(old_text, "m.json"));
 }
 
 TEST(ModelId, ChangesWithEveryNumber) {
