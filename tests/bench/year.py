@@ -55,7 +55,7 @@ def main():
             "allan": [log],
             "convert": [log, "--out", os.path.join(out, "year.pcap")],
             "train": [log, "--inputs", "T,dTdt,U", "--method", choice.method, "--force", "--no-earth-rate", "--out", model],
-            "evaluate": [model, log, "--no-earth-rate", "--out", os.path.join(out, "report")],
+            "evaluate": [model, log, "--in-sample", "--no-earth-rate", "--out", os.path.join(out, "report")],
             "compare": [model, model, "--on", log, "--no-earth-rate"]}.items():
         code, seconds, peak = measured([prismcal, name, *arguments])
         note = "" if code == 0 else f", exit code {code}"

@@ -55,7 +55,7 @@ def commands(case, folder):
         "fit": ["fit", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",
                 "--sigma2", "1", "--json", "--out", fit, *options],
         "predict": ["predict", fit, path, "--out", out + ".csv", "--json", *options],  # with the model of fit
-        "evaluate": ["evaluate", os.path.join(folder, "seconds.json"), path, *applied],
+        "evaluate": ["evaluate", os.path.join(folder, "seconds.json"), path, "--in-sample", *applied],
         "compare": ["compare", *[os.path.join(folder, "seconds.json")] * 2, "--on", path, *applied],
         "cv": ["cv", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",
                "--sigma2", "1", "--json", *options],
