@@ -65,17 +65,16 @@ Result<void> check_models(const campaign::CampaignFile& file) {
 }
 
 /// Mean bias in bins of temperature, minus the overall mean, for the comparison of gyros in a lot.
-Json curve_json(const std::vector<recordings::BlockTable>& tables) {
+Json curve_json(const std::vector<TrainingRun::Curve>& curves) {
   std::map<int, std::pair<double, int>> bins;
   double sum = 0;
   int blocks = 0;
-  for (const recordings::BlockTable& table : tables) {
-    const auto temperature = table.column(compensation::kInputTemperature);
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      if (!std::isfinite(temperature[i]) || !std::isfinite(table.bias_deg_per_h[i])) continue;
-      auto& [bias, count] = bins[static_cast<int>(std::floor(temperature[i] / kCurveBin_degc))];
-      bias += table.bias_deg_per_h[i];
-      sum += table.bias_deg_per_h[i];
+  for (const TrainingRun::Curve& curve : curves) {
+    for (std::size_t i = 0; i < curve.bias_deg_per_h.size(); ++i) {
+      if (!std::isfinite(curve.temperature_degc[i]) || !std::isfinite(curve.bias_deg_per_h[i])) continue;
+      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kCurveBin_degc))];
+      bias += curve.bias_deg_per_h[i];
+      sum += curve.bias_deg_per_h[i];
       ++count;
       ++blocks;
     }
@@ -158,7 +157,7 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   Json json = begin_result(task, "trained");
   json["id"] = trained->trained.model->info().id;
   for (const Json& facts : trained->set.facts) json["data_quality"].push_back(facts["data_quality"]);
-  json["training"] = curve_json(trained->set.tables);
+  json["training"] = curve_json(trained->curves);
   for (std::size_t i = 0; i < roles.size(); ++i)
     json["judged"].push_back(evaluation_json(evaluated->cases[i], task, roles[i]));
   json["simulated"] = evaluated->report.simulated;

@@ -7,6 +7,8 @@
 #include <ctime>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "base/escape.hpp"
 #include "base/text_number.hpp"
@@ -102,6 +104,10 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
   }
   if (auto fit = check_recordings(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
+  std::vector<TrainingRun::Curve> curves;
+  for (recordings::BlockTable& table : set->tables)
+    curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
+  set->tables = {};  // a year has 80 MB of blocks
   const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
@@ -127,7 +133,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!held_out) return tl::unexpected<Error>(held_out.error());
     summary["held_out"] = std::move(*held_out);
   }
-  return TrainingRun{std::move(*trained), std::move(*set), std::move(*settings), std::move(summary)};
+  return TrainingRun{std::move(*trained), std::move(*set), std::move(curves), std::move(*settings), std::move(summary)};
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {

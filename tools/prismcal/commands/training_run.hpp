@@ -22,8 +22,14 @@ struct TrainChoice {
 };
 
 struct TrainingRun {
+  /// Blocks of a recording.
+  struct Curve {
+    std::vector<double> temperature_degc, bias_deg_per_h;
+  };
+
   training::TrainedModel trained;
-  recordings::TrainingSet set;
+  recordings::TrainingSet set;  ///< without its tables
+  std::vector<Curve> curves;    ///< one per recording
   training::TrainingSettings settings;
   nlohmann::ordered_json summary;  ///< what --json prints
 
