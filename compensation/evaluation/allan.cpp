@@ -11,80 +11,250 @@
 namespace prism::evaluation {
 namespace {
 
-/// One segment without a gap, as the running sum x of its values: x[0] = 0, x[n] = y_0 + … + y_{n−1}.
-using Phase = std::vector<double>;
-
-struct PhaseRuns {
-  std::vector<Phase> runs;
-  std::size_t values = 0, holes = 0;
+/// The rates between two breaks, as their running sum x: x[0] = 0, x[n] = y_0 + … + y_{n−1}; a missing value adds 0. If
+/// there is one, x is that of the residuals of a line: a missing value then does not move the centre of a ramp.
+struct Record {
+  std::vector<double> x;
+  std::vector<std::size_t> missing;  ///< positions of the missing values, in order
+  double slope = 0;                  ///< of the line, per sample
+  std::size_t values() const { return x.size() - 1; }
 };
 
-/// The Allan deviation does not depend on a constant, so the mean is subtracted first: the sums stay small and precise.
-PhaseRuns integrate(std::span<const double> rate) {
-  PhaseRuns result;
+struct Records {
+  std::vector<Record> records;
+  std::size_t values = 0, missing = 0, gaps = 0, runs = 0, longest_run = 0;
+};
+
+/// Mean of the finite values; 0 without one.
+double mean_of(std::span<const double> rate) {
   double origin = 0, offsets = 0;
+  std::size_t values = 0;
   for (const double value : rate) {
-    if (!std::isfinite(value)) {
-      ++result.holes;
-      continue;
-    }
-    if (result.values++ == 0) origin = value;
+    if (!std::isfinite(value)) continue;
+    if (values++ == 0) origin = value;
     offsets += value - origin;
   }
-  if (result.values == 0) return result;
-  const double mean = origin + offsets / static_cast<double>(result.values);
-  for (std::size_t i = 0; i < rate.size();) {
-    if (!std::isfinite(rate[i])) {
-      ++i;
+  return values > 0 ? origin + offsets / static_cast<double>(values) : 0;
+}
+
+/// Ends a record: values that are missing at its end are not part of it.
+void close(Record& record) {
+  while (!record.missing.empty() && record.missing.back() + 1 == record.values()) {
+    record.missing.pop_back();
+    record.x.pop_back();
+  }
+  record.x.shrink_to_fit();
+}
+
+/// Calls visit(position, value) for each value of a record that is not missing.
+template <class Visit>
+void for_each_value(const Record& record, Visit&& visit) {
+  for (std::size_t i = 0, next = 0; i < record.values(); ++i) {
+    if (next < record.missing.size() && record.missing[next] == i) {
+      ++next;
+    } else {
+      visit(i, record.x[i + 1] - record.x[i]);
+    }
+  }
+}
+
+/// Subtracts the least-squares line from the values of a record with missing values.
+void remove_line(Record& record) {
+  if (record.missing.empty()) return;
+  const double n = static_cast<double>(record.values() - record.missing.size());
+  double centre = 0, level = 0, moment = 0, spread = 0;
+  for_each_value(record, [&](std::size_t i, double) { centre += static_cast<double>(i) / n; });
+  for_each_value(record, [&](std::size_t i, double value) {
+    const double t = static_cast<double>(i) - centre;
+    level += value / n;
+    moment += t * value;
+    spread += t * t;
+  });
+  record.slope = spread > 0 ? moment / spread : 0;
+  double sum = 0, before = 0;
+  for (std::size_t i = 0, next = 0; i < record.values(); ++i) {
+    const double value = record.x[i + 1] - before;
+    before = record.x[i + 1];
+    if (next < record.missing.size() && record.missing[next] == i) {
+      ++next;
+    } else {
+      sum += value - level - record.slope * (static_cast<double>(i) - centre);
+    }
+    record.x[i + 1] = sum;
+  }
+}
+
+/// The Allan deviation does not depend on a constant, so the mean is subtracted first: the sums stay small and precise.
+Records integrate(std::span<const double> rate) {
+  Records result;
+  const double mean = mean_of(rate);
+  bool inside = false;
+  std::size_t run = 0;
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    const double value = rate[i];
+    if (!std::isfinite(value)) {
+      const bool first = i == 0 || std::isfinite(rate[i - 1]);
+      result.gaps += first;
+      run = 0;
+      if (std::isinf(value)) {
+        inside = false;
+        continue;
+      }
+      ++result.missing;
+      if (!inside) continue;
+      Record& record = result.records.back();
+      record.missing.push_back(record.values());
+      record.x.push_back(record.x.back());
       continue;
     }
-    std::size_t end = i;
-    while (end < rate.size() && std::isfinite(rate[end])) ++end;
-    Phase phase;
-    phase.reserve(end - i + 1);
-    double x = 0;
-    phase.push_back(0);
-    for (; i < end; ++i) phase.push_back(x += rate[i] - mean);
-    result.runs.push_back(std::move(phase));
+    if (!inside) {
+      if (!result.records.empty()) close(result.records.back());
+      result.records.emplace_back();
+      if (result.records.size() == 1) result.records.back().x.reserve(rate.size() + 1);
+      result.records.back().x.push_back(0);
+      inside = true;
+    }
+    std::vector<double>& x = result.records.back().x;
+    x.push_back(x.back() + (value - mean));
+    ++result.values;
+    result.runs += run++ == 0;
+    result.longest_run = std::max(result.longest_run, run);
   }
+  if (!result.records.empty()) close(result.records.back());
+  for (Record& record : result.records) remove_line(record);
   return result;
 }
 
-/// Σ over j of the squared second difference with stride m; four partial sums for instruction-level parallelism.
-double squared_second_differences(const Phase& x, std::size_t m, std::size_t first, std::size_t step,
-                                  std::size_t terms) {
-  double sums[4] = {0, 0, 0, 0};
-  const double* at = x.data() + first;
+/// Sums of the second differences of the phase, and of their squares.
+struct Sums {
+  double differences = 0, squares = 0;
+  std::size_t terms = 0;
+};
+
+/// Differences without a missing value, plus a constant; four partial sums for instruction-level parallelism.
+Sums complete_differences(const double* x, std::size_t m, std::size_t step, std::size_t terms, double constant) {
+  double squares[4] = {0, 0, 0, 0}, plain[4] = {0, 0, 0, 0};
   std::size_t k = 0;
   for (; k + 4 <= terms; k += 4) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
-      const double* p = at + (k + lane) * step;
-      const double d = p[2 * m] - 2 * p[m] + p[0];
-      sums[lane] += d * d;
+      const double* p = x + (k + lane) * step;
+      const double d = p[2 * m] - 2 * p[m] + p[0] + constant;
+      plain[lane] += d;
+      squares[lane] += d * d;
     }
   }
   for (; k < terms; ++k) {
-    const double* p = at + k * step;
-    const double d = p[2 * m] - 2 * p[m] + p[0];
-    sums[0] += d * d;
+    const double* p = x + k * step;
+    const double d = p[2 * m] - 2 * p[m] + p[0] + constant;
+    plain[0] += d;
+    squares[0] += d * d;
   }
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return {(plain[0] + plain[1]) + (plain[2] + plain[3]), (squares[0] + squares[1]) + (squares[2] + squares[3]), terms};
 }
 
-AllanPoint measure(const PhaseRuns& phases, std::size_t m, double tau0_s, AllanEstimator estimator) {
-  AllanPoint point{m, static_cast<double>(m) * tau0_s, 0, 0, 0};
-  double squares = 0;
-  for (const Phase& x : phases.runs) {
-    const std::size_t values = x.size() - 1;
-    point.clusters += values / m;
-    if (values / m < 2) continue;
-    const bool overlapping = estimator == AllanEstimator::kOverlapping;
-    const std::size_t terms = overlapping ? values - 2 * m + 1 : values / m - 1;
-    squares += squared_second_differences(x, m, 0, overlapping ? 1 : m, terms);
-    point.terms += terms;
+/// Differences of clusters that lack `first` and `second` of m values: those of their means, times m, scaled to the
+/// variance that white noise has in complete clusters.
+Sums partial_differences(const double* x, std::size_t m, std::size_t first, std::size_t second, std::size_t terms,
+                         double constant) {
+  const double size = static_cast<double>(m), share1 = size / (size - static_cast<double>(first)),
+               share2 = size / (size - static_cast<double>(second)), scale = std::sqrt(2 / (share1 + share2));
+  const double a = scale * share1, b = scale * share2;
+  Sums sums{0, 0, terms};
+  for (std::size_t k = 0; k < terms; ++k) {
+    const double d = b * (x[k + 2 * m] - x[k + m]) - a * (x[k + m] - x[k]) + constant;
+    sums.differences += d;
+    sums.squares += d * d;
+  }
+  return sums;
+}
+
+/// Calls part(begin, end, missing in the first cluster, in the second) for ranges of starts of a pair in which the
+/// missing values are the same.
+template <class Part>
+void for_each_range(const Record& record, std::size_t m, std::size_t step, Part&& part) {
+  const std::vector<std::size_t>& missing = record.missing;
+  std::size_t at[3] = {0, 0, 0};  // number of missing values before j, j + m, j + 2 m
+  const std::size_t end = record.values() - 2 * m + 1;
+  for (std::size_t j = 0; j < end;) {
+    std::size_t next = step == 1 ? end : std::min(end, j + 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      while (at[k] < missing.size() && missing[at[k]] < j + k * m) ++at[k];
+      if (at[k] < missing.size()) next = std::min(next, missing[at[k]] + 1 - k * m);
+    }
+    part(j, next, at[1] - at[0], at[2] - at[1]);
+    j = step == 1 ? next : j + step;
+  }
+}
+
+/// Clusters may lack a quarter of their values if fewer than nine of ten pairs are complete.
+std::size_t most_missing(const Records& records, std::size_t m, std::size_t step) {
+  std::size_t complete = 0, all = 0;
+  for (const Record& record : records.records) {
+    if (record.values() < 2 * m) continue;
+    if (record.missing.empty()) {
+      const std::size_t pairs = (record.values() - 2 * m) / step + 1;
+      complete += pairs;
+      all += pairs;
+      continue;
+    }
+    for_each_range(record, m, step, [&](std::size_t begin, std::size_t end, std::size_t first, std::size_t second) {
+      all += end - begin;
+      if (first + second == 0) complete += end - begin;
+    });
+  }
+  return 10 * complete < 9 * all ? m / 4 : 0;
+}
+
+Sums pairs_of(const Record& record, std::size_t m, std::size_t step, std::size_t most) {
+  if (record.missing.empty())
+    return complete_differences(record.x.data(), m, step, (record.values() - 2 * m) / step + 1, 0);
+  const double constant = record.slope * static_cast<double>(m) * static_cast<double>(m);
+  Sums sums;
+  for_each_range(record, m, step, [&](std::size_t begin, std::size_t end, std::size_t first, std::size_t second) {
+    if (std::max(first, second) > most) return;
+    const double* x = record.x.data() + begin;
+    const Sums part = first + second == 0 ? complete_differences(x, m, 1, end - begin, constant)
+                                          : partial_differences(x, m, first, second, end - begin, constant);
+    sums.differences += part.differences;
+    sums.squares += part.squares;
+    sums.terms += part.terms;
+  });
+  return sums;
+}
+
+/// Number of adjacent clusters that lack at most `most` values.
+std::size_t clusters_of(const Record& record, std::size_t m, std::size_t most) {
+  std::size_t clusters = record.values() / m, at = 0;
+  for (std::size_t k = 0; at < record.missing.size() && k < record.values() / m; ++k) {
+    const std::size_t before = at;
+    while (at < record.missing.size() && record.missing[at] < (k + 1) * m) ++at;
+    if (at - before > most) --clusters;
+  }
+  return clusters;
+}
+
+AllanPoint measure(const Records& records, std::size_t m, double tau0_s, AllanEstimator estimator) {
+  AllanPoint point;
+  point.m = m;
+  point.tau_s = static_cast<double>(m) * tau0_s;
+  const std::size_t step = estimator == AllanEstimator::kOverlapping ? 1 : m;
+  const std::size_t most = most_missing(records, m, step);
+  double squares = 0, centred = 0, differences = 0;
+  for (const Record& record : records.records) {
+    point.clusters += clusters_of(record, m, most);
+    if (record.values() < 2 * m) continue;
+    const Sums sums = pairs_of(record, m, step, most);
+    if (sums.terms == 0) continue;
+    squares += sums.squares;
+    centred += std::max(0.0, sums.squares - sums.differences * sums.differences / static_cast<double>(sums.terms));
+    differences += sums.differences;
+    point.terms += sums.terms;
   }
   if (point.terms > 0) {
-    point.deviation = std::sqrt(squares / (2.0 * static_cast<double>(point.terms))) / static_cast<double>(m);
+    const double size = static_cast<double>(m), terms = static_cast<double>(point.terms);
+    point.deviation = std::sqrt(squares / (2.0 * terms)) / size;
+    point.centred_variance = centred / (2.0 * terms) / (size * size);
+    point.slope_per_sample = differences / terms / (size * size);
   }
   return point;
 }
@@ -118,17 +288,17 @@ Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
   if (!(tau0_s > 0) || !std::isfinite(tau0_s)) {
     return make_error(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
   }
-  const PhaseRuns phases = integrate(rate);
-  AllanCurve curve{estimator, tau0_s, phases.values, phases.holes, phases.runs.size(), {}};
-  const bool enough = std::any_of(phases.runs.begin(), phases.runs.end(), [](const Phase& x) { return x.size() > 3; });
-  if (!enough) {
+  const Records records = integrate(rate);
+  AllanCurve curve{estimator, tau0_s, records.values, records.gaps, records.missing, records.runs, {}, {}};
+  for (const Record& record : records.records) curve.records.push_back(record.values());
+  if (records.longest_run < 3) {
     return make_error(where,
                       fmt::format("found {} values in {} segments without a gap, expected at least 3 in one segment",
-                                  phases.values, phases.runs.size()));
+                                  records.values, records.runs));
   }
   for (const std::size_t m : cluster_sizes) {
     if (m == 0) return make_error(where, "found a cluster of 0 samples, expected 1 or more");
-    const AllanPoint point = measure(phases, m, tau0_s, estimator);
+    const AllanPoint point = measure(records, m, tau0_s, estimator);
     if (point.terms > 0) curve.points.push_back(point);
   }
   return curve;

@@ -2,45 +2,25 @@
 // Confidence of an Allan deviation: noise type, equivalent degrees of freedom, chi-square interval.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "compensation/evaluation/allan.hpp"
+#include "compensation/evaluation/allan_model.hpp"
 
 namespace prism::evaluation {
 
-/// Power-law noise of a rate, S(f) ∝ f^alpha, with its name in gyro practice and in the frequency standards.
-enum class NoiseType {
-  kQuantisation,     ///< alpha = +2, white phase noise: slope −1
-  kFlickerAngle,     ///< alpha = +1, flicker phase noise: slope −1
-  kAngleRandomWalk,  ///< alpha =  0, white frequency noise: slope −1/2
-  kBiasInstability,  ///< alpha = −1, flicker frequency noise: slope 0
-  kRateRandomWalk,   ///< alpha = −2, random walk of frequency: slope +1/2; also used for steeper noise
-};
-
-const char* noise_type_text(NoiseType type);
-
-/// Noise type at cluster size m from the lag-1 autocorrelation r of the cluster means (Riley and Greenhall 2004): delta
-/// = r / (1 + r); difference while delta >= 0.25; alpha = −2 delta − 2 d, rounded. Ignores neighbours across a gap.
-/// Returns `fallback` for fewer than 30 clusters.
-NoiseType identify_noise(std::span<const double> rate, std::size_t m, NoiseType fallback);
-
-/// Equivalent degrees of freedom of the overlapping estimate (NIST SP 1065, table 5; `values` rate samples are
-/// values + 1 phase points) or of the non-overlapping one (n terms, at most as many). At least 1.
-double degrees_of_freedom(NoiseType type, std::size_t values, std::size_t m, AllanEstimator estimator);
-
-/// The same for a record in segments of these lengths: gaps are not bridged, so each segment is a separate record.
-double pooled_degrees_of_freedom(NoiseType type, std::span<const std::size_t> stretch_values, std::size_t m,
-                                 AllanEstimator estimator);
-
-/// One point with its interval: deviation · sqrt(edf / chi2) at both tails.
+/// One point with its interval: deviation · sqrt(edf / chi2) at both tails; with few clusters, chi2 has the skewness of
+/// the estimate.
 struct AllanInterval {
-  NoiseType type = NoiseType::kAngleRandomWalk;
-  double edf = 1;
-  double low = 0, high = 0;  ///< in the rate's unit
+  NoiseType type = NoiseType::kAngleRandomWalk;  ///< the noise with the largest part of the fitted variance
+  double edf = 1;                                ///< equivalent degrees of freedom; infinite for a ramp without noise
+  double low = 0, high = 0;                      ///< in the rate's unit
 };
 
-/// Intervals of all points at `probability` (0.683 is "1 sigma"), in the order of curve.points.
-std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, std::span<const double> rate, double probability);
+/// Intervals of all points at `probability` (0.683 is "1 sigma"), in the order of curve.points. `model` is that of the
+/// record's overlapping octave points. The degrees of freedom are 2 E² / Var of the Allan variance for the fitted
+/// noises (Greenhall and Riley 2003), so a point with few clusters is not judged by these clusters alone. Below 200
+/// each end is computed for the noises that fit best if the truth is at that end.
+std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, const AllanModel& model, double probability);
 
 }  // namespace prism::evaluation

@@ -49,8 +49,7 @@ contains "report of the rate" "$(cat "$dir/prismd.err")" "rate is implausible: f
 contains "report of the constant temperature" "$(cat "$dir/prismd.err")" "found 25 degC for 101 s, expected it to change"
 
 # Tools that read the log ignore the faults: they find 8 deg/h throughout.
-rate=$(prismcal allan "$dir/log" --json | jq '[.points[].deviation_deg_per_h] | max')
-awk -v r="$rate" 'BEGIN { exit !(r < 1e-6) }' || fail "Allan deviation of a constant rate: found $rate, expected 0"
+contains "Allan deviation of a constant rate" "$(prismcal allan "$dir/log" 2>&1 || true)" "found the same value in all of"
 
 # A range with its limits reversed is rejected.
 config_file ', "plausibility": {"temperature": {"range_degc": [30, 20]}}' && sed -i 's/"plausibility": {"temperature": {"stuck_s": 100}}, //' "$dir/gyro.json"

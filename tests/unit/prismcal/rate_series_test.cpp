@@ -71,11 +71,22 @@ TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
               HasSubstr("--unit: found \"furlong\", expected deg/h"));
 }
 
-TEST_F(RateSeries, TreatsAJumpInTimeAsAGap) {
+TEST_F(RateSeries, TreatsAJumpInTimeAsMissingValues) {
+  std::string text = "time_s\trate\n";
+  for (int second = 0; second < 100; ++second) {
+    if (second != 40 && second != 41) text += std::to_string(second) + "\t" + std::to_string(second % 3) + "\n";
+  }
+  const auto series = recordings::read_rate_series(written(text), {}).value();
+  ASSERT_EQ(series.rate_deg_per_h.size(), 100u);
+  EXPECT_TRUE(std::isnan(series.rate_deg_per_h[40]) && std::isnan(series.rate_deg_per_h[41]));
+  EXPECT_EQ(series.rate_deg_per_h[42], 0);
+}
+
+TEST_F(RateSeries, ALongGapSeparatesTwoRecords) {
   const auto series =
       recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t6\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
-  EXPECT_TRUE(std::isnan(series.rate_deg_per_h[3]));
+  EXPECT_EQ(series.rate_deg_per_h[3], recordings::kRecordBreak);
 }
 
 TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
@@ -107,15 +118,38 @@ TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
   EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
 }
 
-TEST_F(AllanText, PrintsAConstantRateWithoutNan) {
+TEST_F(AllanText, RejectsARateThatDoesNotVary) {
   recordings::RateSeries series;
   series.rate_deg_per_h.assign(100, 8.4652);
-  const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
+  EXPECT_EQ(analysis::analyse_allan(series, evaluation::AllanGrid::kOctave, evaluation::AllanEstimator::kOverlapping,
+                                    0.683, "x")
+                .error()
+                .text(),
+            "x: found an Allan deviation of 0, expected a rate that varies");
+}
+
+TEST_F(AllanText, PrintsIntervalsDefinitionsAndUpperEnds) {
+  std::string text;
+  unsigned state = 1;
+  for (int i = 0; i < 4000; ++i) {
+    int sum = 0;
+    for (int k = 0; k < 12; ++k) sum += static_cast<int>((state = state * 1664525 + 1013904223) >> 16);
+    text += std::to_string(sum) + "\n";
+  }
+  const auto series = recordings::read_rate_series(written(text), {}).value();
+  const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kDecade,
                                                 evaluation::AllanEstimator::kOverlapping, 0.683, "x")
                             .value();
-  const std::string both = analysis::allan_text(analysis, series, "x") + analysis::allan_json(analysis, series, "x");
-  EXPECT_THAT(both, HasSubstr("the rate is constant"));
-  EXPECT_THAT(both, testing::Not(HasSubstr("nan")));
+  const std::string shown = analysis::allan_text(analysis, series, "x");
+  EXPECT_THAT(shown, HasSubstr("N of IEEE Std 952"));
+  EXPECT_THAT(shown, HasSubstr("(rad/s)/sqrt(Hz): the same"));
+  EXPECT_THAT(shown, HasSubstr("bias instability B     not determined: at most "));
+  const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "x"))["coefficients"];
+  const auto& n = json["angle_random_walk_deg_per_sqrt_h"];
+  EXPECT_LT(n["low"].get<double>(), n["value"].get<double>());
+  EXPECT_GT(n["high"].get<double>(), n["value"].get<double>());
+  EXPECT_TRUE(json["bias_instability_deg_per_h"].is_null());
+  EXPECT_EQ(json["at_most"]["bias_instability_deg_per_h"], json["minimum"]["bias_instability_upper_bound_deg_per_h"]);
 }
 
 TEST_F(AllanText, RejectsARecordFullOfGaps) {

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
@@ -22,24 +25,90 @@ struct Entry {
   const char* name;
   const char* key;
   const char* unit;
+  evaluation::NoiseType type;
   const std::optional<evaluation::AllanCoefficient>* coefficient;
 };
 
 std::vector<Entry> entries(const evaluation::AllanCoefficients& c) {
-  return {
-      {"quantisation Q", "quantisation_arcsec", "arcsec", &c.quantisation_arcsec},
-      {"angle random walk N", "angle_random_walk_deg_per_sqrt_h", "deg/sqrt(h)", &c.angle_random_walk_deg_per_sqrt_h},
-      {"bias instability B", "bias_instability_deg_per_h", "deg/h", &c.bias_instability_deg_per_h},
-      {"rate random walk K", "rate_random_walk_deg_per_h_sqrt_h", "(deg/h)/sqrt(h)",
-       &c.rate_random_walk_deg_per_h_sqrt_h},
-      {"rate ramp R", "rate_ramp_deg_per_h_h", "(deg/h)/h", &c.rate_ramp_deg_per_h_h}};
+  using evaluation::NoiseType;
+  return {{"quantisation Q", "quantisation_arcsec", "arcsec", NoiseType::kQuantisation, &c.quantisation_arcsec},
+          {"angle random walk N", "angle_random_walk_deg_per_sqrt_h", "deg/sqrt(h)", NoiseType::kAngleRandomWalk,
+           &c.angle_random_walk_deg_per_sqrt_h},
+          {"bias instability B", "bias_instability_deg_per_h", "deg/h", NoiseType::kBiasInstability,
+           &c.bias_instability_deg_per_h},
+          {"rate random walk K", "rate_random_walk_deg_per_h_sqrt_h", "(deg/h)/sqrt(h)", NoiseType::kRateRandomWalk,
+           &c.rate_random_walk_deg_per_h_sqrt_h},
+          {"rate ramp R", "rate_ramp_deg_per_h_h", "(deg/h)/h", NoiseType::kRateRamp, &c.rate_ramp_deg_per_h_h}};
+}
+
+double at_most(const evaluation::AllanCoefficients& c, evaluation::NoiseType type) {
+  return c.at_most[static_cast<std::size_t>(type)];
+}
+
+std::string gaps_text(const evaluation::AllanCurve& curve) {
+  std::string text = counted(curve.holes, "gap");
+  if (curve.missing > 0) text += fmt::format(" of {}", counted(curve.missing, "value"));
+  return text;
+}
+
+std::string entry_text(const Entry& e, const evaluation::AllanCoefficients& all) {
+  std::string text = fmt::format("{:<22} ", e.name);
+  const auto& c = *e.coefficient;
+  if (!c) return text + fmt::format("not determined: at most {:.4g} {}\n", at_most(all, e.type), e.unit);
+  text += fmt::format("{:.4g} {}, {:.4g} to {:.4g} (1 sigma {:.2g} %; largest noise from {:g} to {:g} s)\n", c->value,
+                      e.unit, c->low, c->high, 100 * c->relative_sd, c->from_tau_s, c->to_tau_s);
+  if (e.type != evaluation::NoiseType::kAngleRandomWalk) return text;
+  const evaluation::WhiteNoiseDensity density = evaluation::white_noise_density(c->value);
+  return text + fmt::format(
+                    "  N of IEEE Std 952     {:.4g} deg/sqrt(h): S(f) = N^2, two-sided\n"
+                    "  N of MATLAB           {:.4g} (rad/s)/sqrt(Hz): the same, read from the Allan deviation at 1 s\n"
+                    "  one-sided density     {:.4g} (deg/s)/sqrt(Hz) = sqrt(2) N: data sheets, pwelch\n",
+                    c->value, density.matlab_rad_per_s_per_sqrt_hz, density.one_sided_deg_per_s_per_sqrt_hz);
 }
 
 std::string floor_text(const evaluation::AllanFloor& floor) {
-  return fmt::format("Allan minimum          {:.4g} deg/h at {:g} s, {} clusters{}: B is at most {:.4g} deg/h\n",
-                     floor.minimum_deg_per_h, floor.tau_s, floor.clusters,
-                     floor.edge_limited ? " (last point; a longer record may give a lower one)" : "",
-                     floor.minimum_deg_per_h / evaluation::kAllanFlicker);
+  return fmt::format("Allan minimum          {:.4g} deg/h at {:g} s, {:.4g} to {:.4g}, {} clusters{}\n",
+                     floor.minimum_deg_per_h, floor.tau_s, floor.low_deg_per_h, floor.high_deg_per_h, floor.clusters,
+                     floor.edge_limited ? " (last point; a longer record may give a lower one)" : "");
+}
+
+std::string misfit_text(double misfit) {
+  if (misfit == 0) return "";
+  return fmt::format(
+      "The five noises describe the curve only within {:.2g} %: vibration, temperature or noise with one correlation "
+      "time. The intervals of the coefficients allow for it.\n",
+      50 * misfit);  // of the deviation: half of that of the variance
+}
+
+Json coefficient_json(const Entry& e) {
+  const auto& c = *e.coefficient;
+  if (!c) return nullptr;
+  Json json = {{"value", c->value}, {"relative_sd", c->relative_sd}, {"low", c->low},
+               {"high", c->high},   {"from_tau_s", c->from_tau_s},   {"to_tau_s", c->to_tau_s}};
+  if (e.type == evaluation::NoiseType::kAngleRandomWalk) {
+    const evaluation::WhiteNoiseDensity density = evaluation::white_noise_density(c->value);
+    json["matlab_rad_per_s_per_sqrt_hz"] = density.matlab_rad_per_s_per_sqrt_hz;
+    json["one_sided_deg_per_s_per_sqrt_hz"] = density.one_sided_deg_per_s_per_sqrt_hz;
+  }
+  return json;
+}
+
+Json coefficients_json(const evaluation::AllanCoefficients& c) {
+  Json json = Json::object(), limits = Json::object();
+  for (const Entry& e : entries(c)) {
+    json[e.key] = coefficient_json(e);
+    limits[e.key] = at_most(c, e.type);
+  }
+  json["at_most"] = limits;
+  json["misfit"] = c.misfit;
+  json["minimum"] = {{"deviation_deg_per_h", c.floor.minimum_deg_per_h},
+                     {"low_deg_per_h", c.floor.low_deg_per_h},
+                     {"high_deg_per_h", c.floor.high_deg_per_h},
+                     {"tau_s", c.floor.tau_s},
+                     {"clusters", c.floor.clusters},
+                     {"edge_limited", c.floor.edge_limited},
+                     {"bias_instability_upper_bound_deg_per_h", at_most(c, evaluation::NoiseType::kBiasInstability)}};
+  return json;
 }
 
 }  // namespace
@@ -48,24 +117,27 @@ Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evalua
                                     evaluation::AllanEstimator estimator, double probability,
                                     const std::string& where) {
   const auto& rate = series.rate_deg_per_h;
-  const auto curve = evaluation::allan_deviation(rate, series.interval_s,
-                                                 evaluation::allan_cluster_sizes(grid, rate.size()), estimator, where);
-  if (!curve) return tl::unexpected(curve.error());
-  const auto octaves = evaluation::allan_deviation(
+  auto octaves = evaluation::allan_deviation(
       rate, series.interval_s, evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size()),
       evaluation::AllanEstimator::kOverlapping, where);
   if (!octaves) return tl::unexpected(octaves.error());
-  return AllanAnalysis{
-      *curve, evaluation::allan_confidence(*curve, rate, probability),
-      evaluation::extract_coefficients(*octaves, evaluation::allan_confidence(*octaves, rate, probability), where),
-      probability};
+  const auto model = evaluation::AllanModel::fit(*octaves, where);
+  if (!model) return tl::unexpected(model.error());
+  auto coefficients = evaluation::extract_coefficients(*octaves, *model, probability, where);
+  const bool same = grid == evaluation::AllanGrid::kOctave && estimator == evaluation::AllanEstimator::kOverlapping;
+  auto curve = same ? std::move(octaves)
+                    : evaluation::allan_deviation(rate, series.interval_s,
+                                                  evaluation::allan_cluster_sizes(grid, rate.size()), estimator, where);
+  if (!curve) return tl::unexpected(curve.error());
+  auto intervals = evaluation::allan_confidence(*curve, *model, probability);
+  return AllanAnalysis{std::move(*curve), std::move(intervals), std::move(coefficients), probability};
 }
 
 std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {
   const evaluation::AllanCurve& curve = analysis.curve;
   std::string text =
       fmt::format("{}: {} values of {}, every {:g} s ({}), {}, {}\n{} Allan deviation, {:g} % intervals\n\n", where,
-                  curve.values, series.column, curve.tau0_s, series.interval_source, counted(curve.holes, "gap"),
+                  curve.values, series.column, curve.tau0_s, series.interval_source, gaps_text(curve),
                   counted(curve.runs, "run"), estimator_text(curve.estimator), 100 * analysis.probability);
   text +=
       fmt::format("{:>12} {:>14} {:>14} {:>14} {:>10}  {}\n", "tau s", "dev deg/h", "low", "high", "clusters", "noise");
@@ -77,21 +149,13 @@ std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeri
   }
   text += '\n';
   if (!analysis.coefficients) return text + "no coefficients: " + analysis.coefficients.error().text() + "\n";
-  for (const Entry& e : entries(*analysis.coefficients)) {
-    text += fmt::format("{:<22} ", e.name);
-    if (const auto& c = *e.coefficient) {
-      text += fmt::format("{:.4g} {} (1 sigma {:.2g} %; rules from {:g} to {:g} s)\n", c->value, e.unit,
-                          100 * c->relative_sd, c->from_tau_s, c->to_tau_s);
-    } else {
-      text += "not resolved in this record\n";
-    }
-  }
-  return text + floor_text(analysis.coefficients->floor);
+  for (const Entry& e : entries(*analysis.coefficients)) text += entry_text(e, *analysis.coefficients);
+  return text + floor_text(analysis.coefficients->floor) + misfit_text(analysis.coefficients->misfit);
 }
 
 std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {
   const evaluation::AllanCurve& curve = analysis.curve;
-  Json points = Json::array(), coefficients = Json::object();
+  Json points = Json::array();
   for (std::size_t i = 0; i < curve.points.size(); ++i) {
     const evaluation::AllanPoint& p = curve.points[i];
     const evaluation::AllanInterval& interval = analysis.intervals[i];
@@ -110,6 +174,7 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
                {"unit", series.unit},
                {"values", curve.values},
                {"holes", curve.holes},
+               {"missing", curve.missing},
                {"runs", curve.runs},
                {"tau0_s", curve.tau0_s},
                {"tau0_source", series.interval_source},
@@ -117,22 +182,7 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
                {"probability", analysis.probability},
                {"points", points}};
   if (analysis.coefficients) {
-    for (const Entry& e : entries(*analysis.coefficients)) {
-      const auto& c = *e.coefficient;
-      coefficients[e.key] = c ? Json{{"value", c->value},
-                                     {"relative_sd", c->relative_sd},
-                                     {"from_tau_s", c->from_tau_s},
-                                     {"to_tau_s", c->to_tau_s}}
-                              : Json(nullptr);
-    }
-    const evaluation::AllanFloor& floor = analysis.coefficients->floor;
-    coefficients["minimum"] = {
-        {"deviation_deg_per_h", floor.minimum_deg_per_h},
-        {"tau_s", floor.tau_s},
-        {"clusters", floor.clusters},
-        {"edge_limited", floor.edge_limited},
-        {"bias_instability_upper_bound_deg_per_h", floor.minimum_deg_per_h / evaluation::kAllanFlicker}};
-    json["coefficients"] = coefficients;
+    json["coefficients"] = coefficients_json(*analysis.coefficients);
   } else {
     json["coefficients"] = nullptr;
     json["no_coefficients_because"] = analysis.coefficients.error().text();

@@ -16,6 +16,7 @@ struct AllanAnalysis {
   double probability = 0.683;                          ///< of the intervals
 };
 
+/// Errors: those of allan_deviation(); a rate that does not vary.
 Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evaluation::AllanGrid grid,
                                     evaluation::AllanEstimator estimator, double probability, const std::string& where);
 

@@ -53,10 +53,11 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
   if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
-  // Without a plateau the minimum of the curve is an upper limit of the bias instability, and is compared instead.
+  // If B is not determined, the upper end of its interval is compared instead.
   if (allan) {
-    instability = allan->bias_instability_deg_per_h ? allan->bias_instability_deg_per_h->value
-                                                    : allan->floor.minimum_deg_per_h / evaluation::kAllanFlicker;
+    instability = allan->bias_instability_deg_per_h
+                      ? allan->bias_instability_deg_per_h->value
+                      : allan->at_most[static_cast<std::size_t>(evaluation::NoiseType::kBiasInstability)];
   }
   std::optional<double> covered;
   if (const auto& e = *recording.evaluation; e.with_sd > 0)

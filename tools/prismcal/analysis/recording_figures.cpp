@@ -72,15 +72,21 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
 }
 
 /// A curve of dense points with its confidence band.
-Result<std::vector<Series>> allan_series(const std::vector<double>& seconds, const char* name, Ink ink,
+Result<std::vector<Series>> allan_series(const std::vector<double>& rate, const char* name, Ink ink,
                                          const std::string& where) {
-  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kDense, seconds.size());
-  const auto curve = evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
+  using evaluation::AllanEstimator, evaluation::AllanGrid;
+  const auto points = [&](AllanGrid grid) {
+    return evaluation::allan_deviation(rate, 1, evaluation::allan_cluster_sizes(grid, rate.size()),
+                                       AllanEstimator::kOverlapping, where);
+  };
+  const auto octaves = points(AllanGrid::kOctave), curve = points(AllanGrid::kDense);
+  if (!octaves) return tl::unexpected(octaves.error());
   if (!curve) return tl::unexpected(curve.error());
-  const auto intervals = evaluation::allan_confidence(*curve, seconds, 0.683);
+  const auto model = evaluation::AllanModel::fit(*octaves, where);
+  if (!model) return tl::unexpected(model.error());
+  const auto intervals = evaluation::allan_confidence(*curve, *model, 0.683);
   Series band{"", ink, SeriesStyle::kBand}, line{name, ink, SeriesStyle::kLinePoints};
   for (std::size_t i = 0; i < curve->points.size(); ++i) {
-    if (!(curve->points[i].deviation > 0)) continue;
     band.x.push_back(curve->points[i].tau_s);
     band.y.push_back(intervals[i].low);
     band.high.push_back(intervals[i].high);
@@ -201,17 +207,15 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   for (const bool after : {false, true}) {
     const auto seconds =
         after ? recording.evaluation->corrected_seconds_deg_per_h(table) : table.second_bias_deg_per_h();
-    const auto series =
-        allan_series(seconds, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, table.name);
+    const auto series = allan_series(with_breaks(seconds), after ? "after" : "before",
+                                     after ? Ink::kCorrected : Ink::kModel, table.name);
     if (!series) return tl::unexpected(series.error());
     panel.series.insert(panel.series.end(), series->begin(), series->end());
   }
-  return Figure{
-      recording.id + "_allan_curve",
-      "Allan deviation on " + table.name,
-      "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the noise type at each "
-      "averaging time.",
-      {1, 380, {panel}}};
+  return Figure{recording.id + "_allan_curve",
+                "Allan deviation on " + table.name,
+                "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the fitted noises.",
+                {1, 380, {panel}}};
 }
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {

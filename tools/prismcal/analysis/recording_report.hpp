@@ -25,6 +25,9 @@ struct EvaluatedRecording {
 /// blocks.
 inline constexpr double kHysteresisBin = 5;
 Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias);
+/// A 1 Hz series with evaluation::kAllanBreak in each gap of 60 s or more: the series does not have its true length.
+std::vector<double> with_breaks(std::vector<double> seconds);
+
 /// Allan coefficients of a 1 Hz series, from octave points.
 Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where);
 

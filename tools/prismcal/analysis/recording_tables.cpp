@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "compensation/evaluation/allan_coefficients.hpp"
@@ -36,8 +37,10 @@ std::vector<Cell> summary_row(const char* name, const evaluation::SummaryStatist
           fixed_cell(summary.peak_to_peak, 5)};
 }
 
-Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient) {
-  return coefficient ? general_cell(coefficient->value, 4) : text_cell("not resolved", report::Emphasis::kMuted);
+/// The value, or the upper end of the interval of a coefficient that is not determined.
+Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient, double at_most) {
+  if (coefficient) return general_cell(coefficient->value, 4);
+  return text_cell(fmt::format("≤ {:.4g}", at_most), report::Emphasis::kMuted);
 }
 
 }  // namespace
@@ -51,11 +54,25 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
                                         kept.where_corrected(kinds), kHysteresisBin, data.name);
 }
 
+std::vector<double> with_breaks(std::vector<double> seconds) {
+  constexpr std::ptrdiff_t kLongGap = 60;  // a longer one is cut to this length
+  const auto unknown = [](double value) { return !std::isfinite(value); };
+  for (auto begin = seconds.begin(); (begin = std::find_if(begin, seconds.end(), unknown)) != seconds.end();) {
+    const auto end = std::find_if_not(begin, seconds.end(), unknown);
+    if (end - begin >= kLongGap) *begin = evaluation::kAllanBreak;
+    begin = end;
+  }
+  return seconds;
+}
+
 Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where) {
-  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, seconds.size());
-  const auto curve = evaluation::allan_deviation(seconds, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
+  const std::vector<double> rate = with_breaks(seconds);
+  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size());
+  const auto curve = evaluation::allan_deviation(rate, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
   if (!curve) return tl::unexpected(curve.error());
-  return evaluation::extract_coefficients(*curve, evaluation::allan_confidence(*curve, seconds, 0.683), where);
+  return evaluation::AllanModel::fit(*curve, where).and_then([&](const evaluation::AllanModel& model) {
+    return evaluation::extract_coefficients(*curve, model, 0.683, where);
+  });
 }
 
 namespace {
@@ -203,9 +220,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
   table.caption =
       "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
-      "times show the chamber. Bias instability is given only if the curve has a plateau (÷ 0.664); minimum / 0.664 is "
-      "an "
-      "upper limit.";
+      "times show the chamber. ≤: not determined by this record; upper end of the 68 % interval.";
   table.columns = {{"", "", false},
                    {"quantisation", "arcsec"},
                    {"angle random walk", "deg/√h"},
@@ -218,11 +233,13 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
     const auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h();
     const auto c = allan_coefficients(seconds, data.name);
     if (!c) return tl::unexpected(c.error());
-    table.rows.push_back(
-        {text_cell(after ? "after" : "before"), coefficient_cell(c->quantisation_arcsec),
-         coefficient_cell(c->angle_random_walk_deg_per_sqrt_h), coefficient_cell(c->bias_instability_deg_per_h),
-         coefficient_cell(c->rate_random_walk_deg_per_h_sqrt_h), coefficient_cell(c->rate_ramp_deg_per_h_h),
-         general_cell(c->floor.minimum_deg_per_h, 4), general_cell(c->floor.tau_s, 6)});
+    table.rows.push_back({text_cell(after ? "after" : "before"),
+                          coefficient_cell(c->quantisation_arcsec, c->at_most[0]),
+                          coefficient_cell(c->angle_random_walk_deg_per_sqrt_h, c->at_most[1]),
+                          coefficient_cell(c->bias_instability_deg_per_h, c->at_most[2]),
+                          coefficient_cell(c->rate_random_walk_deg_per_h_sqrt_h, c->at_most[3]),
+                          coefficient_cell(c->rate_ramp_deg_per_h_h, c->at_most[4]),
+                          general_cell(c->floor.minimum_deg_per_h, 4), general_cell(c->floor.tau_s, 6)});
   }
   return table;
 }

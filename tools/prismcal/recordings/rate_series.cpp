@@ -105,6 +105,16 @@ Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
   return columns;
 }
 
+/// Puts a gap into the rates: as many missing values as it has samples. A gap of more than a twentieth of the rows
+/// separates two records instead.
+void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
+  if (lost > rows / 20) {
+    rates.push_back(kRecordBreak);
+  } else {
+    rates.insert(rates.end(), lost, kUnknown);
+  }
+}
+
 /// Sets the interval, and puts a gap into the rates where samples are lost.
 Result<void> place_in_time(const Columns& columns, const std::string& time_name, const std::string& path,
                            std::optional<double> given_s, RateSeries& series) {
@@ -123,7 +133,7 @@ Result<void> place_in_time(const Columns& columns, const std::string& time_name,
   std::size_t hole = 0;
   for (std::size_t i = 0; i < columns.rates.size(); ++i) {
     if (hole < grid->holes.size() && grid->holes[hole].row == i) {
-      series.rate_deg_per_h.push_back(kUnknown);
+      push_gap(series.rate_deg_per_h, grid->holes[hole].lost, columns.rates.size());
       ++hole;
     }
     series.rate_deg_per_h.push_back(columns.rates[i]);
@@ -134,7 +144,7 @@ Result<void> place_in_time(const Columns& columns, const std::string& time_name,
   return {};
 }
 
-// prismd's log has one row per second. Partial seconds, missing seconds and the time between sessions are gaps.
+// prismd's log has one row per second. Partial and missing seconds are gaps; a session is a record.
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
@@ -142,13 +152,18 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!factor) return tl::unexpected(factor.error());
   auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
-  series.rate_deg_per_h.reserve(folder->most_rows());
+  const std::size_t most_rows = folder->most_rows();
+  series.rate_deg_per_h.reserve(most_rows);
   tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
-    const bool follows = !begins_session && second_mean.second == last + 1;
-    if (series.rows++ > 0 && !follows) series.rate_deg_per_h.push_back(kUnknown);
+    if (series.rows > 0 && begins_session) {
+      series.rate_deg_per_h.push_back(kRecordBreak);
+    } else if (series.rows > 0 && second_mean.second > last + 1) {
+      push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
+    }
+    ++series.rows;
     last = second_mean.second;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
     series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);

@@ -2,6 +2,7 @@
 // Reads one column of a CSV file or log as an evenly spaced rate for an Allan deviation.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,9 +21,12 @@ struct RateSeriesChoice {
   tables::TableOptions table;        ///< how a table of another program is written
 };
 
+/// Separates two records in a series: sessions, or rows before and after a long gap. As evaluation::kAllanBreak.
+inline constexpr double kRecordBreak = std::numeric_limits<double>::infinity();
+
 struct RateSeries {
   std::string column, unit;
-  std::vector<double> rate_deg_per_h;  ///< NaN in gaps: an empty field, or a jump in time
+  std::vector<double> rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
   double interval_s = 1;
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
