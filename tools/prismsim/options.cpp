@@ -45,7 +45,7 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
   simulation::SimulationSettings& simulation = options.simulation;
   app.add_option("--profile", line.profile, "thermal cycle: paper, second, third, beyond, fast, steady or warm-up")
       ->capture_default_str();
-  app.add_option("--seed", simulation.seed, "seed of the random generator; the same seed gives the same gyro")
+  app.add_option("--seed", simulation.seed, "random numbers of the day: another seed is another day of the same gyro")
       ->capture_default_str();
   auto* cycles = app.add_option("--cycles", line.cycles, "number of cycles")
                      ->check(tools::within(1e-6, 1000.0))
