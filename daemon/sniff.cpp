@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "drivers/capture_file.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/transport.hpp"
+#include "drivers/wire/decode/check_search.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/decode/sniffer.hpp"
 
@@ -34,6 +36,7 @@ using Steady = std::chrono::steady_clock;
 constexpr auto kListen = std::chrono::milliseconds(1000);
 constexpr auto kOpenWithin = std::chrono::seconds(10);
 constexpr std::size_t kShownMisses = 3;
+constexpr std::size_t kExplained = 1 << 20;  // bytes used to explain why one description does not fit
 
 // Returns the requested description, or all from every directory of descriptions. Prints a message for each that cannot
 // be read, and skips it.
@@ -88,11 +91,18 @@ bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptio
     return false;
   }
   wire::Sniffer sniffer(descriptions);
+  std::vector<std::uint8_t> first;
   while (const auto packet = reader->next()) {
-    if (packet->event == drivers::CaptureEvent::kData)
-      sniffer.feed(packet->bytes, reader->is_bare() ? 0 : packet->time_ns);
+    if (packet->event != drivers::CaptureEvent::kData) continue;
+    sniffer.feed(packet->bytes, reader->is_bare() ? 0 : packet->time_ns);
+    if (descriptions.size() == 1 && first.size() < kExplained)
+      first.insert(first.end(), packet->bytes.begin(), packet->bytes.end());
   }
-  return print_ranking(sniffer, path);
+  const bool any = print_ranking(sniffer, path);
+  if (any || descriptions.size() != 1) return any;
+  if (const std::string why = wire::explain_checks(*descriptions.front(), first); !why.empty())
+    fmt::print("  {}\n", printable(why));
+  return false;
 }
 
 // The line settings of the descriptions, the most frequent first.
@@ -196,8 +206,7 @@ int check_document(const std::string& path) {
   if (!description) return refused(description.error());
   if (auto proved = wire::run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
-  fmt::print("{}: good: frames {}, {} test vectors hold\n", printable(path), (*description)->name,
-             (*description)->test_vectors.size());
+  fmt::print("{}: good: {}\n", printable(path), wire::proof_text(**description));
   return kExitDone;
 }
 

@@ -22,6 +22,21 @@ sed 's/"at": -2}/"at": -2, "order": "little"}/' "$PRISM_SOURCE/tests/replay/fram
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a wrong byte order" "$code" 78
 contains "a wrong byte order" "$(cat "$dir/e")" 'the check fails in this byte order, but fits with "order": "big"'
+# A check that never fits: the message has the keys of the usual variant that does.
+plain() { sed 's|^ *//.*||' "$PRISM_SOURCE/config/frames/trplg.json"; }
+prismsim --profile steady --hours 0.01 --out "$dir/v.pcap" 2>/dev/null
+explained() { # JQ KEYS
+  plain | jq "del(.vectors) | .kinds[0].checks |= (. + {$1})" >"$dir/v.json"
+  contains "$1" "$(prismd --sniff "$dir/v.pcap" "$dir/v.json")" "candidates of \"data\": sync and length fit, the check does not: found"
+  contains "$1" "$(prismd --sniff "$dir/v.pcap" "$dir/v.json")" "it fits with $2"
+}
+explained 'from: 2' '"from": 0'
+explained 'order: "little"' '"order": "big"'
+explained 'poly: "0x8005"' '"poly": "0x1021"'
+explained 'poly: "0x8005", from: 2, init: "0x0000"' '"from": 0, "poly": "0x1021", "init": "0xFFFF"'
+plain | jq '.kinds[0].checks = {kind: "sum", width: 16, from: 0, to: -2, at: -2} | del(.vectors)' >"$dir/v.json"
+contains "another kind of check" "$(prismd --sniff "$dir/v.pcap" "$dir/v.json")" "no usual variant fits"
+contains "no vectors" "$(prismd --check "$dir/v.json")" "no test vector: nothing is proved"
 # Exponents, hexadecimal digits, stuffing: the descriptions for tests and their captures.
 for file in "$PRISM_SOURCE"/tests/replay/frames/described/*.json; do
   name=$(basename "$file" .json)

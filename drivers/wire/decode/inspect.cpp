@@ -96,4 +96,10 @@ Result<void> run_test_vectors(const FrameDescription& description) {
   return {};
 }
 
+std::string proof_text(const FrameDescription& description) {
+  const std::size_t vectors = description.test_vectors.size();
+  if (vectors == 0) return fmt::format("frames {}, no test vector: nothing is proved", description.name);
+  return fmt::format("frames {}, {} test vectors hold", description.name, vectors);
+}
+
 }  // namespace prism::wire

@@ -31,4 +31,7 @@ std::optional<InspectedFrame> inspect_frame(const FrameDescription& description,
 /// Decodes every test vector of the description. Errors: the first vector with a different result.
 Result<void> run_test_vectors(const FrameDescription& description);
 
+/// "frames trplg, 3 test vectors hold"; without vectors, that nothing is proved.
+std::string proof_text(const FrameDescription& description);
+
 }  // namespace prism::wire

@@ -29,6 +29,7 @@ class Crc {
 
   /// CRC of `bytes` followed by `zeros` zero bytes.
   std::uint64_t compute(std::span<const std::uint8_t> bytes, std::size_t zeros = 0) const;
+  const CrcParameters& parameters() const { return parameters_; }
 
  private:
   std::uint64_t remainder(std::uint64_t x) const;

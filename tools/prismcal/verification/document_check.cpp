@@ -34,7 +34,7 @@ Result<std::string> of_frames(const std::string& text, const std::string& path) 
   const auto frames = wire::parse_frame_description(text, path);
   if (!frames) return tl::unexpected<Error>(frames.error());
   if (auto passed = wire::run_test_vectors(**frames); !passed) return tl::unexpected<Error>(passed.error());
-  return fmt::format("frames {}, {} test vectors hold", (*frames)->name, (*frames)->test_vectors.size());
+  return wire::proof_text(**frames);
 }
 
 Result<std::string> of_configuration(const std::string& text, const std::string& path) {

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Searches the usual variants of a check that never fits: range, byte order, and parameters of a CRC.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "drivers/wire/description/frame_description.hpp"
+
+namespace prism::wire {
+
+/// One line about the places in `bytes` at which sync, length and body of a message type fit, but a check does not:
+/// "2000 candidates of data: the check is 4D 22, computed 91 C3 over bytes 0 to 17; with "from": 2 it fits". Empty if
+/// there are fewer than ten, a check fits, or the frames are stuffed. Uses at most 64 candidates.
+std::string explain_checks(const FrameDescription& description, std::span<const std::uint8_t> bytes);
+
+}  // namespace prism::wire
