@@ -46,7 +46,7 @@ Candidates candidates_of(const MessageType& kind, Frame bytes) {
   return found;
 }
 
-// Some candidates are no frames, or damaged.
+// A candidate may be damaged, or not a frame.
 bool fits(const CheckRule& rule, const std::vector<Frame>& frames) {
   std::size_t failed = 0;
   for (const Frame frame : frames) {
