@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/socket/old_form.hpp"
 
+#include <string>
 #include <utility>
 
 namespace prism::socket {
@@ -30,13 +31,13 @@ ordered_json old_form(const config::SocketMethod& method, ordered_json result) {
     }
     result["socket"] = ordered_json(result["socket"]["path"]);
   }
-  const ordered_json axes = result["axes"];
-  if (axes.size() != 1) return result.size() == 1 ? axes : result;
-  ordered_json own = axes.front();
+  const std::string axis = result["axes"].size() == 1 ? result["axes"].begin().key() : "";
+  if (axis.empty()) return result.size() == 1 ? ordered_json(std::move(result["axes"])) : result;
+  ordered_json own = std::move(result["axes"].front());
   if (result.size() == 1) return own;
   result.erase("axes");
   ordered_json& place = method.name == "config" ? result["gyro"] : result;
-  place["axis"] = axes.begin().key();
+  place["axis"] = axis;
   for (const char* key : {"sign", "unit_scale", "temperature"}) {
     if (!own.contains(key)) continue;
     place[key] = own[key];

@@ -44,7 +44,7 @@ bool RequestQueue::step(Entry& entry) {
     entry.requests = rpc_.take(entry.client, entry.lines.front());
     entry.lines.pop_front();
   } else {
-    rpc_.one(entry.client, entry.requests.front());
+    rpc_.one(entry.client, std::move(entry.requests.front()));
     entry.requests.pop_front();
   }
   return !entry.requests.empty() || !entry.lines.empty();

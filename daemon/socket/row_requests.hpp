@@ -23,7 +23,6 @@ class RowRequests {
   struct Request {
     std::shared_ptr<Client> client;
     pipeline::RowWriter* log;  ///< must outlive this
-    std::string axis;          ///< its name
     pipeline::RowQuery query;
     double wait_s = 0;  ///< max. wait for a first row, 0 to kLongestWait_s
     std::function<void(pipeline::RowResult)> answer;

@@ -100,8 +100,10 @@ std::string rpc_error(const json& id, int code, const std::string& message) {
   return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}});
 }
 
-std::string rpc_result(const json& id, const ordered_json& result) {
-  return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"result", result}});
+std::string rpc_result(const json& id, ordered_json result) {
+  ordered_json message = {{"jsonrpc", "2.0"}, {"id", id}};
+  message["result"] = std::move(result);
+  return line_of(message);
 }
 
 std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
@@ -113,12 +115,9 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected at most {} requests",
                                                 kMaxValues, kMaxBatch));
   }
-  json parsed;
-  try {
-    parsed = json::parse(line);
-  } catch (const json::exception&) {
+  json parsed = json::parse(line, nullptr, false);
+  if (parsed.is_discarded())
     return refused(kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line");
-  }
   std::deque<json> requests;
   if (!parsed.is_array()) {
     requests.push_back(std::move(parsed));
@@ -134,10 +133,10 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
 }
 
 void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) {
-  for (const json& request : take(client, line)) one(client, request);
+  for (json& request : take(client, line)) one(client, std::move(request));
 }
 
-void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
+void Rpc::one(const std::shared_ptr<Client>& client, json request) {
   const auto invalid = [&](const json& id, const std::string& message) {
     client->answer(rpc_error(id, kInvalidRequest, message));
   };
@@ -154,8 +153,8 @@ void Rpc::one(const std::shared_ptr<Client>& client, const json& request) {
   if (protocol != 1 && protocol != config::kProtocol)
     return invalid(id, fmt::format("found protocol {}, expected 1 or {}", shown(protocol), config::kProtocol));
   client->asked();
-  dispatch(method.get<std::string>(),
-           {client, id, has_id, request.value("params", json()), protocol == 1 ? 1 : config::kProtocol});
+  json params = request.contains("params") ? std::move(request["params"]) : json();
+  dispatch(method.get<std::string>(), {client, id, has_id, std::move(params), protocol == 1 ? 1 : config::kProtocol});
 }
 
 void Rpc::dispatch(const std::string& name, const Call& call) {
@@ -298,7 +297,7 @@ void Rpc::rows(const Call& call) {
     fail(call, old ? old_code(code) : code, why);
   };
   if (log == nullptr) return refuse(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
-  const std::string axis = sources_.acquisition.axis_name(axes->front()), name = json_text(json(axis));
+  const std::string name = json_text(json(sources_.acquisition.axis_name(axes->front())));
   const auto answer = [this, call, old, name, refuse](pipeline::RowResult page) {
     if (!page) return refuse(code_of(page.error().why), page.error().text);
     std::vector<TextPart> parts;
@@ -307,7 +306,7 @@ void Rpc::rows(const Call& call) {
     parts.emplace_back(old ? R"(,"axis":)" + name + "}" : "}}}");
     reply(call, std::move(parts));
   };
-  RowRequests::Request request{call.client, log, axis, params->query, params->wait_s, answer};
+  RowRequests::Request request{call.client, log, params->query, params->wait_s, answer};
   if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
     refuse(kBusy, "rows: found a pending request of this client, expected one at a time");
 }
@@ -384,13 +383,13 @@ void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
   fail(call, kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params), key, most));
 }
 
-void Rpc::reply(const Call& call, const ordered_json& result) {
-  if (call.wants_answer) call.client->answer(rpc_result(call.id, result));
+void Rpc::reply(const Call& call, ordered_json result) {
+  if (call.wants_answer) call.client->answer(rpc_result(call.id, std::move(result)));
 }
 
 void Rpc::reply(const Call& call, const config::SocketMethod& method, ordered_json result) {
   if (!call.wants_answer) return;
-  reply(call, call.protocol == 1 ? old_form(method, std::move(result)) : result);
+  reply(call, call.protocol == 1 ? old_form(method, std::move(result)) : std::move(result));
 }
 
 void Rpc::fail(const Call& call, int code, const std::string& message) {

@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in one line, c
 using enum config::SocketError;
 
 std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);
-std::string rpc_result(const nlohmann::json& id, const nlohmann::ordered_json& result);
+std::string rpc_result(const nlohmann::json& id, nlohmann::ordered_json result);
 
 /// Handles requests. `reload` starts a reload and calls back with its result.
 class Rpc {
@@ -49,7 +49,7 @@ class Rpc {
   /// returns no request.
   static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
   /// Handles one request. Some responses are sent later.
-  void one(const std::shared_ptr<Client>& client, const nlohmann::json& request);
+  void one(const std::shared_ptr<Client>& client, nlohmann::json request);
   /// Handles all requests of a line at once.
   void request(const std::shared_ptr<Client>& client, std::string_view line);
 
@@ -74,7 +74,7 @@ class Rpc {
   void rows(const Call& call);
   void reload(const Call& call);
   void send(const Call& call);
-  void reply(const Call& call, const nlohmann::ordered_json& result);
+  void reply(const Call& call, nlohmann::ordered_json result);
   /// The same for a result of protocol 2, which the call may want in the old form.
   void reply(const Call& call, const config::SocketMethod& method, nlohmann::ordered_json result);
   void reply(const Call& call, std::vector<TextPart> result);

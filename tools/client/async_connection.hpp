@@ -18,8 +18,8 @@ namespace prism::client {
 
 /// prismd disconnects a client with more than a few pending responses, and drops rows for a client with unread
 /// responses. So a request is sent after the response to the previous one; use a connection each for long requests,
-/// short requests and notifications. Callbacks run from the io_context, never within a call of open() or call(), and
-/// not after close().
+/// short requests and notifications. Callbacks run from the io_context, except those that expire() and end() call;
+/// never within open() or call(), and not after close().
 class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
  public:
   /// Gets the member `"result":…` or `"error":{…}` of the response, valid during the call.

@@ -131,7 +131,8 @@ Response DaemonConnection::ask(const std::string& method, const nlohmann::json& 
       return failed(config::kTimeout,
                     {path_, fmt::format("no response to {} within {} s", method, kAnswerTimeoutMs / 1000)});
     const nlohmann::json& its = member(**message, "id");
-    if (its == *id || (its.is_null() && (*message)->contains("error"))) return response_of(method, **message);
+    if (its == *id || (its.is_null() && (*message)->contains("error")))
+      return response_of(method, std::move(**message));
   }
 }
 

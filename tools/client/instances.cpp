@@ -21,9 +21,8 @@ std::vector<InstanceSocket> all_places(std::vector<std::string>* invalid) {
   return found;
 }
 
-std::string path_of(const std::string& entry) {
+std::string path_of(const std::string& entry, const std::vector<InstanceSocket>& all) {
   if (entry.find('/') != std::string::npos) return entry;
-  const std::vector<InstanceSocket> all = all_places(nullptr);
   const auto named = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == entry; });
   return named != all.end() ? named->path : config::default_socket(entry);
 }
@@ -32,13 +31,14 @@ std::string path_of(const std::string& entry) {
 
 std::vector<InstanceSocket> list_instances(const std::vector<std::string>& entries, std::vector<std::string>* invalid) {
   if (entries.empty()) return all_places(invalid);
+  const std::vector<InstanceSocket> all = all_places(nullptr);
   std::vector<InstanceSocket> found;
   for (const std::string& entry : entries) {
     if (entry.ends_with('/')) {
       add_folder(found, entry, invalid);
       continue;
     }
-    const std::string path = path_of(entry), name = config::instance_name(path);
+    const std::string path = path_of(entry, all), name = config::instance_name(path);
     if (follows(TextRule::kName, name)) {
       found.push_back({name, path});
     } else if (invalid != nullptr) {

@@ -9,7 +9,7 @@ namespace prism::client {
 
 using nlohmann::json;
 
-Response response_of(std::string_view method, const json& message) {
+Response response_of(std::string_view method, json message) {
   const auto failed = [](config::SocketError code, std::string why) {
     return Response(tl::unexpect, RequestError{code, {"prismd", std::move(why)}});
   };
@@ -18,11 +18,11 @@ Response response_of(std::string_view method, const json& message) {
     const int number = code.is_number_integer() ? code.get<int>() : config::kFailed;
     return failed(static_cast<config::SocketError>(number), text_member(error, "message", "refused"));
   }
-  const json& result = member(message, "result");
+  json result = message.is_object() ? std::move(message["result"]) : json();
   const config::SocketMethod* const known = config::find_method(method);
   if (known != nullptr && known->of_axes && !member(result, "axes").is_object())
     return failed(config::kFailed, "found a response of protocol 1, expected 2: this prismd is older; restart it");
-  return result;
+  return Response(std::move(result));
 }
 
 Response response_of_member(std::string_view method, std::string_view member) {

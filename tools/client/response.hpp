@@ -23,7 +23,7 @@ using Response = tl::expected<nlohmann::json, RequestError>;
 
 /// Returns the result in `message`, a response to `method`. Errors: that of the response; kFailed if the result has the
 /// form of protocol 1, because this prismd is older.
-Response response_of(std::string_view method, const nlohmann::json& message);
+Response response_of(std::string_view method, nlohmann::json message);
 
 /// The same for the member `"result":…` or `"error":{…}` of the message.
 Response response_of_member(std::string_view method, std::string_view member);

@@ -64,14 +64,10 @@ constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge,
 
 constexpr const char* kSensorHelp = "A sensor of the device or of an instrument.";
 
-const json& at(const json& object, const char* key) { return member(object, key); }
-
 double value_of(const json& value) {
   if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
-
-std::string text_of(const json& value) { return value.is_string() ? value.get<std::string>() : ""; }
 
 class GyroWriter {
  public:
@@ -96,22 +92,22 @@ class GyroWriter {
 };
 
 void add_line(const GyroWriter& gyro, const json& status, const json& line) {
-  gyro.put(kReceiving, text_of(at(status, "state")) == "receiving");
-  gyro.put(kAge, at(status, "age_s"));
-  gyro.put(kSessions, at(status, "sessions"));
-  const json& counters = at(status, "line");
-  gyro.put(kBytes, at(counters, "bytes"));
-  gyro.put(kFrames, at(counters, "frames"));
+  gyro.put(kReceiving, text_member(status, "state") == "receiving");
+  gyro.put(kAge, member(status, "age_s"));
+  gyro.put(kSessions, member(status, "sessions"));
+  const json& counters = member(status, "line");
+  gyro.put(kBytes, member(counters, "bytes"));
+  gyro.put(kFrames, member(counters, "frames"));
   for (const char* reason :
        {"bad_check", "bad_length", "bad_body", "skipped_bytes", "timeouts", "unconfirmed", "out_of_range"})
-    gyro.put(kRefused, {{"reason", reason}}, value_of(at(counters, reason)));
-  const json& timing = at(status, "timing");
-  gyro.put(kMissing, at(timing, "missing_frames"));
-  gyro.put(kResets, at(timing, "resets"));
+    gyro.put(kRefused, {{"reason", reason}}, value_of(member(counters, reason)));
+  const json& timing = member(status, "timing");
+  gyro.put(kMissing, member(timing, "missing_frames"));
+  gyro.put(kResets, member(timing, "resets"));
   for (const char* kind : {"framing_errors", "parity_errors", "overruns", "breaks", "buffer_overruns"})
-    gyro.put(kHardware, {{"kind", kind}}, value_of(at(at(line, "hardware"), kind)));
-  for (const auto& [name, own] : at(status, "sensor_lines").items())
-    gyro.put(kSensorLine, {{"line", name}}, text_of(at(own, "state")) == "receiving");
+    gyro.put(kHardware, {{"kind", kind}}, value_of(member(member(line, "hardware"), kind)));
+  for (const auto& [name, own] : member(status, "sensor_lines").items())
+    gyro.put(kSensorLine, {{"line", name}}, text_member(own, "state") == "receiving");
 }
 
 void add_quality(const GyroWriter& axis, const std::string& quality) {
@@ -124,47 +120,47 @@ void add_quality(const GyroWriter& axis, const std::string& quality) {
 }
 
 void add_axis(const GyroWriter& axis, const json& own, const json& stability) {
-  add_quality(axis, text_of(at(own, "quality")));
-  const json& window = at(own, "window");
-  axis.put(kRate, at(window, "rate_deg_per_h"));
-  axis.put(kBias, at(window, "bias_deg_per_h"));
-  axis.put(kSd, at(window, "sd_deg_per_h"));
-  axis.put(kCorrected, at(window, "corrected_deg_per_h"));
-  axis.put(kMean, at(window, "corrected_mean_deg_per_h"));
-  axis.put(kTemperature, at(window, "mean_temperature_degc"));
-  axis.put(kSlope, at(window, "slope_degc_per_s"));
-  axis.put(kUhfo, at(window, "mean_uhfo_v"));
-  if (const json& model = at(own, "model"); model.is_object())
+  add_quality(axis, text_member(own, "quality"));
+  const json& window = member(own, "window");
+  axis.put(kRate, member(window, "rate_deg_per_h"));
+  axis.put(kBias, member(window, "bias_deg_per_h"));
+  axis.put(kSd, member(window, "sd_deg_per_h"));
+  axis.put(kCorrected, member(window, "corrected_deg_per_h"));
+  axis.put(kMean, member(window, "corrected_mean_deg_per_h"));
+  axis.put(kTemperature, member(window, "mean_temperature_degc"));
+  axis.put(kSlope, member(window, "slope_degc_per_s"));
+  axis.put(kUhfo, member(window, "mean_uhfo_v"));
+  if (const json& model = member(own, "model"); model.is_object())
     axis.put(kModel,
-             {{"kind", text_of(at(model, "kind"))},
-              {"name", text_of(at(model, "name"))},
-              {"id", text_of(at(model, "id")).substr(0, 16)}},
+             {{"kind", text_member(model, "kind")},
+              {"name", text_member(model, "name")},
+              {"id", text_member(model, "id").substr(0, 16)}},
              1);
   for (const char* of : {"raw", "corrected"})
-    axis.put(kStability, {{"of", of}}, value_of(at(at(stability, of), "sd_deg_per_h")));
+    axis.put(kStability, {{"of", of}}, value_of(member(member(stability, of), "sd_deg_per_h")));
 }
 
 void add_log(const GyroWriter& gyro, const json& status) {
-  const json& log = at(status, "log");
-  gyro.put(kRows, at(log, "rows"));
-  gyro.put(kDropped, at(log, "dropped"));
-  gyro.put(kPending, at(log, "pending"));
-  gyro.put(kCapture, at(at(status, "capture"), "dropped_bytes"));
-  gyro.put(kClients, at(at(status, "clients"), "connected"));
-  gyro.put(kClientRows, at(at(status, "clients"), "lost_rows"));
+  const json& log = member(status, "log");
+  gyro.put(kRows, member(log, "rows"));
+  gyro.put(kDropped, member(log, "dropped"));
+  gyro.put(kPending, member(log, "pending"));
+  gyro.put(kCapture, member(member(status, "capture"), "dropped_bytes"));
+  gyro.put(kClients, member(member(status, "clients"), "connected"));
+  gyro.put(kClientRows, member(member(status, "clients"), "lost_rows"));
 }
 
 void add_followers(const GyroWriter& gyro, const json& followers) {
   for (const auto& [name, own] : followers.items())
-    gyro.put(kFollower, {{"follower", name}}, value_of(at(own, "lost_rows")));
+    gyro.put(kFollower, {{"follower", name}}, value_of(member(own, "lost_rows")));
 }
 
 void add_sensors(const GyroWriter& gyro, const json& sensors) {
   for (const auto& [name, own] : sensors.items()) {
-    const std::string unit = text_of(at(own, "unit"));
+    const std::string unit = text_member(own, "unit");
     for (const SensorUnit& known : kSensorUnits) {
       if (known.unit == unit)
-        gyro.put({known.metric, Type::kGauge, kSensorHelp}, {{"sensor", name}}, value_of(at(own, "value")));
+        gyro.put({known.metric, Type::kGauge, kSensorHelp}, {{"sensor", name}}, value_of(member(own, "value")));
     }
   }
 }
@@ -177,19 +173,19 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
   gyro.put(kUp, status.is_object());
   if (!status.is_object()) return;
   gyro.put(kInfo,
-           {{"version", text_of(at(status, "version"))},
-            {"frames", text_of(at(status, "frames"))},
-            {"serial", text_of(at(status, "gyro_serial"))}},
+           {{"version", text_member(status, "version")},
+            {"frames", text_member(status, "frames")},
+            {"serial", text_member(status, "gyro_serial")}},
            1);
-  gyro.put(kStart, at(status, "started_s"));
+  gyro.put(kStart, member(status, "started_s"));
   add_line(gyro, status, answers.line);
   add_log(gyro, status);
-  add_sensors(gyro, at(status, "sensors"));
-  const json& axes = at(status, "axes");
+  add_sensors(gyro, member(status, "sensors"));
+  const json& axes = member(status, "axes");
   for (const auto& [axis, own] : axes.items()) {
     if (!follows(TextRule::kAxisName, axis)) continue;
-    add_axis(gyro.of_axis(axis), own, at(at(answers.stability, "axes"), axis.c_str()));
-    add_followers(axes.size() > 1 ? gyro.of_axis(axis) : gyro, at(at(own, "log"), "followers"));
+    add_axis(gyro.of_axis(axis), own, member(member(answers.stability, "axes"), axis));
+    add_followers(axes.size() > 1 ? gyro.of_axis(axis) : gyro, member(member(own, "log"), "followers"));
   }
 }
 

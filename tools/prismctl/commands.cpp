@@ -3,16 +3,20 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <functional>
+#include <iterator>
 #include <map>
-#include <optional>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/escape.hpp"
 #include "base/hex_bytes.hpp"
+#include "base/outside_text.hpp"
+#include "base/result.hpp"
 #include "config/socket_path.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
@@ -58,17 +62,19 @@ Result<std::string> socket_of(const Choice& choice) {
 
 // Removes the other axes from a result. Errors: the result has axes, but not this one.
 Result<void> choose_axis(nlohmann::json& result, const std::string& axis) {
-  const nlohmann::json axes = at(result, "axes");
-  if (axis.empty() || !axes.is_object()) return {};
-  std::vector<std::string> names;
-  for (const auto& [name, own] : axes.items()) names.push_back(name);
-  if (!axes.contains(axis))
+  if (axis.empty() || !at(result, "axes").is_object()) return {};
+  nlohmann::json& axes = result["axes"];
+  if (!axes.contains(axis)) {
+    std::vector<std::string> names;
+    for (const auto& [name, own] : axes.items()) names.push_back(name);
     return make_error("--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", ")));
-  result["axes"] = nlohmann::json::object({{axis, axes[axis]}});
+  }
+  for (auto own = axes.begin(); own != axes.end();) own = own.key() == axis ? std::next(own) : axes.erase(own);
   return {};
 }
 
-// Sends a request and prints the result with `view` or as JSON. Methods of axes get the chosen axis.
+// Sends a request and prints the result with `view`; as JSON without a view and with --json. Methods with a parameter
+// "axis" get the chosen one.
 int ask(const Choice& choice, const std::string& method, nlohmann::json params, const View& view) {
   const config::SocketMethod* const known = config::find_method(method);
   const bool has_axis = known != nullptr && known->params.starts_with("axis");
@@ -80,7 +86,7 @@ int ask(const Choice& choice, const std::string& method, nlohmann::json params, 
   auto answer = connection->ask(method, params);
   if (!answer) return fail(answer.error().error);
   if (const auto chosen = choose_axis(*answer, choice.axis); !chosen) return fail(chosen.error());
-  if (choice.json) {
+  if (choice.json || !view) {
     print_json(with_only_axis(*answer), 2);
   } else {
     print_text(view(*answer));
@@ -94,12 +100,12 @@ std::string lines_of(const nlohmann::json& list, std::string (*line)(const nlohm
   return text;
 }
 
-// Methods with parameters or without a response to print have commands of their own.
+// Methods with other parameters than the axis have commands with options; version and reload print one line.
 bool has_own_command(const config::SocketMethod& method) {
   return method.name == "version" || method.acts || method.is_long;
 }
 
-// The text of a method's result; JSON for a method without a view.
+// The view of a method; empty if its result is printed as JSON.
 View view_of(std::string_view method) {
   static const std::map<std::string_view, View> kViews = {
       {"status", status_view},
@@ -108,11 +114,10 @@ View view_of(std::string_view method) {
       {"line", line_view},
       {"model", [](const nlohmann::json& m) { return each_axis(m, model_view); }}};
   const auto found = kViews.find(method);
-  if (found != kViews.end()) return found->second;
-  return [](const nlohmann::json& result) { return printable_json(json_text(with_only_axis(result), 2)) + "\n"; };
+  return found != kViews.end() ? found->second : nullptr;
 }
 
-// The bytes of a text in hex; \\r, \\n, \\t, \\\\ and \\xHH are one byte each.
+// The bytes of a text in hex. In the text, `\r`, `\n`, `\t`, `\\` and `\xHH` are one byte each.
 std::string hex_of_escaped(std::string_view text) {
   std::string hex;
   const auto add = [&hex](char c) { hex += fmt::format("{:02x}", static_cast<unsigned char>(c)); };

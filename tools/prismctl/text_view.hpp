@@ -7,9 +7,10 @@
 
 namespace prism::prismctl {
 
-/// Of results with one or several axes; the other views are of one axis.
+/// Of a complete result, with one or several axes.
 std::string status_view(const nlohmann::json& status);
 std::string bias_view(const nlohmann::json& result);
+/// Of a result without axes.
 std::string line_view(const nlohmann::json& line);
 std::string event_line(const nlohmann::json& event);
 /// One line for the params of a window notification: the means of the window, as the model uses them.

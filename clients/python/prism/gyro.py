@@ -73,10 +73,11 @@ class Gyro:
     def status(self) -> Dict[str, Any]:
         """The members of an axis are in "axes"; of a device with one axis also in the result itself."""
         status = dict(self.ask("status"))
-        for axis, own in _axes(status).items():
-            if len(status["axes"]) == 1:
-                log = {**(status.get("log") or {}), **own.get("log", {})}
-                status.update({**own, "axis": axis, **({"log": log} if log else {})})
+        axes = _axes(status)
+        if len(axes) == 1:
+            axis, own = next(iter(axes.items()))
+            log = {**(status.get("log") or {}), **own.get("log", {})}
+            status.update({**own, "axis": axis, **({"log": log} if log else {})})
         return status
 
     def bias(self, axis: Optional[str] = None) -> Dict[str, Any]:
