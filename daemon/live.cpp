@@ -147,14 +147,14 @@ class Live {
   void watch_disk() {
     using std::chrono::seconds;
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
-    const bool was_blocked = is_disk_blocked(), is_blocked = busy >= kDiskTimeout;
-    acquisition_.set_disk_problem(is_blocked ? fmt::format("disk: no answer for {} s", busy.count()) : "");
-    if (is_blocked && !was_blocked) {
+    const bool is_blocked = busy >= kDiskTimeout;
+    if (!acquisition_.set_disk_problem(is_blocked ? fmt::format("disk: no answer for {} s", busy.count()) : "")) return;
+    if (is_blocked) {
       const pipeline::LogCounters* const log = acquisition_.log();
       tell_(
           Severity::kWarning, "disk",
           fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
-    } else if (was_blocked && !is_blocked) {
+    } else {
       tell_(Severity::kInfo, "disk", "the disk answers again");
     }
   }

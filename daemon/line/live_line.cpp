@@ -101,7 +101,7 @@ void LiveLine::opened() {
   last_data_ = last_progress_ = Clock::now();
   status().notes = open_->transport->notes();
   status().hardware.reset();
-  const bool known = complaint_kind_ == "line_silent" || complaint_kind_ == "line_start_up";
+  const bool known = fault_kind_ == "line_silent" || fault_kind_ == "line_start_up";
   if (!known && !continues_fault()) {  // else logged once, even if the line is reopened
     set(LineState::kConnecting, "open, no data yet");
     tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
@@ -117,10 +117,10 @@ void LiveLine::converse() {
     acquisition_.sent(number_, bytes, arrival_.stamp(Clock::now()));
   };
   owner.starting = [this](const std::string& step) {
-    if (complaint_.empty()) set(LineState::kConnecting, "start-up: " + step);
+    if (!fault_.is_active()) set(LineState::kConnecting, "start-up: " + step);
   };
   owner.started = [this] {
-    if (begun_ && complaint_kind_ != "line_silent") receiving();
+    if (begun_ && fault_kind_ != "line_silent") receiving();
   };
   owner.failed = [this](const char* kind, const std::string& why) {
     set(LineState::kConnecting, why);
@@ -148,10 +148,9 @@ void LiveLine::set(LineState state, const std::string& detail) { status().set(st
 // Logs a fault once; again only if it changes, or after data arrived. A connection that was lost, then refused, is one
 // fault.
 void LiveLine::complain(const char* kind, const std::string& text) {
-  const bool same = complaint_kind_ == "line_start_up" && complaint_kind_ == kind;
-  if (text == complaint_ || same || continues_fault()) return;
-  complaint_ = text;
-  complaint_kind_ = kind;
+  const bool same = fault_kind_ == "line_start_up" && fault_kind_ == kind;
+  if (same || continues_fault() || !fault_.set(text)) return;
+  fault_kind_ = kind;
   tell(Severity::kWarning, kind, text);
 }
 
@@ -199,7 +198,7 @@ void LiveLine::proceed(const transport::Received& received) {
   listen();
   if (const std::string step = open_->transport->opening(); step.empty()) {
     opened();
-  } else if (complaint_.empty()) {
+  } else if (!fault_.is_active()) {
     set(LineState::kConnecting, step);
   }
 }
@@ -215,8 +214,8 @@ void LiveLine::receiving() {
   set(LineState::kReceiving);
   tell(Severity::kInfo, "line_receiving", transport::describe(settings()) + ": receiving");
   retry_ = std::chrono::duration<double>(config().retry_min_s);
-  complaint_.clear();
-  complaint_kind_.clear();
+  fault_.clear();
+  fault_kind_.clear();
 }
 
 void LiveLine::lose(const char* kind, const std::string& why) {

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 
+#include "base/alarm.hpp"
 #include "daemon/line/arrival_clock.hpp"
 #include "daemon/line/conversation.hpp"
 #include "daemon/line/raw_service.hpp"
@@ -79,7 +80,7 @@ class LiveLine {
   void complain(const char* kind, const std::string& text);
   void tell(pipeline::Severity severity, const char* kind, const std::string& text);
   /// All faults of a network line until the next data are one: it was lost, refused and not answered.
-  bool continues_fault() const { return !complaint_.empty() && transport::needs_network(settings()); }
+  bool continues_fault() const { return fault_.is_active() && transport::needs_network(settings()); }
   void set(pipeline::LineState state, const std::string& detail = {});
   void converse();
   void begin_receiving(std::int64_t arrival_ns);
@@ -104,7 +105,8 @@ class LiveLine {
   Clock::time_point last_data_, last_progress_, last_frame_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false;
-  std::string complaint_, complaint_kind_;
+  Alarm fault_;
+  std::string fault_kind_;
   drivers::PollCounters polls_before_;  ///< of earlier openings
   std::uint64_t frames_ = 0;            ///< at last_frame_
   std::array<std::uint8_t, 65536> buffer_;

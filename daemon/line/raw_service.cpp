@@ -13,7 +13,7 @@ void RawService::use(const std::string& address) {
   if (address == address_) return;
   address_ = address;
   open_.reset();
-  complaint_.clear();
+  fault_.clear();
   retry();
 }
 
@@ -21,11 +21,10 @@ void RawService::retry() {
   if (open_ || address_.empty()) return;
   auto server = transport::RawServer::open(address_);
   if (!server) {
-    if (std::exchange(complaint_, server.error().text()) != server.error().text())
-      tell_(Severity::kWarning, server.error().text() + "; retrying");
+    if (fault_.set(server.error().text())) tell_(Severity::kWarning, fault_.problem() + "; retrying");
     return;
   }
-  complaint_.clear();
+  fault_.clear();
   dropped_ = 0;
   open_ = std::make_shared<Open>(io_, std::move(*server));
   tell_(Severity::kInfo, fmt::format("the raw bytes of the line are served at {}", address_));

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 
+#include "base/alarm.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "drivers/transport/raw_server.hpp"
 
@@ -43,7 +44,8 @@ class RawService {
 
   boost::asio::io_context& io_;
   const Tell tell_;
-  std::string address_, complaint_;
+  std::string address_;
+  Alarm fault_;
   std::shared_ptr<Open> open_;
   std::uint64_t dropped_ = 0;
 };

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/alarm.hpp"
 #include "base/host_time.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
@@ -132,8 +133,8 @@ class Segments {
   std::int64_t next_look_s_ = INT64_MIN;                    // uptime
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
   std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
-  std::string told_hold_, told_failure_;
-  std::map<std::uint64_t, std::uint64_t> counted_;  // rows of segments without an end line, by number
+  Alarm hold_alarm_, deletion_alarm_;                       // problem: the consumer; the file
+  std::map<std::uint64_t, std::uint64_t> counted_;          // rows of segments without an end line, by number
   mutable std::mutex status_mutex_;
   std::optional<pipeline::RetentionStatus> status_;
 };

@@ -87,14 +87,13 @@ std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments,
                       status.bytes,
                       since_s < kMinGrowth_s ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
   const bool held = stored.hold && exceeds_limits(settings_, stored);
-  if (held && std::exchange(told_hold_, stored.hold->consumer) != stored.hold->consumer)
+  if (hold_alarm_.set(held ? stored.hold->consumer : "") && held)
     report(
         pipeline::Severity::kWarning, "retention",
         fmt::format("{0}: segments are kept longer than {0}/keep_mib or {0}/keep_days because \"{1}\" has not fetched "
                     "them; {2}",
                     section(), stored.hold->consumer,
                     stored.hold->limited ? "at most 7 days longer and 10 % more bytes" : "until the disk is full"));
-  if (!held) told_hold_.clear();
   return next_deletion(settings_, stored);
 }
 
@@ -129,7 +128,7 @@ bool Segments::remove(const Segment& segment, NextDeletion::Why why) {
   index_.deleting(deletion);
   fs::remove(segment.path, error);
   if (error) {
-    if (std::exchange(told_failure_, segment.file) != segment.file)
+    if (deletion_alarm_.set(segment.file))
       report(pipeline::Severity::kWarning, "retention",
              fmt::format("{}: {}: cannot be deleted: {}", section(), segment.path, error.message()));
     return false;

@@ -180,7 +180,7 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
     pipeline_ = std::make_unique<Pipeline>(setup);
     reported_by_arrival_ = reported_resets_ = 0;
     stages_ = {};
-    reported_clocks_ = false;
+    clocks_alarm_.clear();
   }
   setup_ = std::move(setup);
   rate_watch_ = RateMonitor(setup_.frames->rate_hz);
@@ -224,12 +224,11 @@ void Acquisition::watch_stages(std::int64_t now_ns) {
   if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
   stages_checked_ns_ = now_ns;
   const auto notice = stages_.push(*pipeline_, now_ns);
-  if (notice) tell_(notice->entered ? Severity::kWarning : Severity::kInfo, "no_rate", notice->text);
-  const std::string problem = clocks_problem();
-  const bool differ = !problem.empty();
-  if (std::exchange(reported_clocks_, differ) == differ) return;
-  if (differ) last_clocks_problem_ = problem;
-  tell_(differ ? Severity::kWarning : Severity::kInfo, "rate", differ ? problem : "frames arrive as described again");
+  if (notice) tell_(notice->severity(), "no_rate", notice->text);
+  if (!clocks_alarm_.set_state(clocks_problem())) return;
+  if (!clocks_alarm_.is_active()) return tell_(Severity::kInfo, "rate", "frames arrive as described again");
+  last_clocks_problem_ = clocks_alarm_.problem();
+  tell_(Severity::kWarning, "rate", last_clocks_problem_);
 }
 
 std::string Acquisition::clocks_problem() const { return clocks_text(*setup_.frames, pipeline_->clock().rate_check()); }

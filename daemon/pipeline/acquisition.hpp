@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/alarm.hpp"
 #include "daemon/pipeline/axis_record.hpp"
 #include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
@@ -91,8 +92,9 @@ class Acquisition {
   /// The last disagreement since the start; empty: none.
   const std::string& last_clocks_problem() const { return last_clocks_problem_; }
   /// The disk does not answer; empty: it does. Set by the owner of the disk thread.
-  const std::string& disk_problem() const { return disk_problem_; }
-  void set_disk_problem(std::string problem) { disk_problem_ = std::move(problem); }
+  const std::string& disk_problem() const { return disk_alarm_.problem(); }
+  /// Returns true if it begins or ends.
+  bool set_disk_problem(std::string problem) { return disk_alarm_.set_state(std::move(problem)); }
   std::uint64_t sessions() const { return sessions_; }
   /// Of any line, in the current pipeline.
   std::uint64_t frames_of(std::size_t line) const {
@@ -120,8 +122,8 @@ class Acquisition {
   RateMonitor rate_watch_;
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
-  bool reported_clocks_ = false;
-  std::string last_clocks_problem_, disk_problem_;
+  Alarm clocks_alarm_, disk_alarm_;
+  std::string last_clocks_problem_;
   std::uint64_t sessions_ = 0, frames_before_ = 0;
   std::uint64_t reported_by_arrival_ = 0, reported_resets_ = 0;  ///< of the pipeline's ClockStatus
 };

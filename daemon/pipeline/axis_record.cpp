@@ -29,8 +29,8 @@ void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& t
     tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
          prefix_ + "quality is now " + compensation::quality_text(quality));
   }
-  for (const PlausibilityAlarm::Notice& notice : plausibility_watch_.push(row))
-    tell(notice.entered ? Severity::kWarning : Severity::kInfo, "implausible", prefix_ + notice.text);
+  for (const Notice& notice : plausibility_watch_.push(row))
+    tell(notice.severity(), "implausible", prefix_ + notice.text);
 }
 
 }  // namespace prism::pipeline

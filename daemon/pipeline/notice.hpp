@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Callback with which the parts of the daemon report events.
+// Events that the parts of the daemon report.
 #pragma once
 
 #include <functional>
@@ -12,5 +12,13 @@ enum class Severity { kDebug, kInfo, kWarning, kError };
 /// `kind`: event type, a fixed word (line_open, line_lost, quality, …). `text`: one human-readable line. The receiver
 /// adds the time.
 using Tell = std::function<void(Severity severity, const std::string& kind, const std::string& text)>;
+
+/// A problem begins or ends.
+struct Notice {
+  bool begins;
+  std::string text;  ///< one line
+
+  Severity severity() const { return begins ? Severity::kWarning : Severity::kInfo; }
+};
 
 }  // namespace prism::pipeline

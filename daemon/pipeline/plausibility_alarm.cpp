@@ -24,7 +24,7 @@ constexpr std::array kSensors = {
 
 }  // namespace
 
-std::vector<PlausibilityAlarm::Notice> PlausibilityAlarm::push(const compensation::CompensatedWindow& row) {
+std::vector<Notice> PlausibilityAlarm::push(const compensation::CompensatedWindow& row) {
   std::vector<Notice> notices;
   const compensation::SecondMean& second_mean = row.window.second_mean;
   for (std::size_t i = 0; i < kSensors.size(); ++i) {

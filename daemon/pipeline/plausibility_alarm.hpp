@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compensation/compensated.hpp"
+#include "daemon/pipeline/notice.hpp"
 
 namespace prism::pipeline {
 
@@ -17,11 +18,8 @@ class PlausibilityAlarm {
  public:
   static constexpr int kCalmS = 30;
 
-  struct Notice {
-    bool entered;
-    std::string text;  ///< "temperature is implausible: found -273 degC, expected -90 to 200"
-  };
-  /// Rows must be passed in order of creation.
+  /// Rows must be passed in order of creation. Texts: "temperature is implausible: found -273 degC, expected -90 to
+  /// 200".
   std::vector<Notice> push(const compensation::CompensatedWindow& row);
 
  private:

@@ -56,15 +56,10 @@ std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts
   return problem;
 }
 
-std::optional<StageMonitor::Notice> StageMonitor::push(const Pipeline& pipeline, std::int64_t now_ns) {
-  const std::string found = problem_at(pipeline, counts_of(pipeline), now_ns);
-  if (found.empty() == problem_.empty()) {
-    if (!found.empty()) problem_ = found;  // with the current numbers
-    return std::nullopt;
-  }
-  problem_ = found;
-  if (found.empty()) return Notice{false, "the gyro's data give rates again"};
-  return Notice{true, found};
+std::optional<Notice> StageMonitor::push(const Pipeline& pipeline, std::int64_t now_ns) {
+  if (!alarm_.set_state(problem_at(pipeline, counts_of(pipeline), now_ns))) return std::nullopt;
+  if (!alarm_.is_active()) return Notice{false, "the gyro's data give rates again"};
+  return Notice{true, alarm_.problem()};
 }
 
 }  // namespace prism::pipeline

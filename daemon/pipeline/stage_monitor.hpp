@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/alarm.hpp"
+#include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 
 namespace prism::pipeline {
@@ -25,18 +27,14 @@ class StageMonitor {
  public:
   static constexpr double kStarvedS = 10;
 
-  struct Notice {
-    bool entered;
-    std::string text;  ///< one line: "100 lines in 10 s, no number for axis z, for example \"1,25\""
-  };
-
-  /// Returns a notice when a stage had at least 10 inputs and no output for kStarvedS, and one when it has output
-  /// again. Call at least once a second while data arrive; now_ns: arrival time.
+  /// Returns a notice ("100 lines in 10 s, no number for axis z, for example \"1,25\"") when a stage had at least 10
+  /// inputs and no output for kStarvedS, and one when it has output again. Call at least once a second while data
+  /// arrive; now_ns: arrival time.
   std::optional<Notice> push(const Pipeline& pipeline, std::int64_t now_ns);
   /// A new session: the time before it does not count.
   void begin() { stages_.clear(); }
   /// The problem that exists now; empty: none.
-  const std::string& problem() const { return problem_; }
+  const std::string& problem() const { return alarm_.problem(); }
 
  private:
   std::string problem_at(const Pipeline& pipeline, const StageCounts& counts, std::int64_t now_ns);
@@ -47,7 +45,7 @@ class StageMonitor {
   };
 
   std::vector<Stage> stages_;  ///< frames, samples, and the rates of each axis
-  std::string problem_;
+  Alarm alarm_;
 };
 
 }  // namespace prism::pipeline

@@ -106,11 +106,11 @@ asio::awaitable<void> Server::serve() {
 }
 
 void Server::watch_file() {
-  if (own_.is_in_place() == in_place_) return;
-  in_place_ = !in_place_;
-  if (in_place_) return tell_(Severity::kInfo, "socket", settings_.path + ": clients can connect again");
-  tell_(Severity::kWarning, "socket",
-        settings_.path + ": the socket's file was removed or replaced, new clients cannot connect; restart prismd");
+  const char* const problem = "the socket's file was removed or replaced, new clients cannot connect; restart prismd";
+  if (!file_alarm_.set(own_.is_in_place() ? "" : problem)) return;
+  const bool begins = file_alarm_.is_active();
+  tell_(begins ? Severity::kWarning : Severity::kInfo, "socket",
+        settings_.path + ": " + (begins ? problem : "clients can connect again"));
 }
 
 std::string Server::admit(const Client& client) {

@@ -7,6 +7,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 
+#include "base/alarm.hpp"
 #include "base/result.hpp"
 #include "base/unix_socket.hpp"
 #include "config/config.hpp"
@@ -43,7 +44,7 @@ class Server {
   Acceptor acceptor_;
   config::SocketSettings settings_;
   const OwnSocketFile own_;
-  bool in_place_ = true;  ///< as reported
+  Alarm file_alarm_;
   Publisher& publisher_;
   const pipeline::Tell tell_;
   RequestQueue requests_;

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/alarm.hpp"
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
@@ -142,7 +143,7 @@ class Follower {
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
     if (!answer) return tl::unexpected(answer.error());
-    silent_ = false;
+    fault_.clear();
     const json& page = client::of_axis(*answer, settings_.axis);
     if (const json& missing = at(page, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
@@ -170,7 +171,7 @@ class Follower {
   }
 
   void pause(const Error& error) {
-    if (!std::exchange(silent_, true)) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
+    if (fault_.set_state(error.text())) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
     std::this_thread::sleep_for(std::chrono::seconds(1));
   }
 
@@ -179,7 +180,7 @@ class Follower {
   Printer printer_;
   std::string cursor_;
   std::optional<client::DaemonConnection> connection_;
-  bool silent_ = false;
+  Alarm fault_;
 };
 
 }  // namespace

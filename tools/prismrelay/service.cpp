@@ -9,6 +9,7 @@
 #include <memory>
 #include <thread>
 
+#include "base/alarm.hpp"
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/json_member.hpp"
@@ -54,17 +55,18 @@ class Reporter {
  private:
   void write_status(const RelayState::View& view) {
     const auto written = write_text_file(settings_.status_file, json_text(status_json(settings_, view), 2) + "\n");
-    const std::string error = written ? "" : written.error().text();
-    if (error != status_error_ && !error.empty()) log_line(Level::kWarning, "cannot write the status: " + error);
-    status_error_ = error;
+    report(status_alarm_, "status", written);
   }
 
   void write_metrics(const RelayState::View& view) {
     measured_s_ = host_time_s();
     const auto written = metrics::write_exposition(settings_.metrics->file, metrics_text(view));
-    const std::string error = written ? "" : written.error().text();
-    if (error != metrics_error_ && !error.empty()) log_line(Level::kWarning, "cannot write the metrics: " + error);
-    metrics_error_ = error;
+    report(metrics_alarm_, "metrics", written);
+  }
+
+  static void report(Alarm& alarm, const char* what, const Result<void>& written) {
+    if (!alarm.set(written ? "" : written.error().text()) || !alarm.is_active()) return;
+    log_line(Level::kWarning, fmt::format("cannot write the {}: {}", what, alarm.problem()));
   }
 
   const Settings& settings_;
@@ -72,7 +74,8 @@ class Reporter {
   const bool watchdog_ = watchdog_half_us() > 0;
   unsigned rounds_ = 0;
   double measured_s_ = 0;
-  std::string reported_, status_error_, metrics_error_;
+  std::string reported_;
+  Alarm status_alarm_, metrics_alarm_;
 };
 
 int show_status(const Settings& settings, bool as_json) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "base/alarm.hpp"
 #include "tools/client/response.hpp"
 #include "tools/prismweb/async_store.hpp"
 #include "tools/prismweb/instance_proxy.hpp"
@@ -61,7 +62,7 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   boost::asio::steady_timer pause_;
   /// reading_: one page is requested at a time, until the store has it, so that a blocked disk does not fill memory.
   bool has_log_ = true, reading_ = false, behind_ = true;
-  std::string reported_;
+  Alarm store_alarm_;
 };
 
 }  // namespace prism::prismweb

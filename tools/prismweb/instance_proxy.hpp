@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/alarm.hpp"
 #include "config/socket_protocol.hpp"
 #include "tools/client/async_connection.hpp"
 #include "tools/prismweb/subscription_table.hpp"
@@ -81,7 +82,7 @@ class InstanceProxy {
   SubscriptionTable subscriptions_;
   std::uint32_t subscribed_every_ = 0;
   bool subscribing_ = false;
-  std::string reported_;  ///< why the last status was rejected
+  Alarm status_alarm_;  ///< why the last status was rejected
 };
 
 }  // namespace prism::prismweb

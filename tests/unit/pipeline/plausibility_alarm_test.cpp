@@ -24,7 +24,7 @@ std::vector<std::string> told(PlausibilityAlarm& watch, int rows, double degc, b
   std::vector<std::string> texts;
   for (int i = 0; i < rows; ++i) {
     for (const auto& notice : watch.push(watched_row(degc, implausible)))
-      texts.push_back((notice.entered ? "in: " : "out: ") + notice.text);
+      texts.push_back((notice.begins ? "in: " : "out: ") + notice.text);
   }
   return texts;
 }

@@ -35,8 +35,8 @@ struct StageMonitorTest : testing::Test {
     pipeline.emplace(*setup);
   }
   /// Sends the text each 0.1 s for `seconds`; '#' is the number of the line. Returns the notices.
-  std::vector<StageMonitor::Notice> run(const std::string& text, int seconds) {
-    std::vector<StageMonitor::Notice> notices;
+  std::vector<Notice> run(const std::string& text, int seconds) {
+    std::vector<Notice> notices;
     for (int i = 0; i < 10 * seconds; ++i, ++number) {
       std::string line = text;
       if (const auto at = line.find('#'); at != std::string::npos) line.replace(at, 1, std::to_string(100 * number));
@@ -60,12 +60,12 @@ TEST_F(StageMonitorTest, ReportsAColumnThatIsNeverANumber) {
   load(false);
   const auto notices = run("# 1,25", 30);
   ASSERT_EQ(notices.size(), 1U);
-  EXPECT_TRUE(notices[0].entered);
+  EXPECT_TRUE(notices[0].begins);
   EXPECT_NE(notices[0].text.find("frames and no number for axis z, for example \"0 1,25\""), std::string::npos)
       << notices[0].text;
   const auto after = run("# 1.25", 3);
   ASSERT_EQ(after.size(), 1U);
-  EXPECT_FALSE(after[0].entered);
+  EXPECT_FALSE(after[0].begins);
   EXPECT_EQ(monitor.problem(), "");
 }
 
