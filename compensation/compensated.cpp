@@ -23,6 +23,13 @@ constexpr std::pair<std::uint32_t, std::string_view> kNames[] = {
     {kClocksDiffer, "clocks_differ"},
 };
 
+constexpr std::size_t most_chars() {
+  std::size_t chars = 0;
+  for (const auto& [bit, name] : kNames) chars += name.size() + 1;
+  return chars;
+}
+static_assert(most_chars() <= kQualityChars);
+
 }  // namespace
 
 char* put_quality(char* at, std::uint32_t quality) {

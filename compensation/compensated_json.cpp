@@ -1,38 +1,65 @@
 // SPDX-License-Identifier: MIT
 // Rows as the JSON of the socket.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <string_view>
+#include <utility>
 
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
+#include "compensation/log_columns.hpp"
 
 namespace prism::compensation {
 namespace {
 
-// One JSON object, built in place: growing a std::string costs more per frame than its numbers. kJsonChars is above the
-// sum of all keys and numbers of the longest object.
+struct SampleMember {
+  std::string_view key;
+  int decimals;
+  double (*value)(const Compensated& row);
+};
+
+constexpr std::string_view kTimeKey = "{\"time_s\":", kQualityKey = ",\"quality\":\"", kSampleEnd = "\"}",
+                           kUnknownJson = "null";
+constexpr std::array kSampleMembers = {
+    SampleMember{",\"rate_deg_per_h\":", kRateDecimals, [](const Compensated& r) { return r.sample.rate_deg_per_h; }},
+    SampleMember{",\"temperature_degc\":", kTemperatureDecimals,
+                 [](const Compensated& r) { return r.sample.temperature_degc; }},
+    SampleMember{",\"uhfo_v\":", kUhfoDecimals, [](const Compensated& r) { return r.sample.uhfo_v; }},
+    SampleMember{",\"bias_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.correction.bias_deg_per_h; }},
+    SampleMember{",\"sd_deg_per_h\":", kRateDecimals, [](const Compensated& r) { return r.correction.sd_deg_per_h; }},
+    SampleMember{",\"sd_mean_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.correction.sd_mean_deg_per_h; }},
+    SampleMember{",\"corrected_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.corrected_deg_per_h; }}};
+
+constexpr std::size_t most_sample_chars() {
+  std::size_t chars = kTimeKey.size() + kNumberChars + kQualityKey.size() + kQualityChars + kSampleEnd.size();
+  for (const SampleMember& member : kSampleMembers) chars += member.key.size() + kNumberChars;
+  return chars;
+}
+static_assert(most_sample_chars() <= kJsonChars);
+
+// One JSON object, built in place: growing a std::string costs more per frame than its numbers.
 class JsonWriter {
  public:
   explicit JsonWriter(char* at) : end_(at) {}
-  template <std::size_t size>
-  void put(const char (&literal)[size]) {
-    end_ = std::copy_n(literal, size - 1, end_);
-  }
-  void integer(std::int64_t value) { end_ = put_integer(end_, value); }
-  template <std::size_t size>
-  void member(const char (&key)[size], double value, int decimals) {
-    put(key);
+  void put(std::string_view text) { end_ = std::copy_n(text.data(), text.size(), end_); }
+  void member(const SampleMember& member, const Compensated& row) {
+    put(member.key);
+    const double value = member.value(row);
     if (std::isfinite(value)) {
-      end_ = put_fixed(end_, value, decimals);
+      end_ = put_fixed(end_, value, member.decimals);
     } else {
-      put("null");
+      put(kUnknownJson);
     }
   }
   // Seconds with microseconds; fixed decimals would be limited by the double's last digits.
   void time(std::int64_t time_ns) {
     if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) put("-");
-    integer(time_ns / kNanosecondsPerSecond);
+    end_ = put_integer(end_, time_ns / kNanosecondsPerSecond);
     char* digit = end_ + 7;
     for (std::int64_t rest = std::abs(time_ns % kNanosecondsPerSecond) / 1000; digit > end_ + 1; rest /= 10) {
       *--digit = static_cast<char>('0' + rest % 10);
@@ -40,15 +67,7 @@ class JsonWriter {
     *end_ = '.';
     end_ += 7;
   }
-  void correction(const Correction& correction, double corrected) {
-    member(",\"bias_deg_per_h\":", correction.bias_deg_per_h, kRateDecimals);
-    member(",\"sd_deg_per_h\":", correction.sd_deg_per_h, kRateDecimals);
-    member(",\"sd_mean_deg_per_h\":", correction.sd_mean_deg_per_h, kRateDecimals);
-    member(",\"corrected_deg_per_h\":", corrected, kRateDecimals);
-    put(",\"quality\":\"");
-    end_ = put_quality(end_, correction.quality);
-    put("\"}");
-  }
+  void quality(std::uint32_t quality) { end_ = put_quality(end_, quality); }
   char* end() const { return end_; }
 
  private:
@@ -77,12 +96,13 @@ void append_sensors(std::string& text, const SecondMean& second_mean) {
 
 char* put_json(char* at, const Compensated& row) {
   JsonWriter line(at);
-  line.put("{\"time_s\":");
+  line.put(kTimeKey);
   line.time(row.sample.time_ns);
-  line.member(",\"rate_deg_per_h\":", row.sample.rate_deg_per_h, kRateDecimals);
-  line.member(",\"temperature_degc\":", row.sample.temperature_degc, kTemperatureDecimals);
-  line.member(",\"uhfo_v\":", row.sample.uhfo_v, kUhfoDecimals);
-  line.correction(row.correction, row.corrected_deg_per_h);
+  [&]<std::size_t... i>(std::index_sequence<i...>) { (line.member(kSampleMembers[i], row), ...); }
+  (std::make_index_sequence<kSampleMembers.size()>());
+  line.put(kQualityKey);
+  line.quality(row.correction.quality);
+  line.put(kSampleEnd);
   return line.end();
 }
 
@@ -92,26 +112,19 @@ void append_json(std::string& text, const Compensated& row) {
 }
 
 void append_json(std::string& text, const CompensatedWindow& row) {
-  const Window& window = row.window;
-  char json[kJsonChars];
-  JsonWriter line(json);
-  line.put("{\"time_s\":");
-  line.integer(window.second_mean.second + 1);
-  line.put(",\"samples\":");
-  line.integer(window.second_mean.samples);
-  line.put(",\"missing\":");
-  line.integer(window.second_mean.missing_frames);
-  line.member(",\"rate_deg_per_h\":", window.second_mean.rate_deg_per_h, kRateDecimals);
-  line.member(",\"temperature_degc\":", window.second_mean.temperature_degc, kTemperatureDecimals);
-  line.member(",\"uhfo_v\":", window.second_mean.uhfo_v, kUhfoDecimals);
-  line.member(",\"mean_rate_deg_per_h\":", window.rate_deg_per_h, kRateDecimals);
-  line.member(",\"mean_temperature_degc\":", window.temperature_degc, kTemperatureDecimals);
-  line.member(",\"slope_degc_per_s\":", window.slope_degc_per_s, kSlopeDecimals);
-  line.member(",\"mean_uhfo_v\":", window.uhfo_v, kUhfoDecimals);
-  line.member(",\"corrected_mean_deg_per_h\":", row.corrected_mean_deg_per_h, kRateDecimals);
-  line.correction(row.correction, row.corrected_deg_per_h);
-  text.append(json, static_cast<std::size_t>(line.end() - json));
-  append_sensors(text, window.second_mean);
+  text.reserve(text.size() + kJsonChars);
+  for (const std::size_t i : kJsonColumns) {
+    const LogColumn& column = kLogColumns[i];
+    const bool quoted = column.type == ColumnType::kText;
+    text += column.json == 1 ? "{\"" : ",\"";
+    (text += column.name) += quoted ? "\":\"" : "\":";
+    const std::size_t begin = text.size();
+    column.append(text, row);
+    if (text.size() == begin) text += kUnknownJson;
+    if (quoted) text += '"';
+  }
+  text += '}';
+  append_sensors(text, row.window.second_mean);
 }
 
 }  // namespace prism::compensation

@@ -13,10 +13,6 @@
 
 namespace prism::compensation {
 
-/// Decimal places in the output.
-inline constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8,
-                     kSensorDecimals = 6;
-
 /// The column line of the log, without its line end. The columns of `sensors` are before the last one.
 std::string csv_columns(const std::vector<SensorName>& sensors = {});
 
@@ -51,7 +47,7 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
                                     const CsvLayout& layout = CsvLayout());
 
 /// Maximum length of the output of put_json().
-inline constexpr std::size_t kJsonChars = 1024;
+inline constexpr std::size_t kJsonChars = 640;
 
 /// The "params" of a sample notification: {"time_s":…,"rate_deg_per_h":…,…}. Unknown quantities are null. Writes at
 /// `at`, which has space for kJsonChars, and returns the end.

@@ -15,34 +15,32 @@
 namespace prism::prismrelay {
 namespace {
 
-enum class ColumnType { kReal, kBigInt, kInteger, kSmallInt, kName };
+using compensation::ColumnInfo;
+using compensation::ColumnType;
+using compensation::kColumnInfo;
 
-struct Column {
-  const char* name;
-  ColumnType type;
-};
+constexpr std::size_t kTime = compensation::column_index("time_s"), kArrival = compensation::column_index("arrival_s");
 
-// Columns with the same name in the log and in prism.rows, with the types of schema.sql. The times are separate.
-constexpr std::array kColumns = {
-    Column{"samples", ColumnType::kInteger},
-    Column{"missing", ColumnType::kBigInt},
-    Column{"rate_deg_per_h", ColumnType::kReal},
-    Column{"temperature_degc", ColumnType::kReal},
-    Column{"uhfo_v", ColumnType::kReal},
-    Column{"status", ColumnType::kBigInt},
-    Column{"mean_rate_deg_per_h", ColumnType::kReal},
-    Column{"mean_temperature_degc", ColumnType::kReal},
-    Column{"slope_degc_per_s", ColumnType::kReal},
-    Column{"mean_uhfo_v", ColumnType::kReal},
-    Column{"bias_deg_per_h", ColumnType::kReal},
-    Column{"sd_deg_per_h", ColumnType::kReal},
-    Column{"corrected_deg_per_h", ColumnType::kReal},
-    Column{"corrected_mean_deg_per_h", ColumnType::kReal},
-    Column{"quality", ColumnType::kName},
-    Column{"sd_mean_deg_per_h", ColumnType::kReal},
-    Column{"partial", ColumnType::kSmallInt},
-};
-constexpr std::size_t kTime = kColumns.size(), kArrival = kColumns.size() + 1, kColumnCount = kColumns.size() + 2;
+// The times are converted; all other columns have the same name in the log and in prism.rows.
+bool is_copied(const ColumnInfo& column) { return column.type != ColumnType::kTime; }
+
+const char* sql_type(ColumnType type) {
+  switch (type) {
+    case ColumnType::kReal:
+      return "double precision";
+    case ColumnType::kInteger:
+      return "integer";
+    case ColumnType::kUnsigned:
+      return "bigint";
+    case ColumnType::kFlag:
+      return "smallint";
+    case ColumnType::kTime:
+    case ColumnType::kText:
+      break;
+  }
+  return "text";
+}
+
 constexpr double kMaxTime_s = 9.2e9;  // the year 2261
 constexpr std::int64_t kDay_s = 86400;
 
@@ -78,16 +76,17 @@ bool is_valid(ColumnType type, std::string_view text) {
   switch (type) {
     case ColumnType::kReal:
       return parse_real(text, value);
-    case ColumnType::kBigInt:
-      return is_integer(text, INT64_MAX);
     case ColumnType::kInteger:
       return is_integer(text, INT32_MAX);
-    case ColumnType::kSmallInt:
+    case ColumnType::kUnsigned:
+      return is_integer(text, INT64_MAX);
+    case ColumnType::kFlag:
       return is_integer(text, INT16_MAX);
-    case ColumnType::kName:
-      return is_name(text);
+    case ColumnType::kTime:
+    case ColumnType::kText:
+      break;
   }
-  return false;
+  return is_name(text);
 }
 
 bool is_sensor(std::string_view name) {
@@ -108,20 +107,13 @@ std::string in_quotes(std::string_view text) { return "\"" + shortened(text, 40)
 }  // namespace
 
 RowConverter::RowConverter(std::string_view columns) {
-  static_assert(kColumnCount <= std::extent_v<decltype(field_of_)>);
-  std::fill(std::begin(field_of_), std::end(field_of_), -1);
+  field_of_.fill(-1);
   const auto names = split(columns);
   field_count_ = names.size();
   sensors_.resize(field_count_);
   for (std::size_t i = 0; i < field_count_; ++i) {
-    const auto column =
-        std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return c.name == names[i]; });
-    if (column != kColumns.end()) {
-      field_of_[column - kColumns.begin()] = static_cast<int>(i);
-    } else if (names[i] == "time_s") {
-      field_of_[kTime] = static_cast<int>(i);
-    } else if (names[i] == "arrival_s") {
-      field_of_[kArrival] = static_cast<int>(i);
+    if (const std::size_t column = compensation::column_index(names[i]); column < kColumnInfo.size()) {
+      field_of_[column] = static_cast<int>(i);
     } else if (is_sensor(names[i])) {
       sensors_[i] = names[i];
     }
@@ -130,7 +122,17 @@ RowConverter::RowConverter(std::string_view columns) {
 
 std::string RowConverter::copy_columns() {
   std::string text = "gyro, axis, log, segment, row_number, arrival_s, time_s, sensors";
-  for (const Column& column : kColumns) (text += ", ") += column.name;
+  for (const ColumnInfo& column : kColumnInfo) {
+    if (is_copied(column)) (text += ", ") += column.name;
+  }
+  return text;
+}
+
+std::string RowConverter::table_columns() {
+  std::string text;
+  for (const ColumnInfo& column : kColumnInfo) {
+    if (is_copied(column)) text += fmt::format("  {} {},\n", column.name, sql_type(column.type));
+  }
   return text;
 }
 
@@ -147,9 +149,9 @@ std::string RowConverter::append(std::string& csv, const RowPosition& position, 
   if (!at(kArrival).empty() && !parse_real(at(kArrival), arrival_s))
     return "arrival_s: found " + in_quotes(at(kArrival));
   if (!(arrival_s >= 0 && arrival_s < kMaxTime_s)) return "arrival_s: found " + in_quotes(at(kArrival));
-  for (std::size_t c = 0; c < kColumns.size(); ++c) {
-    if (!at(c).empty() && !is_valid(kColumns[c].type, at(c)))
-      return fmt::format("{}: found {}", kColumns[c].name, in_quotes(at(c)));
+  for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
+    if (is_copied(kColumnInfo[c]) && !at(c).empty() && !is_valid(kColumnInfo[c].type, at(c)))
+      return fmt::format("{}: found {}", kColumnInfo[c].name, in_quotes(at(c)));
   }
   std::string sensors;
   for (std::size_t i = 0; i < field_count_; ++i) {
@@ -164,7 +166,9 @@ std::string RowConverter::append(std::string& csv, const RowPosition& position, 
   fmt::format_to(std::back_inserter(csv), "{},{},{},{},", position.segment, position.row,
                  at(kArrival).empty() ? at(kTime) : at(kArrival), at(kTime));
   if (!sensors.empty()) ((csv += "\"{") += sensors) += "}\"";
-  for (std::size_t c = 0; c < kColumns.size(); ++c) (csv += ',') += at(c);
+  for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
+    if (is_copied(kColumnInfo[c])) (csv += ',') += at(c);
+  }
   csv += '\n';
   return "";
 }

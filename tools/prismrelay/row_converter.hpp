@@ -2,10 +2,13 @@
 // Converts a line of a log to a line of COPY for prism.rows.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "compensation/log_columns.hpp"
 
 namespace prism::prismrelay {
 
@@ -24,6 +27,8 @@ class RowConverter {
 
   /// The columns of COPY, in the order of append().
   static std::string copy_columns();
+  /// The same columns of the log in CREATE TABLE: "  samples integer,\n…".
+  static std::string table_columns();
 
   /// Appends the row to `csv`, and sets the day of its arrival (since 1970 UTC) and the arrival (s). Returns an error
   /// and appends nothing if a field is invalid for the column's type; else returns an empty string.
@@ -31,8 +36,8 @@ class RowConverter {
                      double& arrival_s) const;
 
  private:
-  int field_of_[32];                  ///< by column of the table: index of the line's field, −1: absent
-  std::vector<std::string> sensors_;  ///< by index of the line's field; empty: not a sensor
+  std::array<int, compensation::kColumnInfo.size()> field_of_;  ///< index of the line's field, −1: absent
+  std::vector<std::string> sensors_;                            ///< by index of the line's field; empty: not a sensor
   std::size_t field_count_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "base/text_number.hpp"
+#include "tools/prismrelay/row_converter.hpp"
 #include "tools/prismrelay/schema_sql.hpp"
 
 namespace prism::prismrelay {
@@ -16,10 +17,14 @@ std::string day_text(std::int64_t day) { return utc_text(day * 86400).substr(0, 
 
 }  // namespace
 
-std::string schema_sql() { return kSchemaSql; }
+std::string schema_sql() {
+  constexpr std::string_view kMark = "  LOG_COLUMNS\n";
+  std::string sql = kSchemaSql;
+  return sql.replace(sql.find(kMark), kMark.size(), RowConverter::table_columns());
+}
 
 std::string reference_sql() {
-  std::string sql = kSchemaSql;
+  std::string sql = schema_sql();
   for (const std::string_view line : {"BEGIN;\n", "CREATE SCHEMA IF NOT EXISTS prism;\n", "COMMIT;\n"})
     sql.erase(sql.find(line), line.size());
   constexpr std::string_view kPrefix = "prism.", kTemporary = "pg_temp.";

@@ -17,23 +17,7 @@ CREATE TABLE IF NOT EXISTS prism.rows (
   row_number integer NOT NULL,    -- in the segment, from 1
   arrival timestamptz NOT NULL,   -- host time of the last frame of the second
   time timestamptz NOT NULL,      -- end of the second, in data time
-  samples integer,
-  missing bigint,
-  rate_deg_per_h double precision,
-  temperature_degc double precision,
-  uhfo_v double precision,
-  status bigint,
-  mean_rate_deg_per_h double precision,
-  mean_temperature_degc double precision,
-  slope_degc_per_s double precision,
-  mean_uhfo_v double precision,
-  bias_deg_per_h double precision,
-  sd_deg_per_h double precision,
-  corrected_deg_per_h double precision,
-  corrected_mean_deg_per_h double precision,
-  quality text,
-  sd_mean_deg_per_h double precision,
-  partial smallint,
+  LOG_COLUMNS
   sensors jsonb,                  -- values by column name
   PRIMARY KEY (gyro, axis, log, segment, row_number, arrival)
 ) PARTITION BY RANGE (arrival);

@@ -5,12 +5,15 @@
 #include <array>
 #include <cmath>
 
+#include "compensation/log_columns.hpp"
 #include "tools/prismweb/batch.hpp"
 #include "tools/prismweb/json_text.hpp"
 
 namespace prism::prismweb {
 namespace {
 
+using compensation::ColumnType;
+using compensation::InSample;
 using nlohmann::json;
 
 constexpr std::string_view kTarget = "/foxglove", kTokenPart = "?token=";
@@ -20,30 +23,6 @@ struct Field {
   const char *name, *type, *what;
 };
 
-constexpr std::array kCorrection = {
-    Field{"bias_deg_per_h", "number", "bias of the model, deg/h"},
-    Field{"sd_deg_per_h", "number", "standard deviation of the bias, deg/h"},
-    Field{"sd_mean_deg_per_h", "number", "standard deviation including the noise of the window's mean rate, deg/h"},
-    Field{"corrected_deg_per_h", "number", "rate - bias, deg/h"},
-    Field{"quality", "string", "good, or reasons separated by +"},
-};
-constexpr std::array kSample = {
-    Field{"rate_deg_per_h", "number", "deg/h"},
-    Field{"temperature_degc", "number", "degC"},
-    Field{"uhfo_v", "number", "V"},
-};
-constexpr std::array kWindow = {
-    Field{"samples", "integer", "frames in the second"},
-    Field{"missing", "integer", "frames missing in the second"},
-    Field{"rate_deg_per_h", "number", "mean of the second, deg/h"},
-    Field{"temperature_degc", "number", "mean of the second, degC"},
-    Field{"uhfo_v", "number", "mean of the second, V"},
-    Field{"mean_rate_deg_per_h", "number", "mean of the window, deg/h"},
-    Field{"mean_temperature_degc", "number", "mean of the window, degC"},
-    Field{"slope_degc_per_s", "number", "temperature slope in the window, degC/s"},
-    Field{"mean_uhfo_v", "number", "mean of the window, V"},
-    Field{"corrected_mean_deg_per_h", "number", "mean rate of the window - bias, deg/h"},
-};
 constexpr std::array kEvent = {
     Field{"severity", "string", "debug, info, warning or error"},
     Field{"kind", "string", "event type, e.g. line_lost"},
@@ -51,19 +30,33 @@ constexpr std::array kEvent = {
     Field{"repeats", "integer", "suppressed repetitions of the event"},
 };
 
-template <class Fields>
-void put(json& properties, const Fields& fields) {
-  for (const Field& field : fields) properties[field.name] = {{"type", field.type}, {"description", field.what}};
+json property(std::string_view type, std::string_view description) {
+  return {{"type", type}, {"description", description}};
+}
+
+void put_columns(json& properties, bool is_sample) {
+  for (const std::size_t i : compensation::kJsonColumns) {
+    const compensation::ColumnInfo& column = compensation::kColumnInfo[i];
+    if (is_sample && column.in_sample == InSample::kNo) continue;
+    std::string description;
+    if (!is_sample || column.in_sample != InSample::kMeasured) description = column.meaning;
+    if (!column.unit.empty()) (description += description.empty() ? "" : ", ") += column.unit;
+    const bool is_integer = column.type == ColumnType::kInteger || column.type == ColumnType::kUnsigned;
+    properties[std::string(column.name)] = property(column.type == ColumnType::kText ? "string"
+                                                    : is_integer                     ? "integer"
+                                                                                     : "number",
+                                                    description);
+  }
 }
 
 json schema_of(const std::string& stream) {
-  json properties = {{"time_s", {{"type", "number"}, {"description", "time of the data, s"}}}};
+  json properties;
   if (stream == "event") {
-    put(properties, kEvent);
+    properties["time_s"] = property("number", "time of the data, s");
+    for (const Field& field : kEvent) properties[field.name] = property(field.type, field.what);
   } else {
-    properties["axis"] = {{"type", "string"}, {"description", "name in the frame description"}};
-    stream == "sample" ? put(properties, kSample) : put(properties, kWindow);
-    put(properties, kCorrection);
+    properties["axis"] = property("string", "name in the frame description");
+    put_columns(properties, stream == "sample");
   }
   return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
           {"type", "object"},
