@@ -9,6 +9,7 @@ import tempfile
 
 sys.dont_write_bytecode = True
 import citations
+import frame_path
 import house_names
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -337,7 +338,8 @@ def breaches(root):
     for path, full in files_of(root):
         with open(full, "rb") as file:
             files.append((path, full, file.read().decode("utf-8", errors="replace")))
-    rules = RULES + [UniqueTypes(), citations.Citations((path, text) for path, _, text in files)]
+    texts = [(path, text) for path, _, text in files]
+    rules = RULES + [UniqueTypes(), citations.Citations(texts), frame_path.FramePath(texts)]
     for path, full, text in files:
         found = [breach for rule in rules for breach in rule(path, text)]
         found += check_executable(path, text, os.stat(full).st_mode)

@@ -98,6 +98,7 @@ BREACHES = [
     ("base/result.hpp", HPP + "namespace prism::compensation {\n}\n", "expected prism"),
     ("tools/prismcal/main.cpp", CPP + "namespace prism::prismcal {\n}\n", "expected prism::commands"),
     ("daemon/a.hpp", HPP + "struct Loose {\n};\n", ":4: Loose is not in a namespace, expected prism::daemon"),
+    ("docs/architecture.md", "### The path of a frame\n|drivers/gone||step|\n", ":2: lists drivers/gone, which contains no code"),
 ]
 
 # Pairs of files with the same type; the message must be about the second file.
@@ -108,6 +109,12 @@ TWICE = [
      ("tools/prismctl/b.cpp", CPP + "namespace prism::prismctl {\nvoid f() { if (x) { y(); } }\nunion Form { int a; };\n}\n")),
     (("compensation/sample.hpp", HPP + "namespace prism {\n#define LINE {\nstruct Row {};\n}\n"),
      ("base/result.hpp", HPP + "namespace prism {\ntemplate <class T>\nstruct Row {};\n}\n")),
+]
+
+# Code, and a page whose table "The path of a frame" differs from it.
+PATH = [
+    ("|drivers/a.cpp|`log_->append(`|step|", ":2: lists the call log_->append(…), which drivers/a.cpp does not contain"),
+    ("|drivers/a.cpp|`clock_.push(`|step|", ":2: lists the call clock_.push(…), but no file of the table contains the function"),
 ]
 
 # No messages are expected for these. tools/a is made executable.
@@ -196,6 +203,13 @@ def run(rules, tempfile):
             found = list(rules.breaches(folder))
             if len(found) != 1 or "a second type" not in found[0]:
                 failures.append(f"{pair[1][0]}: expected one second type, found {found}")
+    for row, expected in PATH:
+        with tempfile.TemporaryDirectory() as folder:
+            plant(rules, folder, "drivers/a.cpp", CPP + "clock_.push(reading);\n")
+            plant(rules, folder, "docs/architecture.md", "### The path of a frame\n" + row + "\n")
+            found = list(rules.breaches(folder))
+            if len(found) != 1 or expected not in found[0]:
+                failures.append(f"{row}: expected one '{expected}', found {found}")
     for mode, path, content in ((0o644, "tools/a", SH), (0o755, "tools/a.cpp", CPP), (0o644, "tests/system/1.sh", SH)):
         with tempfile.TemporaryDirectory() as folder:
             os.chmod(plant(rules, folder, path, content), mode)
@@ -203,5 +217,5 @@ def run(rules, tempfile):
                 failures.append(f"mode {mode:o} of {path} was not found")
     for failure in failures:
         print(failure)
-    print(f"code rules, self-test: {len(failures)} failures in {len(BREACHES) + len(TWICE)} violations and {len(SOUND)} correct files")
+    print(f"code rules, self-test: {len(failures)} failures in {len(BREACHES) + len(TWICE) + len(PATH)} violations and {len(SOUND)} correct files")
     return 1 if failures else 0
