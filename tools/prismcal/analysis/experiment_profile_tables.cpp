@@ -6,12 +6,7 @@
 
 namespace prism::analysis {
 
-using report::Cell;
-using report::fixed_cell;
-using report::general_cell;
-using report::percent_cell;
-using report::Table;
-using report::text_cell;
+using report::Cell, report::fixed_cell, report::general_cell, report::percent_cell, report::Table, report::text_cell;
 
 Table ladder_table(const Experiment& experiment) {
   Table table{

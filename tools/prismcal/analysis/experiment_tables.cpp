@@ -8,12 +8,7 @@
 namespace prism::analysis {
 namespace {
 
-using report::Cell;
-using report::fixed_cell;
-using report::general_cell;
-using report::percent_cell;
-using report::Table;
-using report::text_cell;
+using report::Cell, report::fixed_cell, report::general_cell, report::percent_cell, report::Table, report::text_cell;
 
 /// Appends before, after, improvement and its interval, then the paper's after and improvement.
 void append_effect(std::vector<Cell>& cells, const ExperimentRow& row,

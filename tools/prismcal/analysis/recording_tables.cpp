@@ -11,12 +11,7 @@
 namespace prism::analysis {
 namespace {
 
-using report::Cell;
-using report::fixed_cell;
-using report::general_cell;
-using report::percent_cell;
-using report::Table;
-using report::text_cell;
+using report::Cell, report::fixed_cell, report::general_cell, report::percent_cell, report::Table, report::text_cell;
 
 constexpr double kSoakSlope = evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s;
 

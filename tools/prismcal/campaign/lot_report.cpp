@@ -14,9 +14,7 @@
 namespace prism::campaign {
 namespace {
 
-using report::Cell;
-using report::Emphasis;
-using report::Table;
+using report::Cell, report::Emphasis, report::Table;
 
 constexpr std::size_t kBars = 24;
 
