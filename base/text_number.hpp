@@ -1,13 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Numbers as text on the hot path: fixed decimals, no locale, no allocation except the string's own.
+// Numbers as text on the hot path: no locale, no allocation except the string's own.
 #pragma once
 
+#include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace prism {
+
+/// Returns the finite number that is all of `text`, without blanks and '+'; nullopt for any other text and outside the
+/// range of the type.
+template <class Number>
+std::optional<Number> parse_number(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if constexpr (std::is_floating_point_v<Number>) {
+    if (!std::isfinite(value)) return std::nullopt;  // from_chars accepts "inf" and "nan"
+  }
+  return value;
+}
 
 /// Maximum length that put_fixed and put_integer write.
 inline constexpr int kNumberChars = 32;

@@ -2,8 +2,10 @@
 #include "compensation/features.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
+#include <string_view>
+
+#include "base/text_number.hpp"
 
 namespace prism::compensation {
 namespace {
@@ -11,11 +13,8 @@ namespace {
 // "lag2" → 1; nullopt for any other name.
 std::optional<std::size_t> lag_index(const std::string& name) {
   if (name.rfind("lag", 0) != 0 || name[3] == '0') return std::nullopt;  // one name per input: no "lag01"
-  std::size_t number = 0;
-  const char* end = name.data() + name.size();
-  const auto [stop, error] = std::from_chars(name.data() + 3, end, number);
-  if (error != std::errc() || stop != end) return std::nullopt;
-  return number - 1;
+  const auto number = parse_number<std::size_t>(std::string_view(name).substr(3));
+  return number ? std::optional(*number - 1) : std::nullopt;
 }
 
 /// The parsed name of an input.

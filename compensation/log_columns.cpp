@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "base/text_number.hpp"
 
@@ -52,9 +52,11 @@ bool parse_decimals(std::string_view field, double& value) {
   return true;
 }
 
-bool parse_number(std::string_view field, auto& value) {
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  return error == std::errc() && end == field.data() + field.size();
+template <class Number>
+bool take_number(std::string_view field, Number& value) {
+  const std::optional<Number> number = parse_number<Number>(field);
+  if (number) value = *number;
+  return number.has_value();
 }
 
 }  // namespace
@@ -65,12 +67,12 @@ void append(std::string& text, double value, int decimals) { append_fixed(text, 
 
 void append(std::string& text, std::uint32_t value) { append_integer(text, value); }
 
-// An empty field is an unknown quantity. A log contains no "nan" or "inf", which from_chars would accept.
+// An empty field is an unknown quantity. A log contains no "nan" or "inf".
 bool parse(std::string_view field, double& value) {
-  return field.empty() || parse_decimals(field, value) || (parse_number(field, value) && std::isfinite(value));
+  return field.empty() || parse_decimals(field, value) || take_number(field, value);
 }
 
-bool parse(std::string_view field, std::uint32_t& value) { return parse_number(field, value); }
+bool parse(std::string_view field, std::uint32_t& value) { return take_number(field, value); }
 
 void append_utc(std::string& text, const CompensatedWindow& row) {
   text += utc_text(row.window.second_mean.second + 1);
@@ -82,7 +84,7 @@ void append_second(std::string& text, const CompensatedWindow& row) {
 
 bool parse_second(std::string_view field, CompensatedWindow& row) {
   std::int64_t end_s = 0;
-  const bool good = parse_number(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
+  const bool good = take_number(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
   if (good) row.window.second_mean.second = end_s - 1;
   return good;
 }

@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 
 #include "base/escape.hpp"
+#include "base/text_number.hpp"
 
 namespace prism::transport {
 namespace {
@@ -29,9 +29,8 @@ bool is_host(std::string_view host) {
 }
 
 bool is_port(std::string_view port) {
-  int number = 0;
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
-  return error == std::errc() && end == port.data() + port.size() && number >= 1 && number <= 65535;
+  const auto number = parse_number<int>(port);
+  return number && *number >= 1 && *number <= 65535;
 }
 
 bool is_numeric(const std::string& host) {

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 
 #include "base/escape.hpp"
+#include "base/text_number.hpp"
 #include "compensation/sensors.hpp"
 
 namespace prism::prismrelay {
@@ -54,15 +54,9 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-bool parse_real(std::string_view text, double& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
-
 bool is_integer(std::string_view text, std::int64_t max) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && value >= -max && value <= max;
+  const auto value = parse_number<std::int64_t>(text);
+  return value && *value >= -max && *value <= max;
 }
 
 bool is_name(std::string_view text) {
@@ -72,10 +66,9 @@ bool is_name(std::string_view text) {
 }
 
 bool is_valid(ColumnType type, std::string_view text) {
-  double value = 0;
   switch (type) {
     case ColumnType::kReal:
-      return parse_real(text, value);
+      return parse_number<double>(text).has_value();
     case ColumnType::kInteger:
       return is_integer(text, INT32_MAX);
     case ColumnType::kUnsigned:
@@ -143,23 +136,23 @@ std::string RowConverter::append(std::string& csv, const RowPosition& position, 
   const auto at = [&](std::size_t column) {
     return field_of_[column] < 0 ? std::string_view() : fields[field_of_[column]];
   };
-  double time_s = 0;
-  if (!parse_real(at(kTime), time_s) || std::abs(time_s) > kMaxTime_s) return "time_s: found " + in_quotes(at(kTime));
-  arrival_s = time_s;  // logs of earlier versions have no arrival
-  if (!at(kArrival).empty() && !parse_real(at(kArrival), arrival_s))
-    return "arrival_s: found " + in_quotes(at(kArrival));
-  if (!(arrival_s >= 0 && arrival_s < kMaxTime_s)) return "arrival_s: found " + in_quotes(at(kArrival));
+  const auto time_s = parse_number<double>(at(kTime));
+  if (!time_s || std::abs(*time_s) > kMaxTime_s) return "time_s: found " + in_quotes(at(kTime));
+  // Logs of earlier versions have no arrival.
+  const auto arrival = at(kArrival).empty() ? time_s : parse_number<double>(at(kArrival));
+  if (!arrival || !(*arrival >= 0 && *arrival < kMaxTime_s)) return "arrival_s: found " + in_quotes(at(kArrival));
+  arrival_s = *arrival;
   for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
     if (is_copied(kColumnInfo[c]) && !at(c).empty() && !is_valid(kColumnInfo[c].type, at(c)))
       return fmt::format("{}: found {}", kColumnInfo[c].name, in_quotes(at(c)));
   }
   std::string sensors;
   for (std::size_t i = 0; i < field_count_; ++i) {
-    double value = 0;
     if (sensors_[i].empty() || fields[i].empty()) continue;
-    if (!parse_real(fields[i], value)) return fmt::format("{}: found {}", sensors_[i], in_quotes(fields[i]));
+    const auto value = parse_number<double>(fields[i]);
+    if (!value) return fmt::format("{}: found {}", sensors_[i], in_quotes(fields[i]));
     // Formats the value again, because JSON does not allow .5.
-    fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], value);
+    fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], *value);
   }
   day = stored_day(arrival_s);
   csv += position.prefix;

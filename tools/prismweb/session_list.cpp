@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "base/sha256.hpp"
+#include "base/text_number.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {
@@ -23,11 +23,10 @@ SessionList SessionList::parse(std::string_view text) {
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     if (line.size() <= kDigestLetters || line[kDigestLetters] != ' ') continue;
     const std::string_view digest = line.substr(0, kDigestLetters), number = line.substr(kDigestLetters + 1);
-    std::int64_t begin_s = 0;
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), begin_s);
-    if (error != std::errc() || end != number.data() + number.size()) continue;
+    const auto begin_s = parse_number<std::int64_t>(number);
+    if (!begin_s) continue;
     if (digest.find_first_not_of("0123456789abcdef") != std::string_view::npos) continue;
-    list.sessions_.push_back({std::string(digest), begin_s});
+    list.sessions_.push_back({std::string(digest), *begin_s});
   }
   return list;
 }

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
+#include "base/text_number.hpp"
 #include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {
@@ -98,9 +98,8 @@ bool parse_type(const std::string& type, Field& field) {
   }
   if (type.size() < 2 || (type[0] != 'u' && type[0] != 's')) return false;
   field.type = type[0] == 's' ? NumberType::kSigned : NumberType::kUnsigned;
-  const char* last = type.data() + type.size();
-  const auto [end, error] = std::from_chars(type.data() + 1, last, field.bits);
-  return error == std::errc{} && end == last && field.bits >= 1 && field.bits <= 64;
+  field.bits = parse_number<decltype(field.bits)>(std::string_view(type).substr(1)).value_or(0);
+  return field.bits >= 1 && field.bits <= 64;
 }
 
 Condition read_condition(const Section& s, std::string& field) {

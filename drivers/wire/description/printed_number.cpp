@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 
+#include "base/text_number.hpp"
 #include "compensation/sample.hpp"
 
 namespace prism::wire {
@@ -20,10 +19,7 @@ double parse_decimal(std::string_view text, char point) {
     std::replace_copy(text.begin(), text.end(), copy.begin(), point, '.');
     text = {copy.data(), text.size()};
   }
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::general);
-  // from_chars accepts "inf" and "nan".
-  return error == std::errc{} && end == text.data() + text.size() && std::isfinite(value) ? value : kUnknown;
+  return parse_number<double>(text).value_or(kUnknown);
 }
 
 }  // namespace prism::wire

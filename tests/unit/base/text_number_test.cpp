@@ -36,6 +36,15 @@ bool near_tie(double value, int decimals) {
   return std::fabs(scaled - std::floor(scaled) - 0.5L) <= scaled * 1.2e-16L;
 }
 
+TEST(ParseNumber, TakesOnlyAFiniteNumberThatIsTheCompleteText) {
+  EXPECT_EQ(parse_number<double>("-1.5e3"), -1500);
+  EXPECT_EQ(parse_number<int>("-7"), -7);
+  EXPECT_EQ(parse_number<std::uint8_t>("255"), 255);
+  for (const char* text : {"", " 1", "1 ", "+1", "1,5", "0x1", "inf", "-nan", "1e999"})
+    EXPECT_FALSE(parse_number<double>(text)) << text;
+  for (const char* text : {"", "256", "-1", "1.0", "1 "}) EXPECT_FALSE(parse_number<std::uint8_t>(text)) << text;
+}
+
 TEST(AppendFixed, MatchesPrintf) {
   std::mt19937_64 random(17);
   std::uniform_real_distribution<double> mantissa(-1, 1);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
-#include <charconv>
-#include <cmath>
+#include "base/text_number.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -37,11 +36,7 @@ std::vector<std::string> csv_fields(std::string_view line, char separator) {
 
 std::optional<double> csv_number(std::string_view field) {
   if (field.starts_with('+')) field.remove_prefix(1);
-  double value = 0;
-  const char* const last = field.data() + field.size();
-  const auto [end, error] = std::from_chars(field.data(), last, value);
-  if (error != std::errc() || end != last || !std::isfinite(value)) return std::nullopt;
-  return value;
+  return parse_number<double>(field);
 }
 
 }  // namespace prism::recordings

@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <vector>
+
+#include "base/text_number.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -74,13 +75,11 @@ std::string HoldOut::text() const {
 
 Result<HoldOut> parse_hold_out(const std::string& text) {
   const bool segments = text.starts_with(kSegments);
-  const char *first = text.data() + (segments ? kSegments.size() : 0), *last = text.data() + text.size();
-  double number = 0;
-  const auto [end, error] = std::from_chars(first, last, number);
-  const bool good = error == std::errc() && end == last;
-  if (good && segments && number >= 1 && number <= 1e7 && number == std::floor(number))
+  const auto parsed = parse_number<double>(std::string_view(text).substr(segments ? kSegments.size() : 0));
+  const double number = parsed.value_or(0);
+  if (segments && number >= 1 && number <= 1e7 && number == std::floor(number))
     return HoldOut{0, static_cast<std::int64_t>(number)};
-  if (good && !segments && number >= 0.05 && number <= 0.95) return HoldOut{number, 0};
+  if (!segments && number >= 0.05 && number <= 0.95) return HoldOut{number, 0};
   return make_error("--hold-out",
                     fmt::format("found \"{}\", expected a share from 0.05 to 0.95, or blocks:SECONDS", text));
 }

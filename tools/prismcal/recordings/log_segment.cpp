@@ -12,6 +12,7 @@
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
 #include "base/sha256.hpp"
+#include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/log_lines.hpp"
@@ -65,9 +66,8 @@ bool parse_supersedes(LogSegment& segment) {
   const std::size_t at = text.rfind(kFrom);
   if (at == std::string::npos) return false;
   segment.supersedes_file = text.substr(0, at);
-  const char* const last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data() + at + kFrom.size(), last, segment.supersedes_row);
-  return error == std::errc() && end == last && segment.supersedes_row > 0;
+  segment.supersedes_row = parse_number<decltype(segment.supersedes_row)>(text.substr(at + kFrom.size())).value_or(0);
+  return segment.supersedes_row > 0;
 }
 
 // Returns false if the text ends before the column line.
