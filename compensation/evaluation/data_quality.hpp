@@ -56,8 +56,8 @@ struct DataQuality {
                                   ///< below 24; quantised only if the rate's steps exceed the noise
 };
 
-/// Blocks of one record: means of temperature and rate, as for training. `follows` as in block_means.hpp, or empty.
-/// Errors: different lengths, values that are not finite, fewer than two blocks.
+/// Blocks of one record: means of temperature and rate, as for training. `follows[i]`: block i begins at the end of
+/// block i − 1; or empty. Errors: different lengths, values that are not finite, fewer than two blocks.
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
                                        const std::vector<bool>& follows, const DataQualitySettings& settings,
                                        const std::string& where);

@@ -64,8 +64,6 @@ class FrameDecoder {
   /// Starts a new session of the device: forgets held bytes and slow channels; offsets and counters continue.
   void reset();
 
-  /// Time without data after which a waiting candidate is dropped, ns.
-  std::int64_t timeout_ns() const { return timeout_ns_; }
   /// True while bytes of an unfinished candidate are held: expire() may have an effect.
   bool waiting() const { return held_bytes() > 0; }
   /// Arrival of the chunk in which the frame ended.

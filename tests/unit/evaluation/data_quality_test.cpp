@@ -4,9 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <iterator>
+#include <map>
 #include <sstream>
+#include <string>
+#include <vector>
 
-#include "compensation/evaluation/block_means.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
 
@@ -160,23 +164,39 @@ TEST(DataQualityCheck, ReportsFewerFindingsForAFewBlocks) {
   EXPECT_NE(named(report, "length").text.find("the noise cannot be evaluated"), std::string::npos);
 }
 
-/// Blocks of `length_s` of columns 1 (degC) and 2 (deg/s) of a real record.
+/// Means over complete blocks of `length_s` of columns 1 (degC) and `column` (deg/s) of a real record.
 DataQuality check_real(const std::string& file, double row_s, double length_s, int column) {
   std::istringstream lines(test::read_file(test::shared_dir() / "data" / file));
   std::string line;
   std::getline(lines, line);
-  std::vector<TimedValue> temperature, rate;
+  struct Block {
+    double temperature = 0, rate = 0, rows = 0;
+  };
+  std::map<long, Block> blocks;
+  double start_s = 0;
   while (std::getline(lines, line)) {
     std::istringstream fields(line);
     std::string field;
     std::vector<double> values;
     while (std::getline(fields, field, ',')) values.push_back(std::stod(field));
-    temperature.push_back({values[0], values[1]});
-    rate.push_back({values[0], values[static_cast<std::size_t>(column)] * 3600});
+    if (blocks.empty()) start_s = values[0] - row_s;
+    Block& block = blocks[std::lround(std::floor((values[0] - start_s - 0.5 * row_s) / length_s))];
+    block.temperature += values[1];
+    block.rate += values[static_cast<std::size_t>(column)] * 3600;
+    ++block.rows;
   }
-  const auto t = mean_over_blocks(temperature, row_s, length_s, 5, file).value();
-  const auto r = mean_over_blocks(rate, row_s, length_s, 5, file).value();
-  return check_data_quality(t.mean, r.mean, r.follows, {}, file).value();
+  blocks.erase(std::prev(blocks.end()));
+  std::vector<double> temperature, rate;
+  std::vector<bool> follows;
+  long last = -1;
+  for (const auto& [number, block] : blocks) {
+    if (block.rows * row_s < 0.5 * length_s) continue;
+    temperature.push_back(block.temperature / block.rows);
+    rate.push_back(block.rate / block.rows);
+    follows.push_back(last >= 0 && number == last + 1);
+    last = number;
+  }
+  return check_data_quality(temperature, rate, follows, {}, file).value();
 }
 
 TEST(DataQualityCheck, AcceptsARealChamberCycle) {
