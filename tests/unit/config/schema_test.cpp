@@ -217,6 +217,11 @@ TEST(ConfigSchema, HasTheSensorUnitsOfTheTable) {
     compare(Json::parse(test::read_file(kSource / file)));
     EXPECT_GT(lists, before) << file;
   }
+  std::string names = kSensorUnitNames.front();
+  for (std::size_t i = 1; i < kSensorUnitNames.size(); ++i)
+    names += (i + 1 < kSensorUnitNames.size() ? ", " : " or ") + std::string(kSensorUnitNames[i]);
+  for (const char* page : {"docs/formats.md", "docs/frames.md", "docs/man/prismd.json.5.scd"})
+    EXPECT_NE(test::read_file(kSource / page).find(names), std::string::npos) << page;
 }
 
 }  // namespace
