@@ -4,9 +4,9 @@
 # bias of −9.75 deg/h.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
-# One sample per second: 8 deg/h, which prismcal allan needs to vary, and 25 degC that alternates by 0.001 degC, except for the faults.
+# One sample per second: 8 deg/h, and 25 degC that alternates by 0.001 degC, except for the faults.
 seq 1 1500 | awk 'BEGIN { print "t,rate,temperature,uhfo" } {
-    rate = $1 == 1400 ? "8.000001" : 8; temperature = 25 + 0.001 * ($1 % 2)
+    rate = 8; temperature = 25 + 0.001 * ($1 % 2)
     if ($1 > 200 && $1 <= 210) temperature = -273
     if ($1 > 400 && $1 <= 403) temperature = 1000
     if ($1 > 600 && $1 <= 606) temperature = 45

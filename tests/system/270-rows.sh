@@ -44,7 +44,7 @@ refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a curs
 other='{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
 same "error code for a cursor of another log" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
 refused "after the end" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
-contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME}'
+contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME, \"header\": true}'
 contains "two requests at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
 
 # Under a name: prismd stores the cursor across a restart.

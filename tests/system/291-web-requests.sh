@@ -92,6 +92,6 @@ client() { "$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:
 wrong_params() { client ask "$1" "$2" | jq -c '[.error.code, .error.message]'; }
 same "range" "$(wrong_params range '{"first_s": 1}')" '[-32602,"range: found the parameter \"first_s\", expected only axis, from_s, to_s, seconds, points"]'
 same "version" "$(wrong_params version '{"axis": "z"}')" '[-32602,"version: found the parameter \"axis\", expected none"]'
-same "rows" "$(wrong_params rows '{"name": "x"}')" '[-32602,"rows: found the parameter \"name\", expected only axis, after, limit"]'
+same "rows" "$(wrong_params rows '{"name": "x"}')" '[-32602,"rows: found the parameter \"name\", expected only axis, after, limit, header"]'
 contains "subscribe" "$(wrong_params subscribe '{"stream": ["sample"]}')" 'expected {\"streams\": [\"sample\", \"window\", \"event\"], \"every\": 1 to 1000000, \"axes\": [NAME, …]}'
 same "rows with its params" "$(client ask rows '{"after": "earliest", "limit": 1, "axis": "z"}' | jq 'has("result")')" true
