@@ -60,7 +60,7 @@ double evidence_of(double skill, double overlap) {
 
 Prediction shrunk(Prediction prediction) {
   if (!prediction.knowledge) return prediction;
-  constexpr double kNoSkill = 0.1, kFullSkill = 0.6, kFreeExcess = 0.15, kExcessWeight = 20;
+  constexpr double kFreeExcess = 0.15, kExcessWeight = 20;
   const PredictiveUncertainty k = *prediction.knowledge;
   const double e = std::pow(std::max(k.excess - kFreeExcess, 0.0), 2);
   const double evidence = evidence_of(k.skill, k.overlap);

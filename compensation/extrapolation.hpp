@@ -31,6 +31,9 @@ Prediction predict_within(const Model& model, std::span<const double> inputs, Ex
 /// The point of the training box nearest to the inputs; the inputs themselves if the model has no box.
 std::vector<double> nearest_in_box(const Model& model, std::span<const double> inputs);
 
+/// Evidence (evidence_of()) at and below which shrunk() returns the mean, and from which on it uses all of it.
+inline constexpr double kNoSkill = 0.1, kFullSkill = 0.6;
+
 /// p = mean + w_b (b − mean) + w_f (f − b), b the bias at the edge of the training range, v_b its variance, and its
 /// standard deviations; inside the range b = f. With e = max(o − 0.15, 0)² and g = min(max((evidence − 0.1)/0.5, 0),
 /// 1):

@@ -74,6 +74,7 @@ HeldOutErrors hold_out_lssvm(const NormalisedData& data, const Eigen::VectorXd& 
   HeldOutErrors held;
   held.folds = held_out_folds(taken(recordings, kept));
   if (held.folds.empty()) return held;
+  held.samples = kept;
   const Eigen::VectorXd noise = (c * weight(kept).array()).inverse();
   const Eigen::MatrixXd centres = data.x(Eigen::all, kept);
   const auto factor = LssvmFactor::make(compensation::kernel_matrix(centres, {sigma2}), noise, data.y(kept));

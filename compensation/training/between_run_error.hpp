@@ -19,11 +19,12 @@ inline constexpr double kGuardFactor = 12, kGuardQuantile = 0.99;
 /// Enough samples for the estimate; longer records use every n-th sample.
 inline constexpr Eigen::Index kErrorSamples = 1000;
 
-/// Samples of the record, each predicted by a model without its fold; deg/h.
+/// Samples of the record, each predicted by a model without its fold; deg/h. Empty if the record is too short.
 struct HeldOutErrors {
   Eigen::VectorXd error;           ///< target − prediction
   Eigen::VectorXd model_variance;  ///< of the prediction, (deg/h)²; 0 if the model type has none
   Folds folds;
+  std::vector<Eigen::Index> samples;  ///< columns of the training data
 };
 
 /// One fold per recording if there are at least three, else ten blocks; empty if the record is too short. `recordings`:

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "compensation/composite_model.hpp"
+#include "compensation/extrapolation.hpp"
 #include "compensation/training/summary.hpp"
 
 namespace prism::training {
@@ -23,11 +24,24 @@ MethodSummary describe_composite(const TrainedModel& trained, const TrainingSett
   json["skill"] = p.trust.skill;
   json["centres"] = trained.centres;
   json["reweighting"] = {{"solves", trained.reweight->solves}, {"converged", trained.reweight->converged}};
-  std::string text = fmt::format(
-      "  variances (of the target's): smooth {:.3g}, linear {:.3g}, quadratic {:.3g}, drift in time {:.3g} ({:.2g} h), "
-      "noise {:.3g}\n  skill of each half on the other {:.2f}; {} centres, {} re-weightings\n",
-      v.kernel.rbf, v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h, v.noise, p.trust.skill,
-      trained.centres, trained.reweight->solves);
+  const auto share = [](double variance) { return variance < 1e-3 ? "0" : plain_number(variance, 2); };
+  constexpr double kConstant_h = 100;
+  const std::string pace =
+      v.nuisance_time_h > kConstant_h ? "slowly" : fmt::format("over {} h", plain_number(v.nuisance_time_h, 2));
+  std::string text = detail_line(
+      "skill",
+      fmt::format("{:.2f}: how well each half of the recording predicts the other, 1 is perfectly; {:.2f} "
+                  "with what one half cannot know. prismd uses the full prediction from {:g} on, only the mean "
+                  "at {:g} or less",
+                  p.trust.skill, compensation::evidence_of(p.trust.skill, p.trust.overlap), compensation::kFullSkill,
+                  compensation::kNoSkill));
+  text += detail_line("bias", fmt::format("smooth {}, linear {}, quadratic {} in the inputs; drift in time {}, "
+                                          "changing {}; noise {} (variances in units of that of the bias)",
+                                          share(v.kernel.rbf), share(v.kernel.linear), share(v.kernel.quadratic),
+                                          share(v.nuisance), pace, share(v.noise)));
+  text +=
+      detail_line("centres", fmt::format("{} samples that the model contains; {} rounds of weights against outliers",
+                                         trained.centres, trained.reweight->solves));
   return {std::move(json), std::move(text)};
 }
 

@@ -117,7 +117,9 @@ double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
 // record differ less than another run.
-compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, const Skill& skill) {
+// `errors`: those of the predictions that prismd would use; without their samples.
+compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, const Skill& skill,
+                                         HeldOutErrors& errors) {
   const auto variances = composite_variances(fit.theta, samples.x.rows());
   compensation::BetweenRunError spread;
   spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
@@ -127,14 +129,16 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
   const Folds folds = held_out_folds(samples.recording);
   const auto held = hold_out(samples, fit, folds);
   if (!held || fold_count(folds) < 2) return spread;
+  errors = {samples.y, held->variance, folds, {}};
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < samples.y.size(); ++i) {
-    if (fit.weight[i] < kBelievedWeight) continue;
     compensation::Prediction served;
     served.bias_deg_per_h = held->mean[i];
     served.mean_deg_per_h = held->level[i];
     served.knowledge = {held->variance[i], 1, skill.score, 0, spread, true, skill.overlap, {}};
     served = compensation::shrunk(served);
+    errors.error[i] -= served.bias_deg_per_h;
+    if (fit.weight[i] < kBelievedWeight) continue;
     ratio.push_back(std::abs(samples.y[i] - served.bias_deg_per_h) / served.sd_mean_deg_per_h);
   }
   if (ratio.empty()) return spread;
@@ -286,7 +290,10 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   p->trust.skill = skill.score;
   p->trust.overlap = skill.overlap;
   p->trust.level = level_of(samples, fit->theta);
-  job.info.spread = calibrated(subset, subset_fit, skill);
+  job.info.spread = calibrated(subset, subset_fit, skill, trained.held_out);
+  trained.held_out.error *= n.target_scale;
+  trained.held_out.model_variance *= n.target_scale * n.target_scale;
+  if (trained.held_out.error.size() > 0) trained.held_out.samples = some;
   for (double* part :
        {&job.info.spread->nuisance_deg_per_h, &job.info.spread->offset_deg_per_h, &job.info.spread->noise_deg_per_h})
     *part *= n.target_scale;

@@ -58,8 +58,8 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   p.normalisation = data.constants;
   p.uncertainty = uncertainty;
   const double scale = data.constants.target_scale;
-  info.spread = between_run_error_of(hold_out_lssvm(data, fit->weight, runs, point.c, point.sigma2),
-                                     fit->residual * scale, scale, runs);
+  trained.held_out = hold_out_lssvm(data, fit->weight, runs, point.c, point.sigma2);
+  info.spread = between_run_error_of(trained.held_out, fit->residual * scale, scale, runs);
   info.kind = settings.reweight.weight.kind == WeightKind::kNone ? "lssvm" : "ir_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "compensation/training/methods.hpp"
+#include "compensation/training/summary.hpp"
 
 namespace prism::training {
 namespace {
@@ -39,24 +42,47 @@ nlohmann::ordered_json kernel_json(const TrainedModel& trained, const TrainingSe
 
 std::string kernel_lines(const TrainedModel& trained, const TrainingSettings& settings) {
   const bool weights = settings.method->has(kWeights);
-  std::string text = fmt::format("  c {:.6g}, sigma2 {:.6g}", trained.c, trained.sigma2);
+  std::string kernel = fmt::format("c {}, sigma2 {}", plain_number(trained.c, 6), plain_number(trained.sigma2, 6));
   if (weights && settings.reweight.weight.has_parameter())
-    text += fmt::format(", {} {:.4g}", settings.reweight.weight.kind == WeightKind::kHuber ? "beta" : "delta",
-                        trained.parameter);
-  text += fmt::format(", {} centres\n", trained.centres);
+    kernel += fmt::format(", {} {}", settings.reweight.weight.kind == WeightKind::kHuber ? "beta" : "delta",
+                          plain_number(trained.parameter, 4));
+  std::string text = detail_line("kernel", kernel + " (inputs in units of their standard deviation)");
+  text += detail_line("centres", fmt::format("{} samples that the model contains", trained.centres));
   if (trained.tuning) {
-    text +=
-        fmt::format("  cost {:.6g} ({}, {} evaluations{})\n", trained.tuning->best.cost, tuning_text(settings.tuning),
-                    trained.tuning->evaluations, trained.tuning->stopped ? ", stopped early" : "");
+    const bool likelihood = settings.tuning == Tuning::kReml;
+    text += detail_line(
+        "cost", fmt::format("{}{} ({}, {} evaluations{})", plain_number(trained.tuning->best.cost, 6),
+                            likelihood ? ": minus the log-likelihood of a sample"
+                                       : " " + target_unit(trained) + ": mean absolute error on held-out samples",
+                            tuning_text(settings.tuning), trained.tuning->evaluations,
+                            trained.tuning->stopped ? ", stopped early" : ""));
   }
   if (trained.reweight && weights) {
-    text += fmt::format("  {} re-weightings, scale {:.4g} (normalised), {} samples dropped\n", trained.reweight->solves,
-                        trained.reweight->scale, trained.reweight->dropped);
+    text += detail_line("outliers", fmt::format("{} rounds of weights, {} samples left out", trained.reweight->solves,
+                                                trained.reweight->dropped));
   }
   return text;
 }
 
 }  // namespace
+
+std::string detail_line(const std::string& name, const std::string& text) {
+  return fmt::format("  {:<14} {}\n", name, text);
+}
+
+std::string target_unit(const TrainedModel& trained) {
+  return trained.model->info().table ? "units of the target" : "deg/h";
+}
+
+std::string plain_number(double value, int digits) {
+  if (!std::isfinite(value)) return fmt::format("{}", value);
+  if (value == 0) return "0";
+  if (std::abs(value) < 1e-7 || std::abs(value) > 1e9) return fmt::format("{:.{}g}", value, digits);
+  const int power = static_cast<int>(std::floor(std::log10(std::abs(value)))), lost = power + 1 - digits;
+  if (lost <= 0) return fmt::format("{:.{}f}", value, -lost);
+  const double unit = std::pow(10, lost);
+  return fmt::format("{:.0f}", unit * std::round(value / unit));
+}
 
 const char* tuning_text(Tuning tuning) {
   switch (tuning) {

@@ -48,16 +48,23 @@ nlohmann::ordered_json path_json(const StepwiseResult& result, const TrainingSet
 
 std::string lines_of(const TrainedModel& trained, const TrainingSettings& settings,
                      const std::vector<std::string>& names) {
-  std::string text;
+  std::string text =
+      detail_line("coefficients", target_unit(trained) + " over the units of the term" +
+                                      (trained.model->info().table ? "" : " (T degC, dTdt degC/s, U V)"));
   for (const compensation::Term& term : static_cast<const compensation::PolynomialModel&>(*trained.model).terms())
-    text += fmt::format("  {:<12} {: .6g}\n", term_name(term.powers, names), term.coefficient);
+    text += detail_line("", fmt::format("{:<10} {: .6g}", term_name(term.powers, names), term.coefficient));
   if (trained.stepwise) {
+    text += detail_line("steps", "p: probability that a term without effect improves the fit so much");
     for (const StepwiseStep& step : trained.stepwise->path) {
       if (step.term >= 0)
-        text += fmt::format("  {:<7} {:<10} p {:.3g}\n", step.action, named(settings, step.term, names), step.p);
+        text += detail_line(
+            "", fmt::format("{:<7} {:<10} p {:.2g}", step.action, named(settings, step.term, names), step.p));
     }
   }
-  return text + fmt::format("  residual sd {:.6g}, condition number {:.3g}\n", trained.linear->sd(), trained.condition);
+  text += detail_line("residual", plain_number(trained.linear->sd(), 3) + " " + target_unit(trained) +
+                                      ": 1 sigma that the model leaves in its own recording");
+  return text +
+         detail_line("condition", fmt::format("{:.3g}: above 1e8 the terms are almost the same", trained.condition));
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ Eigen::MatrixXd columns_of(const TrainingData& data, const TermPowers& terms) {
 // The chosen terms, fitted again without each fold.
 HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const std::vector<int>& chosen,
                        const std::vector<int>& runs) {
-  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), held_out_folds(runs)};
+  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), held_out_folds(runs), others({}, y.size())};
   for (const auto& members : fold_members(held.folds)) {
     const std::vector<Eigen::Index> rest = others(members, y.size());
     const auto fit = LinearProblem(columns(rest, Eigen::all), y(rest)).fit(chosen);
@@ -131,7 +131,8 @@ Result<TrainedModel> train_polynomial(TrainingJob job) {
   const std::size_t inputs = data.names.size();
   const Eigen::VectorXd left = data.target - trained.samples.fitted;
   const double sd = std::sqrt((data.target.array() - data.target.mean()).square().mean());
-  job.info.spread = between_run_error_of(hold_out(columns, data.target, chosen, job.runs), left, sd, job.runs);
+  trained.held_out = hold_out(columns, data.target, chosen, job.runs);
+  job.info.spread = between_run_error_of(trained.held_out, left, sd, job.runs);
   trained.model = std::make_shared<compensation::PolynomialModel>(
       std::move(job.info), terms_of(settings.terms, chosen, *trained.linear, inputs), trained.linear->sd());
   return trained;

@@ -78,8 +78,8 @@ Result<TrainedModel> train_sparse(const NormalisedData& data, compensation::Mode
     trained.notes.push_back(fmt::format(
         "{} centres do not represent {:.2g} of the kernel: use a wider kernel or more memory", r, system.left));
   }
-  info.spread = between_run_error_of(hold_out_lssvm(data, weight, runs, point.c, point.sigma2),
-                                     residual * c.target_scale, c.target_scale, runs);
+  trained.held_out = hold_out_lssvm(data, weight, runs, point.c, point.sigma2);
+  info.spread = between_run_error_of(trained.held_out, residual * c.target_scale, c.target_scale, runs);
   info.kind = "sparse_lssvm";
   auto model = compensation::LssvmModel::make(std::move(info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

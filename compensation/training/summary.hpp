@@ -13,8 +13,15 @@ namespace prism::training {
 
 struct MethodSummary {
   nlohmann::ordered_json json;
-  std::string text;  ///< complete lines
+  std::string text;  ///< lines of detail_line()
 };
+
+/// "  skill          0.79: …": a value with its unit and meaning, or the next value of the same name (empty).
+std::string detail_line(const std::string& name, const std::string& text);
+/// "deg/h", or "units of the target" for a model of a table.
+std::string target_unit(const TrainedModel& trained);
+/// `value` with `digits` significant digits, and without an exponent from 1e-7 to 1e9: 170, 0.0004.
+std::string plain_number(double value, int digits);
 
 MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,
                                   const std::vector<std::string>& names);

@@ -76,7 +76,7 @@ HeldOutErrors hold_out(const NormalisedData& data, const std::vector<int>& runs,
   const std::vector<Eigen::Index> some = thinned(data.y.size(), kErrorSamples);
   const Eigen::MatrixXd x = data.x(Eigen::all, some);
   const Eigen::VectorXd y = data.y(some);
-  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), held_out_folds(taken(runs, some))};
+  HeldOutErrors held{y, Eigen::VectorXd::Zero(y.size()), held_out_folds(taken(runs, some)), some};
   for (const auto& held_out : fold_members(held.folds)) {
     const auto inside = others(held_out, y.size());
     Rows rows(x, inside), test(x, held_out);
@@ -163,7 +163,8 @@ Result<TrainedModel> train_svr(TrainingJob job) {
   trained.centres = svm->l;
   const double scale = data.constants.target_scale;
   const Eigen::VectorXd left = scale * data.y.array() + data.constants.target_shift - trained.samples.fitted.array();
-  job.info.spread = between_run_error_of(hold_out(data, job.runs, point, settings.epsilon), left, scale, job.runs);
+  trained.held_out = hold_out(data, job.runs, point, settings.epsilon);
+  job.info.spread = between_run_error_of(trained.held_out, left, scale, job.runs);
   job.info.kind = "svr";
   auto model = compensation::LssvmModel::make(std::move(job.info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());

@@ -153,6 +153,7 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
   auto trained = train_checked(part, std::move(info), settings, progress, stop);
   if (!trained) return trained;
   trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
+  for (Eigen::Index& sample : trained->held_out.samples) sample = rest[static_cast<std::size_t>(sample)];
   trained->notes.push_back(
       fmt::format("{} of {} rows are far from all others and were left out: rows {}", far.size(), n, rows_text(far)));
   return trained;

@@ -11,6 +11,7 @@
 
 #include "compensation/model.hpp"
 #include "compensation/population_prior.hpp"
+#include "compensation/training/between_run_error.hpp"
 #include "compensation/training/normalise.hpp"
 #include "compensation/training/resource_plan.hpp"
 #include "compensation/training/stepwise.hpp"
@@ -86,6 +87,7 @@ struct TrainedModel {
   std::optional<LinearFit> linear;         ///< polynomials
   double condition = 0;                    ///< of the design matrix (polynomials)
   SampleDiagnostics samples;
+  HeldOutErrors held_out;  ///< of the predictions that prismd would use
   std::optional<double>
       from_siblings;  ///< share of the record's variance that the population prior explains; below 0: it is misleading
   int centres = 0;

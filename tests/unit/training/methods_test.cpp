@@ -34,7 +34,7 @@ TEST(Methods, OfPolynomialsReportNoKernelParameters) {
   ASSERT_TRUE(trained) << trained.error().text();
   const MethodSummary summary = settings.method->describe(*trained, settings, data.names);
   EXPECT_FALSE(summary.json.contains("c") || summary.json.contains("sigma2"));
-  EXPECT_THAT(summary.text, HasSubstr("residual sd"));
+  EXPECT_THAT(summary.text, HasSubstr("  residual "));
 }
 
 }  // namespace
