@@ -120,7 +120,7 @@ TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
                                        evaluation::Divisor::kN)
                   .error()
                   .text(),
-              HasSubstr("lacks an input of model \"needs U\" (U)"));
+              HasSubstr("input U of model \"needs U\" is unknown in block 1 of"));
 }
 
 /// Runs prismd's engine on the same seconds, as samples of one second each.

@@ -139,6 +139,7 @@ TEST_F(Prismcal, TrainsAUsableModelOnAMappedCsv) {
       << err_;
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
+  EXPECT_TRUE(out_.starts_with("ready: explains 100 % of held-out variation, expected improvement ")) << out_;
   EXPECT_EQ((*model)->info().gyro_serial, "X1");
   EXPECT_NEAR((*model)->predict(std::vector{20.0, 0.0}).bias_deg_per_h, 3.7, 0.01);
   compensation::CompensationEngine engine;
@@ -155,6 +156,7 @@ TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
       "--hold-out",   "blocks:600",       "--no-earth-rate", "--out",
       path("m.json"), "--quiet"};
   ASSERT_EQ(run(arguments), 0) << err_;
+  EXPECT_TRUE(out_.starts_with("not ready: trained without the held-out part: ")) << out_;
   EXPECT_NE(out_.find("held out, every second 600 s of"), std::string::npos) << out_;
   EXPECT_NE(out_.find("train again without --hold-out"), std::string::npos);
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");

@@ -39,6 +39,7 @@ report::Table data_quality_table(const evaluation::DataQuality& quality, const s
                           report::text_cell(evaluation::verdict_text(finding.verdict), emphasis_of(finding.verdict)),
                           report::text_cell(finding.text)});
   }
+  table.meaning = data_quality_paragraph(quality, recording).text;
   return table;
 }
 
@@ -55,6 +56,19 @@ nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality)
   return {{"verdict", evaluation::verdict_text(quality.verdict)},
           {"nothing_to_compensate", quality.nothing_to_compensate},
           {"findings", findings}};
+}
+
+std::string data_quality_words(const evaluation::DataQuality& quality) {
+  std::string problems;
+  for (const evaluation::Finding& finding : quality.findings) {
+    if (finding.verdict == evaluation::Verdict::kPass) continue;
+    problems += fmt::format("{}{} {:.3g}{}{}", problems.empty() ? "" : "; ", finding.name, finding.value,
+                            finding.unit.empty() ? "" : " ", finding.unit);
+    if (finding.threshold.warn != 0)
+      problems += fmt::format(", expected {} {:g}", finding.at_least ? "at least" : "at most", finding.threshold.warn);
+  }
+  const std::string verdict = evaluation::verdict_text(quality.verdict);
+  return problems.empty() ? verdict : fmt::format("{} ({})", verdict, problems);
 }
 
 std::string data_quality_error(const evaluation::DataQuality& quality) {

@@ -18,6 +18,9 @@ report::Table data_quality_table(const evaluation::DataQuality& quality, const s
 /// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
 
+/// "pass", or "warn (length 150 blocks, expected at least 200)".
+std::string data_quality_words(const evaluation::DataQuality& quality);
+
 /// Returns why the recording cannot be used for training; empty if it can.
 std::string data_quality_error(const evaluation::DataQuality& quality);
 

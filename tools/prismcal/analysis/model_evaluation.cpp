@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "compensation/extrapolation.hpp"
 
 namespace prism::analysis {
@@ -48,6 +51,19 @@ std::optional<double> rms_improvement(const compensation::Model& model, const re
   const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
   if (!summary || !(summary->rms > 0)) return std::nullopt;
   return 1 - result.stability.after.rms / summary->rms;
+}
+
+/// Names the input that a block lacks.
+tl::unexpected<Error> missing_input(const compensation::Model& model, const recordings::BlockTable& table,
+                                    std::size_t block) {
+  const compensation::ModelInfo& info = model.info();
+  const auto unknown = std::find_if_not(info.inputs.begin(), info.inputs.end(), [&](const std::string& name) {
+    return std::isfinite(compensation::input_value(table.blocks[block], info.features, name));
+  });
+  return make_error(
+      table.name, fmt::format("input {} of model \"{}\" is unknown in block {} of {}; expected it in all blocks, or a "
+                              "model without it (prismcal train --inputs)",
+                              unknown == info.inputs.end() ? "" : *unknown, info.name, block + 1, table.size()));
 }
 
 Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
@@ -102,10 +118,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);
-    if (correction.quality & compensation::kInputMissing) {
-      return make_error(table.name, fmt::format("block {} lacks an input of model \"{}\" ({})", i, info.name,
-                                                fmt::join(info.inputs, ", ")));
-    }
+    if (correction.quality & compensation::kInputMissing) return missing_input(*model, table, i);
     result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
     result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
     result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);

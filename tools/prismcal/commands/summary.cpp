@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The result of a training as JSON and as readable lines.
+#include "compensation/training/summary.hpp"
+
 #include <fmt/format.h>
 
 #include "compensation/composite_model.hpp"
@@ -28,14 +30,20 @@ ordered_json between_run_json(const std::optional<compensation::BetweenRunError>
           {"samples", error->samples}};
 }
 
-std::string between_run_text(const std::optional<compensation::BetweenRunError>& error) {
-  if (!error) return "  record too short to estimate the error in another run\n";
+std::string between_run_text(const training::TrainedModel& trained) {
+  const std::optional<compensation::BetweenRunError>& error = trained.model->info().spread;
+  using training::detail_line, training::plain_number;
+  if (!error) return detail_line("another run", "not estimated: the recording is too short");
   const std::string source = error->blocks > 0
                                  ? fmt::format("{} held-out parts, {} samples", error->blocks, error->samples)
                                  : std::string("its likelihood");
-  return fmt::format(
-      "  another run: nuisance {:.3g}, offset {:.3g}, noise of a mean {:.3g} deg/h, all times {:.2f} (from {})\n",
-      error->nuisance_deg_per_h, error->offset_deg_per_h, error->noise_deg_per_h, error->factor, source);
+  const auto number = [&](double value) { return plain_number(error->factor * value, 2); };
+  return detail_line(
+      "another run",
+      fmt::format("1 sigma of the errors to expect: unexplained drift {}, constant offset {}, noise of a "
+                  "mean {} {} (from {}; factor {:.2f})",
+                  number(error->nuisance_deg_per_h), number(error->offset_deg_per_h), number(error->noise_deg_per_h),
+                  training::target_unit(trained), source, error->factor));
 }
 
 }  // namespace
@@ -66,17 +74,18 @@ ordered_json provenance_json(ordered_json summary) {
 
 std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
                          const std::vector<std::string>& names) {
-  std::string text = fmt::format("{} on {}: {} samples\n", settings.method->name, fmt::join(names, ", "),
-                                 trained.samples.fitted.size());
+  using training::detail_line;
+  std::string text = detail_line("model", fmt::format("{} on {}: {} samples", settings.method->name,
+                                                      fmt::join(names, ", "), trained.samples.fitted.size()));
   text += settings.method->describe(trained, settings, names).text;
-  text += between_run_text(trained.model->info().spread);
+  text += between_run_text(trained);
   if (trained.from_siblings) {
     const auto& prior = *static_cast<const compensation::CompositeModel&>(*trained.model).parameters().prior;
-    text += fmt::format(
-        "  {} models of gyros of the same type, scale {:.3g}: explain {:.0f} % of the variance of this record\n",
-        prior.models.size(), prior.scale, 100 * *trained.from_siblings);
+    text += detail_line("prior", fmt::format("{} models of gyros of the same type, times {:.3g}: explain {:.0f} % of "
+                                             "the variance of this recording",
+                                             prior.models.size(), prior.scale, 100 * *trained.from_siblings));
   }
-  for (const std::string& note : trained.notes) text += "  note: " + note + "\n";
+  for (const std::string& note : trained.notes) text += detail_line("note", note);
   return text;
 }
 

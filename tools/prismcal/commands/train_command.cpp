@@ -44,6 +44,7 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   if (!run) return tl::unexpected<Error>(run.error());
   if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
   if (!choice.method.json) {
+    fmt::print("{}", printable_lines(first_sentence(run->judgement, run->expected, run->quality, choice.out)));
     fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
     if (run->summary.contains("held_out")) fmt::print("{}", held_out_text(run->summary["held_out"]));
   }

@@ -27,9 +27,11 @@
 namespace prism::commands {
 namespace {
 
-// Checks the data quality of all recordings. Adds the results to set.facts and prints those that do not pass.
-Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
+// Checks the data quality of all recordings, and returns the worst. Adds the results to set.facts and prints those that
+// do not pass.
+Result<evaluation::DataQuality> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
   std::optional<Error> rejected;
+  evaluation::DataQuality worst;
   for (std::size_t i = 0; i < set.tables.size(); ++i) {
     const recordings::BlockTable& table = set.tables[i];
     const auto quality = analysis::check_blocks(table);
@@ -39,9 +41,10 @@ Result<void> check_recordings(recordings::TrainingSet& set, const TrainChoice& c
       fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
     const std::string reason = analysis::data_quality_error(*quality);
     if (!reason.empty()) rejected = Error{choice.files[i], reason};
+    if (i == 0 || quality->verdict > worst.verdict) worst = *quality;
   }
   if (rejected && !choice.force) return make_error(rejected->where, rejected->what + " Use --force to train anyway.");
-  return {};
+  return worst;
 }
 
 std::string provenance(const recordings::TrainingSet& set, const nlohmann::ordered_json& summary) {
@@ -103,7 +106,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (!choice.method.quiet) {
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
   }
-  if (auto fit = check_recordings(*set, choice); !fit) return tl::unexpected<Error>(fit.error());
+  auto quality = check_recordings(*set, choice);
+  if (!quality) return tl::unexpected<Error>(quality.error());
   std::vector<TrainingRun::Curve> curves;
   for (recordings::BlockTable& table : set->tables)
     curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
@@ -126,6 +130,10 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   auto summary = summary_json(*trained, *settings, names);
+  auto expected = expectation_of(trained->held_out, set->data);
+  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted());
+  summary["readiness"] = readiness_text(judgement.readiness);
+  summary["expected"] = expectation_json(expected);
   summary["recordings"] = set->facts;
   if (search) summary["input_search"] = search_json(*search);
   if (set->hold_out.wanted()) {
@@ -133,7 +141,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!held_out) return tl::unexpected<Error>(held_out.error());
     summary["held_out"] = std::move(*held_out);
   }
-  return TrainingRun{std::move(*trained), std::move(*set), std::move(curves), std::move(*settings), std::move(summary)};
+  return TrainingRun{std::move(*trained), std::move(*set),     std::move(curves),    std::move(*settings),
+                     std::move(*quality), std::move(expected), std::move(judgement), std::move(summary)};
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {

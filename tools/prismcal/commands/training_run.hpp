@@ -5,10 +5,12 @@
 #include <CLI/App.hpp>
 #include <atomic>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/prismcal/commands/method_options.hpp"
+#include "tools/prismcal/commands/readiness.hpp"
 #include "tools/prismcal/recordings/training_set.hpp"
 
 namespace prism::commands {
@@ -31,6 +33,9 @@ struct TrainingRun {
   recordings::TrainingSet set;  ///< without its tables
   std::vector<Curve> curves;    ///< one per recording
   training::TrainingSettings settings;
+  evaluation::DataQuality quality;  ///< the worst of the recordings
+  std::optional<Expectation> expected;
+  Judgement judgement;
   nlohmann::ordered_json summary;  ///< what --json prints
 
   /// The model file, with its provenance and the current time.

@@ -3,11 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "tools/prismcal/recordings/fingerprint.hpp"
+#include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/unit_check.hpp"
 
 namespace prism::recordings {
@@ -94,6 +97,55 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
   return facts;
 }
 
+/// Quantities that the inputs need and --map lacks: "input U: no column is mapped to uhfo; use --inputs T,dTdt".
+Result<void> check_map(const std::vector<std::string>& inputs, const std::vector<std::string>& map) {
+  if (map.empty()) return {};
+  if (const auto parsed = parse_map(map); !parsed) return tl::unexpected<Error>(parsed.error());
+  const auto quantity_of = [](const std::string& name) {
+    return name == compensation::kInputUhfo ? "uhfo" : compensation::sensors_of({name}).empty() ? "temperature" : "";
+  };
+  const auto mapped = [&](const std::string& name) {
+    const std::string begin = std::string(quantity_of(name)) + "=";
+    return begin == "=" || std::any_of(map.begin(), map.end(), [&](const auto& m) { return m.starts_with(begin); });
+  };
+  const auto missing = std::find_if_not(inputs.begin(), inputs.end(), mapped);
+  if (missing == inputs.end()) return {};
+  std::vector<std::string> known;
+  std::copy_if(inputs.begin(), inputs.end(), std::back_inserter(known), mapped);
+  const std::string quantity = quantity_of(*missing);
+  return make_error("input " + *missing,
+                    fmt::format("no column is mapped to {}; use {}", quantity,
+                                known.empty() ? fmt::format("--map {}=COLUMN:UNIT", quantity)
+                                              : fmt::format("--inputs {}", fmt::join(known, ","))));
+}
+
+/// Why no block has all inputs: an input that no recording contains, or lags that never settle.
+tl::unexpected<Error> missing_input(const TrainingSet& set) {
+  std::vector<std::string> known, missing;
+  bool settled = false;
+  for (const BlockTable& table : set.tables) {
+    for (std::size_t i = 0; i < table.size(); ++i) settled = settled || !table.blocks[i].lag_settling;
+  }
+  for (const std::string& name : set.data.names) {
+    const bool found = std::any_of(set.tables.begin(), set.tables.end(), [&](const BlockTable& table) {
+      const std::vector<double> column = table.column(name);
+      return std::any_of(column.begin(), column.end(), [](double value) { return std::isfinite(value); });
+    });
+    (found ? known : missing).push_back(name);
+  }
+  if (!missing.empty())
+    return make_error("input " + missing.front(), fmt::format("{}; use --inputs {}",
+                                                              missing.front() == compensation::kInputUhfo
+                                                                  ? "the recording contains no oscillator voltage"
+                                                                  : "it is unknown in all blocks",
+                                                              fmt::join(known, ",")));
+  if (!settled)
+    return make_error("--lag",
+                      "the recording ends before the lags have settled; expected shorter time constants, or a "
+                      "longer recording");
+  return make_error("recordings", "found no block in which every input is known");
+}
+
 /// Adds the training blocks to set.data and the held-out ones to set.held_out. Returns the number of blocks left out.
 Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) {
   if (!set.hold_out.wanted()) return append_blocks(table, set.data);
@@ -150,6 +202,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   for (const std::string& name : inputs) {
     if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
+  if (auto mapped = check_map(inputs, options.source.map); !mapped) return tl::unexpected<Error>(mapped.error());
   for (const std::string& path : paths) {
     TableMaker maker(set, options.site);
     const auto recording = read_recording(path, options.source, maker);
@@ -166,7 +219,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
     set.tables.push_back(std::move(*table));
   }
-  if (set.data.target.size() == 0) return make_error("recordings", "found no block in which every input is known");
+  if (set.data.target.size() == 0) return missing_input(set);
   return set;
 }
 

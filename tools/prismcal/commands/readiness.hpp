@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The first sentence of `prismcal train`: can the model be used, what may be expected of it, what to do next.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "compensation/evaluation/data_quality.hpp"
+#include "compensation/evaluation/improvement_interval.hpp"
+#include "compensation/training/trainer.hpp"
+
+namespace prism::commands {
+
+/// From parts of the recordings, each predicted by a model of the rest, as prismd would serve it.
+struct Expectation {
+  int parts = 0;
+  std::size_t samples = 0;
+  /// 1 − variance of the errors / variance of the bias, within the recordings; below 0: worse than no model.
+  double explained = 0;
+  /// Of 1 sigma, in another recording of the same profile. Nullopt if the samples do not determine it.
+  std::optional<evaluation::PredictionInterval> improvement;
+};
+
+/// Returns nullopt if the recordings are too short to hold parts out.
+std::optional<Expectation> expectation_of(const training::HeldOutErrors& held_out, const training::TrainingData& data);
+
+/// `explained`, `improvement_percent`, `low_percent`, `high_percent`, `parts`, `samples`; null without an expectation.
+nlohmann::ordered_json expectation_json(const std::optional<Expectation>& expected);
+
+enum class Readiness {
+  kReady,
+  kDoubtful,  ///< the improvement is not distinguishable from none
+  kNotReady,
+};
+
+const char* readiness_text(Readiness readiness);
+
+struct Judgement {
+  Readiness readiness = Readiness::kReady;
+  std::string reason;  ///< and what to do; empty if ready
+};
+
+/// `held_out`: a part of the recordings was left out of the training, so that the model is for tests only.
+Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
+                const evaluation::DataQuality& quality, bool held_out);
+
+/// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:
+/// prismcal evaluate …". One line with its end.
+std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,
+                           const evaluation::DataQuality& quality, const std::string& model_path);
+
+}  // namespace prism::commands
