@@ -32,6 +32,8 @@ jq -e '.tables.ladder.rows[] | .[6].text | test("^-?[0-9.]+ to -?[0-9.]+$")' rep
 jq -e '.tables.ladder.rows[1:][] | .[-1].text | test(": (not distinguishable|better|worse)$")' report/report.json >/dev/null ||
   fail "the model comparison does not state which rows differ"
 
+# Each table and each figure ends with its meaning.
+same "tables and figures without a meaning" "$(jq -r '(.tables, .figures) | to_entries[] | select((.value.meaning // "") == "") | .key' report/report.json)" ""
 # Each chart is valid XML with allowed elements only, and HTML, JSON and CSV of the report parse.
 parses() { # DIRECTORY
   python3 - "$1" <<'END' || fail "$1 does not parse"
@@ -80,4 +82,5 @@ done
 prismcal report "=${markup}1" "=${markup}2" --models ladder --out hostile >hostile.out 2>hostile.err || fail "$(tail -3 hostile.err)"
 [ ! -e pwned ] || fail "a name in the header of a log was executed"
 parses hostile
+same "tables and figures without a meaning" "$(jq -r '(.tables, .figures) | to_entries[] | select((.value.meaning // "") == "") | .key' hostile/report.json)" ""
 same "table files with unexpected names" "$(ls hostile/tables | grep -v '^[a-z0-9_]*\.csv$' || true)" ""

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/prismcal/analysis/experiment_meanings.hpp"
 #include "tools/prismcal/analysis/experiment_report.hpp"
+#include "tools/prismcal/analysis/recording_meanings.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -70,6 +72,7 @@ Figure inputs_figure(const recordings::BlockTable& table) {
   if (std::isfinite(table.column(compensation::kInputUhfo).front())) {
     figure.plot.panels.push_back(twin_panel(table, 2, "UHFO", "U, V", compensation::kInputUhfo));
   }
+  figure.meaning = record_meaning(table);
   return figure;
 }
 
@@ -79,6 +82,7 @@ Figure least_squares_figure(const Experiment& experiment) {
                 fmt::format("{} s means. As figure 7 of the paper.", experiment.data.training.features.length_s),
                 {2, 300, {}}};
   add_pair(figure.plot, experiment, rows_of(experiment, "ls", ""), "LS", inputs_name);
+  figure.meaning = fit_meaning(rows_of(experiment, "ls", ""));
   return figure;
 }
 
@@ -92,6 +96,7 @@ Figure stepwise_figure(const Experiment& experiment) {
         {"after", Ink::kCorrected, SeriesStyle::kLine, repeat.hours(), row->evaluations.front().corrected_deg_per_h});
     figure.plot.panels.push_back(std::move(panel));
   }
+  figure.meaning = fit_meaning(rows_of(experiment, "stepwise", ""));
   return figure;
 }
 
@@ -101,16 +106,18 @@ Figure weights_by_inputs_figure(const Experiment& experiment, std::size_t from, 
       from == 1 ? "IR-LSSVM, one input" : "IR-LSSVM, composite inputs",
       fmt::format("Left: training cycle and fits; right: its repeat. As figure {} of the paper.", from == 1 ? 9 : 10),
       {2, 290, {}}};
-  std::vector<const ExperimentRow*> rows = rows_of(experiment, "ir-lssvm", "shuffled");
+  std::vector<const ExperimentRow*> rows = rows_of(experiment, "ir-lssvm", "shuffled"), drawn;
   while (!rows.empty()) {
     const auto inputs = rows.front()->spec.inputs;
     std::vector<const ExperimentRow*> same;
     std::copy_if(rows.begin(), rows.end(), std::back_inserter(same),
                  [&](const ExperimentRow* row) { return row->spec.inputs == inputs; });
     std::erase_if(rows, [&](const ExperimentRow* row) { return row->spec.inputs == inputs; });
-    if (inputs.size() >= from && inputs.size() <= to)
-      add_pair(figure.plot, experiment, same, same.front()->spec.inputs_text(), weight_name_of);
+    if (inputs.size() < from || inputs.size() > to) continue;
+    add_pair(figure.plot, experiment, same, same.front()->spec.inputs_text(), weight_name_of);
+    drawn.insert(drawn.end(), same.begin(), same.end());
   }
+  figure.meaning = fit_meaning(drawn);
   return figure;
 }
 
@@ -123,6 +130,7 @@ std::optional<Figure> lssvm_figure(const Experiment& experiment) {
                 fmt::format("Inputs {}. As figure 11 of the paper.", robust->spec.inputs_text()),
                 {2, 300, {}}};
   add_pair(figure.plot, experiment, {plain, robust}, "all inputs", method_text);
+  figure.meaning = best_meaning({plain, robust});
   return figure;
 }
 
@@ -144,7 +152,8 @@ std::optional<Figure> surface_figure(const ExperimentRow& row) {
       fmt::format("Grid search over {} points, {}; cost relative to the lowest, clipped at 2. In a flat valley, "
                   "only a combination of c and sigma2 is determined.",
                   t.surface.size(), tune_text(row.spec.tune)),
-      {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}}};
+      {1, 380, {{"", {"c", true}, {"sigma2", true}, {}, {heat, chosen}}}},
+      surface_meaning(t.surface)};
 }
 
 }  // namespace prism::analysis

@@ -2,6 +2,7 @@
 // The tables that the paper lacks: other profiles, and how the tuning decides.
 #include <algorithm>
 
+#include "tools/prismcal/analysis/experiment_meanings.hpp"
 #include "tools/prismcal/analysis/experiment_report.hpp"
 
 namespace prism::analysis {
@@ -26,6 +27,7 @@ Table ladder_table(const Experiment& experiment) {
   }
   table.columns.push_back({"against the row above", "points"});
   const ExperimentRow* above = nullptr;
+  std::vector<const ExperimentRow*> shown;
   std::vector<const ExperimentRow*> rows = {best_of(experiment, "ls", "")};
   for (const ExperimentRow* row : rows_of(experiment, "stepwise", "")) rows.push_back(row);
   rows.push_back(best_of(experiment, "lssvm", kUsualTune));
@@ -47,8 +49,10 @@ Table ladder_table(const Experiment& experiment) {
     cells.push_back(above ? difference_cell(above->evaluations[0], row->evaluations[0], experiment.data.evaluated[0])
                           : text_cell(report::kNothing));
     above = row;
+    shown.push_back(row);
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = best_meaning(shown);
   return table;
 }
 
@@ -65,6 +69,7 @@ Table profiles_table(const Experiment& experiment) {
     table.columns.push_back({"improvement", "%"});
     table.columns.push_back({"off", "%"});
   }
+  std::vector<const ExperimentRow*> shown;
   for (const ExperimentRow& row : experiment.rows) {
     std::vector<Cell> cells = {text_cell(method_text(row.spec)), text_cell(row.spec.inputs_text()),
                                text_cell(tune_text(row.spec.tune))};
@@ -75,8 +80,10 @@ Table profiles_table(const Experiment& experiment) {
       cells.push_back(percent_cell(s.improvement, worse ? report::Emphasis::kBad : report::Emphasis::kNone));
       cells.push_back(fixed_cell(evaluated.extrapolated_percent(), 1));
     }
+    shown.push_back(&row);
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = profiles_meaning(shown);
   return table;
 }
 
@@ -93,6 +100,7 @@ Table tuning_table(const Experiment& experiment) {
       "likelihood prefer repeatable effects.";
   for (const recordings::BlockTable& recording : experiment.data.evaluated)
     table.columns.push_back({recording.name + ": improvement", "%"});
+  std::vector<const ExperimentRow*> shown;
   std::size_t most = 0;
   for (const ExperimentRow& row : experiment.rows) most = std::max(most, row.spec.inputs.size());
   for (const char* method : {"lssvm", "ir-lssvm"}) {
@@ -106,10 +114,12 @@ Table tuning_table(const Experiment& experiment) {
           const auto& gain = evaluated.stability.improvement;
           cells.push_back(percent_cell(gain, gain && *gain < 0 ? report::Emphasis::kBad : report::Emphasis::kNone));
         }
+        shown.push_back(row);
         table.rows.push_back(std::move(cells));
       }
     }
   }
+  table.meaning = tuning_meaning(shown);
   return table;
 }
 

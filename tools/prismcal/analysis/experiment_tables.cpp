@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "compensation/evaluation/correlation.hpp"
+#include "tools/prismcal/analysis/experiment_meanings.hpp"
 #include "tools/prismcal/analysis/experiment_report.hpp"
 #include "tools/prismcal/analysis/paper_numbers.hpp"
 
@@ -56,6 +57,7 @@ Table kernel_table(const Experiment& experiment, std::string id, std::string tit
     append_effect(cells, *row, row == best ? report::Emphasis::kBest : report::Emphasis::kNone);
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = best_meaning(rows);
   return table;
 }
 
@@ -69,14 +71,17 @@ Table correlation_table(const Experiment& experiment) {
   std::vector<Cell> ours = {text_cell("this gyro")}, theirs = {text_cell("the paper's", report::Emphasis::kMuted)};
   const char* const inputs[] = {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo};
   const char* const names[] = {"temperature", "slope of temperature", "UHFO"};
+  std::vector<double> found;
   for (std::size_t i = 0; i < 3; ++i) {
     table.columns.push_back({names[i]});
     const auto r = evaluation::correlate(experiment.data.training.column(inputs[i]),
                                          experiment.data.training.bias_deg_per_h, names[i]);
+    found.push_back(r ? *r : kUnknown);
     ours.push_back(fixed_cell(r ? std::optional(*r) : std::nullopt, 2));
     theirs.push_back(fixed_cell(kPaperCorrelation[i], 2, report::Emphasis::kMuted));
   }
   table.rows = {ours, theirs};
+  table.meaning = correlation_meaning({std::begin(names), std::end(names)}, found);
   return table;
 }
 
@@ -88,6 +93,7 @@ Table least_squares_table(const Experiment& experiment) {
     append_effect(cells, *row);
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = best_meaning(rows_of(experiment, "ls", ""));
   return table;
 }
 
@@ -105,6 +111,7 @@ Table stepwise_table(const Experiment& experiment) {
     append_effect(cells, *row);
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = best_meaning(rows_of(experiment, "stepwise", ""));
   return table;
 }
 
@@ -120,6 +127,7 @@ Table stepwise_terms_table(const Experiment& experiment) {
                             general_cell(coefficient, 6)});
     }
   }
+  table.meaning = terms_meaning(rows_of(experiment, "stepwise", ""));
   return table;
 }
 

@@ -137,13 +137,18 @@ report::Table limits_table(const std::vector<LimitCheck>& checks, const std::str
                       {}};
   table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
                    {"verdict", "", false}};
+  std::vector<std::string> failed;
   for (const LimitCheck& check : checks) {
     const report::Emphasis emphasis = check.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
     table.rows.push_back({report::text_cell(check.limit.quantity), report::text_cell(check.measured.unit),
                           report::general_cell(check.limit.min, 6), report::general_cell(check.limit.max, 6),
                           report::general_cell(check.measured.value, 5),
                           report::text_cell(check.pass ? "PASS" : "FAIL", emphasis)});
+    if (!check.pass) failed.push_back(check.limit.quantity);
   }
+  table.meaning = failed.empty()
+                      ? fmt::format("All {} limits are met.", checks.size())
+                      : fmt::format("{} of {} limits fail: {}.", failed.size(), checks.size(), fmt::join(failed, ", "));
   return table;
 }
 

@@ -7,6 +7,7 @@
 #include "compensation/evaluation/allan_confidence.hpp"
 #include "compensation/evaluation/correlation.hpp"
 #include "compensation/evaluation/thermal_segments.hpp"
+#include "tools/prismcal/analysis/recording_meanings.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::analysis {
@@ -96,6 +97,21 @@ Result<std::vector<Series>> allan_series(const std::vector<double>& rate, const 
   return std::vector<Series>{band, line};
 }
 
+/// The two curves at the averaging times that both have.
+std::string compared(const Series& before, const Series& after) {
+  std::vector<double> tau_s, first, second;
+  for (std::size_t i = 0, j = 0; i < before.x.size() && j < after.x.size();) {
+    if (before.x[i] == after.x[j]) {
+      tau_s.push_back(before.x[i]);
+      first.push_back(before.y[i++]);
+      second.push_back(after.y[j++]);
+    } else {
+      ++(before.x[i] < after.x[j] ? i : j);
+    }
+  }
+  return allan_curve_meaning(tau_s, first, second);
+}
+
 Panel histogram_panel(const std::vector<double>& residual, const evaluation::SummaryStatistics& summary) {
   constexpr int kBins = 41;
   const double width = 8 * summary.sd / kBins, low = summary.mean - 4 * summary.sd;
@@ -163,6 +179,7 @@ Figure record_figure(const recordings::BlockTable& table, const std::string& id)
                                 {curve("", Ink::kModel, hours, table.column(compensation::kInputUhfo))}));
   }
   panels.push_back(time_panel("rate − Earth rate", kBias, {curve("", Ink::kCorrected, hours, table.bias_deg_per_h)}));
+  figure.meaning = record_meaning(table);
   return figure;
 }
 
@@ -186,6 +203,7 @@ Figure bias_figure(const EvaluatedRecording& recording) {
                                                   hours, evaluated.corrected_deg_per_h,
                                                   [&](std::size_t i) { return evaluated.extrapolating[i]; }));
   }
+  figure.meaning = bias_meaning(table, evaluated.corrected_deg_per_h);
   return figure;
 }
 
@@ -198,6 +216,9 @@ Figure thermal_figure(const EvaluatedRecording& recording) {
                  320,
                  {loop_panel("(a) before", *recording.table, recording.table->bias_deg_per_h),
                   loop_panel("(b) after", *recording.table, recording.evaluation->corrected_deg_per_h)}};
+  const auto before = measure_loop(recording, recording.table->bias_deg_per_h),
+             after = measure_loop(recording, recording.evaluation->corrected_deg_per_h);
+  figure.meaning = loop_meaning(before.value_or(evaluation::Hysteresis{}), after.value_or(evaluation::Hysteresis{}));
   return figure;
 }
 
@@ -212,10 +233,12 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
     if (!series) return tl::unexpected(series.error());
     panel.series.insert(panel.series.end(), series->begin(), series->end());
   }
+  const std::string meaning = compared(panel.series[1], panel.series[3]);  // each curve is a band and a line
   return Figure{recording.id + "_allan_curve",
                 "Allan deviation on " + table.name,
                 "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the fitted noises.",
-                {1, 380, {panel}}};
+                {1, 380, {panel}},
+                meaning};
 }
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {
@@ -228,7 +251,8 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
       fmt::format(
           "{} s means; bins from −4 to +4 sigma. The autocorrelation of white noise is within the dashed lines.",
           recording.table->features.length_s),
-      {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}}};
+      {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}},
+      residual_meaning(*r, recording.table->features.length_s)};
 }
 
 Figure weights_figure(const EvaluatedRecording& recording) {
@@ -245,6 +269,7 @@ Figure weights_figure(const EvaluatedRecording& recording) {
           {curve("bias", Ink::kRaw, hours, training.bias_deg_per_h),
            picked("weight below 0.5", Ink::kModel, SeriesStyle::kPoints, hours, training.bias_deg_per_h, outlier)}),
       time_panel("(b) weights", "weight", {curve("", Ink::kCorrected, hours, weights, SeriesStyle::kPoints)})};
+  figure.meaning = weights_meaning(weights);
   return figure;
 }
 
@@ -258,6 +283,7 @@ Figure domain_figure(const EvaluatedRecording& recording) {
   if (has_uhfo(*recording.training) && has_uhfo(*recording.table)) {
     figure.plot.panels.push_back(plane_panel("(b) oscillator", "UHFO, V", compensation::kInputUhfo, recording));
   }
+  figure.meaning = domain_meaning(recording.evaluation->extrapolated, recording.table->size());
   return figure;
 }
 

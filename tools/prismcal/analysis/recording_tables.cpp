@@ -6,6 +6,7 @@
 
 #include "compensation/evaluation/allan_coefficients.hpp"
 #include "compensation/evaluation/hysteresis.hpp"
+#include "tools/prismcal/analysis/recording_meanings.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::analysis {
@@ -72,15 +73,13 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<doubl
 
 namespace {
 
-/// The prediction interval for further recordings, in parentheses.
-std::string further_text(const ModelEvaluation& evaluated, int block_s) {
+/// The improvement to expect in further recordings.
+std::string further_text(const ModelEvaluation& evaluated) {
   const auto& interval = evaluated.improvement_interval;
   if (!interval) return "";
   return fmt::format(
-      " (95 % of further recordings of this profile: {} %{}; their variation is assumed, from segments of {:.1f} h of "
-      "this one and from simulated days)",
-      interval_text(interval), interval->holds_zero() ? ", not distinguishable from zero" : "",
-      static_cast<double>(interval->block) * block_s / 3600);
+      " In another recording of this profile expect {} % (95 % interval, estimated from this recording alone){}.",
+      interval_text(interval), interval->holds_zero() ? ": it may also be no improvement" : "");
 }
 
 }  // namespace
@@ -88,21 +87,22 @@ std::string further_text(const ModelEvaluation& evaluated, int block_s) {
 report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
   const ModelEvaluation& evaluated = *recording.evaluation;
   const evaluation::BiasStability& s = evaluated.stability;
-  const std::string values = fmt::format(
-      "1 sigma of the {} s means is {:.5f} deg/h before and {:.5f} after; {:.1f} % of the blocks are outside the "
-      "training range.",
-      recording.table->features.length_s, s.before.sd, s.after.sd, evaluated.extrapolated_percent());
+  const std::string sigmas = fmt::format("1 sigma of {} s means is {:.5f} deg/h before and {:.5f} after",
+                                         recording.table->features.length_s, s.before.sd, s.after.sd);
+  const std::string outside =
+      fmt::format("{:.1f} % of the means are outside the training range.", evaluated.extrapolated_percent());
   if (!overlap.empty())
-    return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data. {}",
-                        recording.table->name, overlap, values),
+    return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data: {}. {}",
+                        recording.table->name, overlap, sigmas, outside),
             report::Emphasis::kWarn};
-  if (!s.improvement) return {recording.table->name + ": " + values, report::Emphasis::kNone};
+  if (!s.improvement)
+    return {fmt::format("{}: {}. {}", recording.table->name, sigmas, outside), report::Emphasis::kNone};
   const bool helps = *s.improvement > 0;
   const auto& interval = evaluated.improvement_interval;
   const bool unsure = interval && interval->holds_zero();
   return {
-      fmt::format("{}: the model {} {:.1f} % of the drift{}. {}", recording.table->name, helps ? "removes" : "adds",
-                  100 * std::abs(*s.improvement), further_text(evaluated, recording.table->features.length_s), values),
+      fmt::format("{}: the model {} {:.1f} % of the drift: {}.{} {}", recording.table->name, helps ? "removes" : "adds",
+                  100 * std::abs(*s.improvement), sigmas, further_text(evaluated), outside),
       unsure  ? report::Emphasis::kWarn
       : helps ? report::Emphasis::kGood
               : report::Emphasis::kBad};
@@ -123,9 +123,8 @@ Table stability_table(const EvaluatedRecording& recording) {
   table.caption = fmt::format(
       "{}, {} blocks. Floor: 1 sigma of a mean from white noise alone, estimated from first differences. Explained = "
       "(before² − after²) / (before² − floor²): near 100 % no model can be better; above 100 % the residual is below "
-      "the "
-      "estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of the same "
-      "profile. rms improvement: relative to the training mean, so it includes a shift of the bias since the training.",
+      "the estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of the "
+      "same profile. With shift: the improvement if the shift of the mean since the training counts as an error, too.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(
@@ -138,9 +137,9 @@ Table stability_table(const EvaluatedRecording& recording) {
         "correction.",
         limited);
   }
-  table.columns = {{"", "", false},           {"mean", "deg/h"},       {"1 sigma", "deg/h"}, {"rms", "deg/h"},
-                   {"peak to peak", "deg/h"}, {"improvement", "%"},    {"floor", "deg/h"},   {"explained", "%"},
-                   {"95 % of further", "%"},  {"rms improvement", "%"}};
+  table.columns = {{"", "", false},           {"mean", "deg/h"},    {"1 sigma", "deg/h"}, {"rms", "deg/h"},
+                   {"peak to peak", "deg/h"}, {"improvement", "%"}, {"floor", "deg/h"},   {"explained", "%"},
+                   {"95 % of further", "%"},  {"with shift", "%"}};
   auto before = summary_row("before", s.before), after = summary_row("after", s.after);
   before.insert(before.end(),
                 {text_cell(""), fixed_cell(s.floor_deg_per_h, 5), text_cell(""), text_cell(""), text_cell("")});
@@ -148,6 +147,7 @@ Table stability_table(const EvaluatedRecording& recording) {
                              text_cell(interval_text(recording.evaluation->improvement_interval)),
                              percent_cell(recording.evaluation->rms_improvement)});
   table.rows = {before, after};
+  table.meaning = stability_meaning(s);
   return table;
 }
 
@@ -182,6 +182,9 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
     }
     table.rows.push_back(std::move(row));
   }
+  table.meaning =
+      segments_meaning(evaluation::thermal_kinds(times(data), data.column(compensation::kInputTemperature), kSoakSlope),
+                       recording.evaluation->corrected_deg_per_h);
   return table;
 }
 
@@ -196,6 +199,7 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
                    {"loop area", "deg/h degC"},
                    {"sensitivity heating", "1e-3 deg/h/degC"},
                    {"sensitivity cooling", "1e-3 deg/h/degC"}};
+  std::vector<evaluation::Hysteresis> loops;
   for (const bool after : {false, true}) {
     const auto loop = measure_loop(recording, after ? recording.evaluation->corrected_deg_per_h : data.bias_deg_per_h);
     if (!loop) return tl::unexpected(loop.error());
@@ -206,7 +210,9 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
                           fixed_cell(loop->max_gap_at_degc, 1), fixed_cell(loop->loop_area_deg_per_h_degc, 4),
                           fixed_cell(milli(loop->heating_sensitivity), 4),
                           fixed_cell(milli(loop->cooling_sensitivity), 4)});
+    loops.push_back(*loop);
   }
+  table.meaning = hysteresis_meaning(loops[0], loops[1]);
   return table;
 }
 
@@ -224,6 +230,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
                    {"rate ramp", "(deg/h)/h"},
                    {"minimum", "deg/h"},
                    {"at", "s"}};
+  std::vector<evaluation::AllanCoefficients> found;
   for (const bool after : {false, true}) {
     const auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h();
     const auto c = allan_coefficients(seconds, data.name);
@@ -235,7 +242,9 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
                           coefficient_cell(c->rate_random_walk_deg_per_h_sqrt_h, c->at_most[3]),
                           coefficient_cell(c->rate_ramp_deg_per_h_h, c->at_most[4]),
                           general_cell(c->floor.minimum_deg_per_h, 4), general_cell(c->floor.tau_s, 6)});
+    found.push_back(*c);
   }
+  table.meaning = allan_meaning(found[0], found[1]);
   return table;
 }
 

@@ -60,6 +60,9 @@ Table models_table(const CampaignFile& file, const Lot& lot) {
          number(count(lot, model.name, [](const TaskResult& o) { return o.refused; })),
          number(static_cast<std::size_t>(missing)), number(static_cast<std::size_t>(installed))});
   }
+  std::set<std::string> gyros;
+  for (const TaskResult& result : lot.results) gyros.insert(result.gyro);
+  table.meaning = fmt::format("{} of {} have an accepted model.", chosen.size(), counted(gyros.size(), "gyro"));
   return table;
 }
 
@@ -97,6 +100,9 @@ Table gyros_table(const CampaignFile& file, const Lot& lot) {
     row[8] = report::text_cell(line.why);
     table.rows.push_back(std::move(row));
   }
+  const auto accepted =
+      std::count_if(lot.results.begin(), lot.results.end(), [](const TaskResult& o) { return o.accepted(); });
+  table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
   return table;
 }
 
@@ -107,6 +113,18 @@ std::vector<double> values_of(const Lot& lot, const std::string& model, const ch
     if (value) values.push_back(*value);
   }
   return values;
+}
+
+/// The improvements of the first model that has some.
+std::string lot_meaning(const CampaignFile& file, const Lot& lot) {
+  for (const ModelChoice& model : file.models) {
+    const auto values = values_of(lot, model.name, "improvement_percent");
+    if (values.empty()) continue;
+    const LotStatistics s = statistics_of(values);
+    return fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.", model.name,
+                       s.median, s.low);
+  }
+  return "No gyro has an improvement.";
 }
 
 Table statistics_table(const CampaignFile& file, const Lot& lot) {
@@ -136,6 +154,7 @@ Table statistics_table(const CampaignFile& file, const Lot& lot) {
       table.rows.push_back(std::move(row));
     }
   }
+  table.meaning = lot_meaning(file, lot);
   return table;
 }
 
@@ -179,6 +198,7 @@ report::Figure statistics_figure(const CampaignFile& file, const Lot& lot) {
     }
     figure.plot.panels.push_back(std::move(panel));
   }
+  figure.meaning = lot_meaning(file, lot);
   return figure;
 }
 
@@ -198,6 +218,8 @@ Table outliers_table(const CampaignFile& file, const Lot& lot) {
                           report::text_cell(outlier.quantity), report::general_cell(outlier.value, 4),
                           report::fixed_cell(outlier.score, 1),
                           report::text_cell(outlier.result->accepted() ? "accepted" : "rejected")});
+  table.meaning = table.rows.empty() ? "No gyro differs from the lot."
+                                     : fmt::format("Look first at gyro {}.", table.rows.front().front().text);
   return table;
 }
 
@@ -212,6 +234,8 @@ Table nearest_gyros_table(const CampaignFile& file, const Lot& lot) {
     table.rows.push_back({gyro_cell(*pair.result, file.reports), gyro_cell(*pair.nearest, file.reports),
                           report::general_cell(pair.similarity.difference_deg_per_h, 4),
                           report::fixed_cell(pair.similarity.correlation, 3)});
+  table.meaning = table.rows.empty() ? "No two gyros have enough temperatures in common."
+                                     : fmt::format("Gyro {} is least like the others.", table.rows.back().front().text);
   return table;
 }
 
@@ -231,6 +255,12 @@ Table drift_table(const CampaignFile& file, const Lot& lot, const Lot& previous)
                           report::general_cell(drift.mean_deg_per_h, 4), report::general_cell(drift.curve_deg_per_h, 4),
                           quantity_cell(*drift.before, "bias_stability_deg_per_h", 4),
                           quantity_cell(*drift.now, "bias_stability_deg_per_h", 4)});
+  const auto size = [](const std::vector<Cell>& row) { return std::abs(row[2].value.value_or(0)); };
+  const auto largest = std::max_element(table.rows.begin(), table.rows.end(),
+                                        [&](const auto& a, const auto& b) { return size(a) < size(b); });
+  table.meaning = largest == table.rows.end() ? "No gyro is in both campaigns."
+                                              : fmt::format("The mean changed most for gyro {}, by {} deg/h.",
+                                                            largest->front().text, (*largest)[2].text);
   return table;
 }
 

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 
 #include "base/file.hpp"
+#include "base/plain_text.hpp"
 #include "config/config.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -180,7 +182,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
   report::Table table{"recordings", "The recordings", "", {}, {}};
   table.columns = {{"role", "", false},
                    {"recording", "", false},
-                   {"rows", "s"},
+                   {"used", "s"},
                    {"samples", "1/s"},
                    {"length", "h"},
                    {"blocks"},
@@ -189,6 +191,8 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
                    {"lost frames"},
                    {"T from", "degC"},
                    {"T to", "degC"}};
+  std::size_t missing_s = 0;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const auto& [role, loaded] : recordings) {
     const recordings::BlockTable& t = loaded->table;
     const auto temperature = t.column(compensation::kInputTemperature);
@@ -204,7 +208,14 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
                           report::fixed_cell(static_cast<double>(t.missing_s), 0),
                           report::fixed_cell(static_cast<double>(t.missing_frames), 0), report::fixed_cell(*low, 1),
                           report::fixed_cell(*high, 1)});
+    missing_s += t.missing_s;
+    lowest = std::min(lowest, *low);
+    highest = std::max(highest, *high);
   }
+  table.meaning =
+      fmt::format("The recordings cover {:.1f} to {:.1f} degC; {}.", lowest, highest,
+                  missing_s == 0 ? "no second is missing"
+                                 : fmt::format("{} are missing and not used", counted(missing_s, "second")));
   return table;
 }
 

@@ -57,6 +57,27 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
   return comparison;
 }
 
+/// The best model on each recording, and whether it differs from the first.
+std::string comparison_meaning(const Comparison& comparison) {
+  std::string text;
+  for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
+    std::size_t best = 0;
+    for (std::size_t m = 1; m < comparison.models.size(); ++m) {
+      if (comparison.evaluations[m][r].stability.after.sd < comparison.evaluations[best][r].stability.after.sd)
+        best = m;
+    }
+    text += fmt::format("{}On {} \"{}\" leaves the least drift", text.empty() ? "" : " ",
+                        comparison.recordings[r].table.name, comparison.models[best]->info().name);
+    if (best > 0) {
+      const Cell cell = analysis::difference_cell(comparison.evaluations[0][r], comparison.evaluations[best][r],
+                                                  comparison.recordings[r].table);
+      text += fmt::format(" (against the first: {} points)", cell.text);
+    }
+    text += ".";
+  }
+  return text;
+}
+
 /// One row per model, several columns per recording. Marks the lowest sigma. "change" and "against the first" are
 /// relative to the first model.
 report::Table comparison_table(const Comparison& comparison, evaluation::Divisor divisor) {
@@ -104,6 +125,7 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
     }
     table.rows.push_back(std::move(cells));
   }
+  table.meaning = comparison_meaning(comparison);
   return table;
 }
 

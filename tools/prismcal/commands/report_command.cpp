@@ -164,6 +164,16 @@ Result<bool> finish_report(const report::Report& report, const report::Table& fi
   return within_limits;
 }
 
+/// The axis with the smallest improvement on the repeat run (column 4).
+std::string axes_meaning(const report::Table& overview) {
+  const report::Cell *least = nullptr, *axis = nullptr;
+  for (const auto& row : overview.rows) {
+    if (row[4].value && (least == nullptr || *row[4].value < *least->value)) least = &row[4], axis = &row[0];
+  }
+  if (least == nullptr) return "No axis has an improvement.";
+  return fmt::format("Axis {} improves least, by {} %.", axis->text, least->text);
+}
+
 Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>& limits,
                          const std::vector<std::string>& axes) {
   report::Table overview{
@@ -182,6 +192,7 @@ Result<bool> report_axes(ReportChoice choice, const std::vector<analysis::Limit>
     reports.emplace_back(axis, std::move(made->report));
     within_limits = within_limits && made->within_limits;
   }
+  overview.meaning = axes_meaning(overview);
   report::Section first{"all_axes_section", "All axes", {overview}};
   return finish_report(report::merged(std::move(reports), std::move(first)), overview, choice.common, within_limits);
 }

@@ -45,6 +45,7 @@ struct Table {
   std::string caption;  ///< basis of the values: divisor, length of means, data
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows{};  ///< each with one cell per column
+  std::string meaning{};                  ///< one sentence, computed from the values: their meaning for this gyro
 };
 
 struct Figure {
@@ -52,6 +53,7 @@ struct Figure {
   std::string title;
   std::string caption;
   Plot plot;
+  std::string meaning{};  ///< like Table::meaning
 };
 
 struct Paragraph {

@@ -140,7 +140,9 @@ class Page {
       }
       text_ += "</tr>\n";
     }
-    text_ += "</tbody>\n</table>\n</div>\n";
+    text_ += "</tbody>\n</table>\n";
+    if (!table.meaning.empty()) text_ += fmt::format("<p class=\"meaning\">{}</p>\n", html_text(table.meaning));
+    text_ += "</div>\n";
   }
 
   void add(const Figure& figure) {
@@ -151,8 +153,10 @@ class Page {
       text_ += fmt::format("<script type=\"application/json\">{}</script>\n", chart_json(figure.plot));
       ++charts_;
     }
-    text_ += fmt::format("<figcaption>{}</figcaption>\n</figure>\n",
-                         caption("Figure", figures_, figure.title, figure.caption));
+    const std::string meaning =
+        figure.meaning.empty() ? "" : fmt::format(" <span class=\"meaning\">{}</span>", html_text(figure.meaning));
+    text_ += fmt::format("<figcaption>{}{}</figcaption>\n</figure>\n",
+                         caption("Figure", figures_, figure.title, figure.caption), meaning);
   }
 
   const Report& report_;

@@ -50,6 +50,7 @@ table.data td { padding: .26rem .5rem; border-bottom: 1px solid var(--line); whi
 table.data .long { white-space: normal; }
 table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
 table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }
+.meaning { font-weight: 600; } p.meaning { font-size: .9rem; margin: .4rem 0 0; } figcaption .meaning { display: block; margin-top: .2rem; }
 tr.group td { font-weight: 600; background: var(--pale); }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 700; } .warn { color: var(--doubt); font-weight: 600; }
 .muted { color: var(--soft); } .best { font-weight: 700; background: var(--best); }

@@ -30,6 +30,8 @@ std::vector<Fact> facts_of(const std::vector<std::pair<std::string, Report>>& ax
 Table own_facts_table(const std::vector<Fact>& facts) {
   Table table{"own_facts", "Sources of this axis", "", {{"what", {}, false}, {"which", {}, false}}};
   for (const auto& [name, value] : facts) table.rows.push_back({text_cell(name), text_cell(value)});
+  table.meaning = fmt::format("These {} sources belong to this axis; the head of the page lists those of all axes.",
+                              table.rows.size());
   return table;
 }
 

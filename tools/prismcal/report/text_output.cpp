@@ -45,7 +45,9 @@ Json table_json(const Table& table) {
     }
     rows.push_back(std::move(cells));
   }
-  return {{"title", table.title}, {"caption", table.caption}, {"columns", columns}, {"rows", rows}};
+  Json json = {{"title", table.title}, {"caption", table.caption}, {"columns", columns}, {"rows", rows}};
+  if (!table.meaning.empty()) json["meaning"] = table.meaning;
+  return json;
 }
 
 Json numbers_json(const std::vector<double>& values) {
@@ -65,7 +67,9 @@ Json figure_json(const Figure& figure) {
     }
     panels.push_back({{"title", panel.title}, {"x", panel.x.label}, {"y", panel.y.label}, {"curves", curves}});
   }
-  return {{"title", figure.title}, {"caption", figure.caption}, {"panels", panels}};
+  Json json = {{"title", figure.title}, {"caption", figure.caption}, {"panels", panels}};
+  if (!figure.meaning.empty()) json["meaning"] = figure.meaning;
+  return json;
 }
 
 /// Number of UTF-8 characters: bytes that are not continuation bytes.
@@ -161,7 +165,8 @@ std::string plain_text(const Table& table) {
     }
     append_line(text, line);
   }
-  return text + (table.caption.empty() ? "" : printable(table.caption) + "\n");
+  if (!table.caption.empty()) text += printable(table.caption) + "\n";
+  return text + (table.meaning.empty() ? "" : "→ " + printable(table.meaning) + "\n");
 }
 
 }  // namespace prism::report

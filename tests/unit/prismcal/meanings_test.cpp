@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// The sentence below each table and figure follows its values.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/prismcal/analysis/experiment_meanings.hpp"
+#include "tools/prismcal/analysis/recording_meanings.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using evaluation::ThermalKind;
+using testing::HasSubstr;
+
+TEST(Meanings, OfBiasStability) {
+  evaluation::BiasStability s;
+  EXPECT_THAT(stability_meaning(s), HasSubstr("nothing to remove"));
+  s.improvement = -0.1;
+  EXPECT_THAT(stability_meaning(s), HasSubstr("worse than without"));
+  s.improvement = 0.5;
+  s.floor_deg_per_h = 0.006;
+  s.explained = 0.97;
+  EXPECT_THAT(stability_meaning(s), HasSubstr("almost only white noise (0.00600 deg/h)"));
+  s.explained = 0.6;
+  EXPECT_THAT(stability_meaning(s), HasSubstr("40 % of the drift's variance above the white noise"));
+}
+
+TEST(Meanings, OfSoaksAndRamps) {
+  const std::vector<ThermalKind> kinds = {ThermalKind::kSoak, ThermalKind::kSoak, ThermalKind::kHeating,
+                                          ThermalKind::kCooling};
+  EXPECT_THAT(segments_meaning(kinds, {1, -1, 1, -1}), HasSubstr("as good while the temperature changes as at rest"));
+  EXPECT_THAT(segments_meaning(kinds, {1, -1, 3, -3}), HasSubstr("weaker while the temperature changes"));
+  EXPECT_THAT(segments_meaning(kinds, {3, -3, 1, -1}), HasSubstr("weaker at constant temperature"));
+  EXPECT_THAT(segments_meaning({kinds[0], kinds[1]}, {1, -1}), HasSubstr("only soaks"));
+}
+
+TEST(Meanings, OfTheLoop) {
+  evaluation::Hysteresis before, after;
+  EXPECT_THAT(loop_meaning(before, after), HasSubstr("cannot be judged"));
+  before.bins = after.bins = {{20, 0.1, 0}};
+  before.max_gap_deg_per_h = 0.1, before.loop_area_deg_per_h_degc = 1;
+  after.max_gap_deg_per_h = 0.02, after.loop_area_deg_per_h_degc = 0.3;
+  EXPECT_THAT(loop_meaning(before, after), HasSubstr("up to 0.1 deg/h before and 0.02 deg/h after"));
+  EXPECT_THAT(hysteresis_meaning(before, after), HasSubstr("removes 80 % of the largest difference"));
+  EXPECT_THAT(hysteresis_meaning(before, after), HasSubstr("70 % of the area"));
+  EXPECT_THAT(hysteresis_meaning(after, before), HasSubstr("does not reduce"));
+}
+
+TEST(Meanings, OfTheAllanDeviation) {
+  EXPECT_THAT(
+      allan_curve_meaning({1, 10, 100}, {3, 1, 2}, {3, 1, 0.5}),
+      HasSubstr("most at averages of 100 s: 0.5 instead of 2 deg/h; in averages below 100 s the noise dominates"));
+  EXPECT_THAT(allan_curve_meaning({1, 10}, {3, 1}, {3, 1}), HasSubstr("does not change"));
+  evaluation::AllanCoefficients before, after;
+  before.angle_random_walk_deg_per_sqrt_h = {.value = 0.001};
+  after.angle_random_walk_deg_per_sqrt_h = {.value = 0.00101};
+  after.bias_instability_deg_per_h = {.value = 0.002};
+  EXPECT_THAT(allan_meaning(before, after), HasSubstr("adds no noise"));
+  EXPECT_THAT(allan_meaning(before, after), HasSubstr("0.002 deg/h was there before, hidden by the thermal drift"));
+  after.angle_random_walk_deg_per_sqrt_h->value = 0.0012;
+  EXPECT_THAT(allan_meaning(before, after), HasSubstr("rises by 20 %"));
+}
+
+TEST(Meanings, OfTheResidual) {
+  evaluation::Autocorrelation r{std::vector<double>(61, 0.01), 0.06};
+  r.coefficient[0] = 1;
+  EXPECT_THAT(residual_meaning(r, 100), HasSubstr("0 of 60 lags are outside the lines, as with white noise"));
+  for (std::size_t i = 1; i <= 18; ++i) r.coefficient[i] = 0.4;
+  EXPECT_THAT(residual_meaning(r, 100),
+              HasSubstr("18 of 60 lags are outside the lines: a drift that changes over about 1900 s"));
+}
+
+TEST(Meanings, OfOutliersRangeAndInputs) {
+  EXPECT_EQ(weights_meaning({1, 1}), "No block was treated as an outlier.");
+  EXPECT_THAT(weights_meaning({1, 0.1, 0.2}), HasSubstr("2 of 3 blocks"));
+  EXPECT_THAT(domain_meaning(0, 100), HasSubstr("covered all"));
+  EXPECT_THAT(domain_meaning(1, 100), HasSubstr("1.0 % of this recording are outside the training: too little"));
+  EXPECT_THAT(domain_meaning(20, 100), HasSubstr("record a wider cycle"));
+  EXPECT_THAT(correlation_meaning({"temperature", "slope"}, {0.3, -0.8}), HasSubstr("the slope alone explains 64 %"));
+  EXPECT_THAT(surface_meaning({{1, 1, 1.0}, {2, 1, 1.01}, {3, 1, 1.02}}), HasSubstr("hardly matter"));
+}
+
+}  // namespace
+}  // namespace prism::analysis

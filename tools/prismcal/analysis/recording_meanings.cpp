@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/analysis/recording_meanings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace prism::analysis {
+namespace {
+
+using evaluation::AllanCoefficient;
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  double width() const { return high > low ? high - low : 0; }
+};
+
+Range range_of(const std::vector<double>& values) {
+  Range range;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    range.low = std::min(range.low, value);
+    range.high = std::max(range.high, value);
+  }
+  return range;
+}
+
+double mean_of_finite(const std::vector<double>& values) {
+  double sum = 0, count = 0;
+  for (const double value : values) {
+    if (std::isfinite(value)) sum += value, ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/// "1.5 h" or "400 s".
+std::string duration_text(double seconds) {
+  return seconds < 3600 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.1f} h", seconds / 3600);
+}
+
+}  // namespace
+
+std::string record_meaning(const recordings::BlockTable& table) {
+  const Range t = range_of(table.column(compensation::kInputTemperature)),
+              slope = range_of(table.column(compensation::kInputSlope)), bias = range_of(table.bias_deg_per_h);
+  return fmt::format(
+      "While the temperature went from {:.1f} to {:.1f} °C, at up to {:.2f} °C/min, the bias changed by {:.4g} deg/h "
+      "(noise of a mean included).",
+      t.low, t.high, 60 * std::max(std::abs(slope.low), std::abs(slope.high)), bias.width());
+}
+
+std::string stability_meaning(const evaluation::BiasStability& s) {
+  constexpr double kAlmostAll = 0.95;
+  if (!s.improvement) return "The raw bias is constant: there is nothing to remove.";
+  if (*s.improvement <= 0) return "With this model the rate is worse than without: do not use it for such recordings.";
+  if (!s.floor_deg_per_h || !s.explained) return "The drift is hardly larger than the noise: little can be removed.";
+  if (*s.explained >= kAlmostAll)
+    return fmt::format("What is left is almost only white noise ({:.5f} deg/h): no model could remove much more.",
+                       *s.floor_deg_per_h);
+  return fmt::format(
+      "{:.0f} % of the drift's variance above the white noise ({:.5f} deg/h) is left: a better recording, more inputs "
+      "or "
+      "another model could remove it.",
+      100 * (1 - *s.explained), *s.floor_deg_per_h);
+}
+
+std::string bias_meaning(const recordings::BlockTable& table, const std::vector<double>& corrected_deg_per_h) {
+  const double mean = mean_of_finite(corrected_deg_per_h);
+  double largest = 0, sum = 0, count = 0;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < corrected_deg_per_h.size(); ++i) {
+    if (!std::isfinite(corrected_deg_per_h[i])) continue;
+    const double away = std::abs(corrected_deg_per_h[i] - mean);
+    sum += away * away;
+    ++count;
+    if (away > largest) largest = away, at = i;
+  }
+  if (!(largest > 0)) return "The corrected bias is constant.";
+  return fmt::format(
+      "After the correction the largest deviation is {:.4g} deg/h ({:.1f} sigma), {:.1f} h after the start, at {:.1f} "
+      "°C.",
+      largest, largest / std::sqrt(sum / count), table.hours()[at], table.column(compensation::kInputTemperature)[at]);
+}
+
+std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
+                             const std::vector<double>& corrected_deg_per_h) {
+  constexpr double kAlike = 1.25;
+  const double mean = mean_of_finite(corrected_deg_per_h);
+  double sums[2] = {0, 0}, counts[2] = {0, 0};  // soaks, ramps
+  for (std::size_t i = 0; i < std::min(kinds.size(), corrected_deg_per_h.size()); ++i) {
+    if (!std::isfinite(corrected_deg_per_h[i])) continue;
+    const std::size_t ramp = kinds[i] != evaluation::ThermalKind::kSoak;
+    sums[ramp] += (corrected_deg_per_h[i] - mean) * (corrected_deg_per_h[i] - mean);
+    ++counts[ramp];
+  }
+  if (counts[0] < 2 || counts[1] < 2)
+    return fmt::format("The recording has only {}: it does not show how the model does in {}.",
+                       counts[0] < 2 ? "ramps" : "soaks", counts[0] < 2 ? "soaks" : "ramps");
+  const double soak = std::sqrt(sums[0] / counts[0]), ramp = std::sqrt(sums[1] / counts[1]);
+  const char* const conclusion =
+      ramp > kAlike * soak   ? "the model is weaker while the temperature changes: train with more such ramps"
+      : soak > kAlike * ramp ? "the model is weaker at constant temperature: drift in time, which no input shows"
+                             : "the model is as good while the temperature changes as at rest";
+  return fmt::format(
+      "After the correction, deviations from the mean are {:.5f} deg/h (rms) in soaks and {:.5f} in ramps: {}.", soak,
+      ramp, conclusion);
+}
+
+std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after) {
+  if (before.bins.empty() || after.bins.empty())
+    return "No temperature was passed both heating and cooling, so the loop cannot be judged.";
+  return fmt::format(
+      "At the same temperature, heating and cooling differ by up to {:.4g} deg/h before and {:.4g} deg/h after.",
+      before.max_gap_deg_per_h, after.max_gap_deg_per_h);
+}
+
+std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after) {
+  if (!(before.max_gap_deg_per_h > 0)) return "Heating and cooling do not differ.";
+  const double removed = 100 * (1 - after.max_gap_deg_per_h / before.max_gap_deg_per_h);
+  if (removed <= 0)
+    return "The model does not reduce the difference between heating and cooling: it needs dTdt or a lag as input.";
+  return fmt::format(
+      "The model removes {:.0f} % of the largest difference between heating and cooling, and {:.0f} % of "
+      "the area of the loop.",
+      removed,
+      before.loop_area_deg_per_h_degc > 0 ? 100 * (1 - after.loop_area_deg_per_h_degc / before.loop_area_deg_per_h_degc)
+                                          : 0);
+}
+
+std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
+                                const std::vector<double>& after) {
+  constexpr double kVisible = 1.1;
+  double best = 0;
+  std::size_t at = 0;
+  std::optional<double> from;
+  for (std::size_t i = 0; i < std::min({tau_s.size(), before.size(), after.size()}); ++i) {
+    if (!(before[i] > 0 && after[i] > 0)) continue;
+    const double ratio = before[i] / after[i];
+    if (ratio > best) best = ratio, at = i;
+    if (ratio <= kVisible)
+      from.reset();
+    else if (!from)
+      from = tau_s[i];
+  }
+  if (best <= kVisible) return "The correction does not change the Allan deviation visibly: the noise dominates.";
+  return fmt::format(
+      "The correction helps most at averages of {}: {:.4g} instead of {:.4g} deg/h{}.", duration_text(tau_s[at]),
+      after[at], before[at],
+      from && *from > tau_s.front()
+          ? fmt::format("; in averages below {} the noise dominates, which no model removes", duration_text(*from))
+          : "");
+}
+
+std::string allan_meaning(const evaluation::AllanCoefficients& before, const evaluation::AllanCoefficients& after) {
+  constexpr double kSame = 0.05;
+  const auto &n1 = before.angle_random_walk_deg_per_sqrt_h, &n2 = after.angle_random_walk_deg_per_sqrt_h;
+  std::string text = "The angle random walk is not determined";
+  if (n1 && n2) {
+    const double change = n2->value / n1->value - 1;
+    text = std::abs(change) <= kSame ? "The model adds no noise: the angle random walk stays the same"
+                                     : fmt::format("The angle random walk {} by {:.0f} %",
+                                                   change > 0 ? "rises" : "falls", 100 * std::abs(change));
+  }
+  const auto &b1 = before.bias_instability_deg_per_h, &b2 = after.bias_instability_deg_per_h;
+  const double most = after.at_most[static_cast<std::size_t>(evaluation::NoiseType::kBiasInstability)];
+  if (b1 && b2)
+    return text + fmt::format("; the bias instability changes from {:.3g} to {:.3g} deg/h.", b1->value, b2->value);
+  if (b2)
+    return text + fmt::format("; the bias instability of {:.3g} deg/h was there before, hidden by the thermal drift.",
+                              b2->value);
+  return text + fmt::format("; the bias instability after the correction is at most {:.3g} deg/h.", most);
+}
+
+std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s) {
+  // Of the lags of white noise, 5 % are outside the band; three times that is not chance.
+  constexpr double kByChance = 0.15;
+  const std::vector<double>& r = residual.coefficient;
+  if (r.size() < 2) return "The residual is too short for a conclusion.";
+  const auto inside = [&](double value) { return std::abs(value) <= residual.band; };
+  const auto outside = r.size() - 1 - static_cast<std::size_t>(std::count_if(r.begin() + 1, r.end(), inside));
+  if (static_cast<double>(outside) <= kByChance * static_cast<double>(r.size() - 1))
+    return fmt::format(
+        "{} of {} lags are outside the lines, as with white noise: nothing is left that a model could "
+        "remove.",
+        outside, r.size() - 1);
+  const auto end = std::find_if(r.begin() + 1, r.end(), inside);
+  return fmt::format(
+      "{} of {} lags are outside the lines: a drift that changes over about {} is left, which the inputs do "
+      "not show.",
+      outside, r.size() - 1, duration_text(static_cast<double>(end - r.begin()) * block_s));
+}
+
+std::string weights_meaning(const std::vector<double>& weights) {
+  const auto outliers = std::count_if(weights.begin(), weights.end(), [](double w) { return w < 0.5; });
+  if (outliers == 0) return "No block was treated as an outlier.";
+  return fmt::format("{} of {} blocks were treated as outliers and hardly affect the model.", outliers, weights.size());
+}
+
+std::string domain_meaning(std::size_t outside, std::size_t blocks) {
+  constexpr double kFew = 0.03;
+  if (outside == 0) return "The training covered all of this recording.";
+  const double share = static_cast<double>(outside) / static_cast<double>(blocks);
+  return fmt::format(
+      "{:.1f} % of this recording are outside the training: {}.", 100 * share,
+      share <= kFew ? "too little to matter" : "record a wider cycle, or do not judge the model by these");
+}
+
+}  // namespace prism::analysis
