@@ -37,7 +37,9 @@ std::string ranges_text(const json& model) {
   std::vector<std::string> parts;
   for (std::size_t i = 0; inputs.is_array() && i < inputs.size(); ++i) {
     const auto min = limit("min", i), max = limit("max", i);
-    parts.push_back(text_of(inputs[i]) + (min && max ? fmt::format(" {:.4g} to {:.4g}", *min, *max) : ""));
+    const std::string name = text_of(inputs[i]);
+    const char* const unit = name == "T" ? " degC" : name == "dTdt" ? " degC/s" : name == "U" ? " V" : "";
+    parts.push_back(name + (min && max ? fmt::format(" {:.4g} to {:.4g}{}", *min, *max, unit) : ""));
   }
   return joined(parts);
 }
@@ -63,7 +65,8 @@ std::string quality_text(const json& quality) {
   for (const json& finding : findings.is_array() ? findings : json::array()) {
     if (at(finding, "verdict") == "pass") continue;
     const auto low = number(at(finding, "warn_below")), high = number(at(finding, "warn_above"));
-    std::string text = fmt::format("{} {}", text_of(at(finding, "name")), value_text(at(finding, "value"), 3));
+    std::string text = text_of(at(finding, "name"));
+    if (const auto value = number(at(finding, "value"))) text += fmt::format(" {:.3g}", *value);
     if (const std::string unit = text_of(at(finding, "unit"), ""); !unit.empty()) text += " " + unit;
     if (low) text += fmt::format(", expected at least {:g}", *low);
     if (high) text += fmt::format(", expected at most {:g}", *high);
@@ -73,11 +76,16 @@ std::string quality_text(const json& quality) {
   return problems.empty() ? verdict : fmt::format("{}: {}", verdict, fmt::join(problems, "; "));
 }
 
-// Errors to expect on another day.
+// Improvement and errors to expect on another day.
 std::string expected_text(const json& training) {
+  const json& expected = at(training, "expected");
+  const auto gain = number(at(expected, "improvement_percent")), low = number(at(expected, "low_percent")),
+             high = number(at(expected, "high_percent"));
   const json& spread = at(training, "spread");
   const auto nuisance = number(at(spread, "nuisance_deg_per_h")), noise = number(at(spread, "noise_deg_per_h"));
   std::vector<std::string> parts;
+  if (gain && low && high)
+    parts.push_back(fmt::format("improvement {:.0f} % ({:.0f} to {:.0f} %)", *gain, *low, *high));
   if (const auto skill = number(at(training, "skill")))
     parts.push_back(fmt::format("each half of the recording explains {:.0f} % of the other's variation", 100 * *skill));
   if (nuisance && noise)
