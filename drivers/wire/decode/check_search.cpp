@@ -142,8 +142,9 @@ std::string search(const CheckRule& rule, const std::vector<Frame>& frames) {
   return {};
 }
 
-std::string explain(const MessageType& kind, const CheckRule& rule, const Candidates& found) {
-  const Frame frame = found.frames.front();
+/// "sync and length fit, the check does not: …"
+std::string mismatch_text(const CheckRule& rule, const std::vector<Frame>& frames, bool searched) {
+  const Frame frame = frames.front();
   std::vector<std::uint8_t> computed(frame.begin(), frame.end());
   store_check(rule, computed);
   const auto end = [&](int at) { return at > 0 ? at : static_cast<int>(frame.size()) + at; };
@@ -154,11 +155,15 @@ std::string explain(const MessageType& kind, const CheckRule& rule, const Candid
                                             std::min<std::size_t>(rule.size, of.size() - std::min(at, of.size()))),
                                  " "));
   };
-  const std::string keys = search(rule, found.frames);
-  return fmt::format(
-      "{} candidates of \"{}\": sync and length fit, the check does not: found {}, computed {} over bytes {} to {}; {}",
-      found.count, kind.name, stored(frame), stored(computed), rule.from, end(rule.to) - 1,
-      keys.empty() ? "no usual variant fits" : "it fits with " + keys);
+  std::string text = fmt::format("sync and length fit, the check does not: found {}, computed {} over bytes {} to {}",
+                                 stored(frame), stored(computed), rule.from, end(rule.to) - 1);
+  if (!searched) return text;
+  const std::string keys = search(rule, frames);
+  return text + (keys.empty() ? "; no usual variant fits" : "; it fits with " + keys);
+}
+
+bool can_be_explained(const CheckRule& rule) {
+  return rule.stored == CheckRule::Stored::kBinary && rule.separator == 0;
 }
 
 }  // namespace
@@ -169,9 +174,25 @@ std::string explain_checks(const FrameDescription& description, Frame bytes) {
     const Candidates found = candidates_of(kind, bytes);
     if (found.count < kLeast) continue;
     for (const CheckRule& rule : kind.checks) {
-      if (rule.stored == CheckRule::Stored::kBinary && rule.separator == 0 && !fits(rule, found.frames))
-        return explain(kind, rule, found);
+      if (can_be_explained(rule) && !fits(rule, found.frames))
+        return fmt::format("{} candidates of \"{}\": {}", found.count, kind.name,
+                           mismatch_text(rule, found.frames, true));
     }
+  }
+  return {};
+}
+
+std::string explain_check(const FrameDescription& description, const MessageType& kind, Frame frame) {
+  constexpr int kByChance = 2;  // bytes of a check that no variant fits by chance
+  MessageType unchecked = kind;
+  unchecked.checks.clear();
+  FrameView view;
+  if (description.stuffing != Stuffing::kNone) return {};
+  const MatchResult result = match_frame(unchecked, frame, kind.after, view);
+  if (result.match != Match::kYes || result.length != frame.size()) return {};
+  for (const CheckRule& rule : kind.checks) {
+    if (can_be_explained(rule) && !check_holds(rule, frame))
+      return "; " + mismatch_text(rule, {frame}, rule.size >= kByChance);
   }
   return {};
 }

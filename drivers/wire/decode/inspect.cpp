@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/plain_text.hpp"
+#include "drivers/wire/decode/check_search.hpp"
 #include "drivers/wire/decode/frame_match.hpp"
 
 namespace prism::wire {
@@ -15,8 +17,8 @@ namespace {
 
 const char* name_of_order(bool big_endian) { return big_endian ? "big" : "little"; }
 
-/// The keys that make a failed check fit in the other byte order; empty if no order helps.
-std::string order_hint(const FrameDescription& description, const TestVector& vector) {
+/// Why the check of a vector fails, and the keys with which it fits; empty if another rule fails.
+std::string check_hint(const FrameDescription& description, const TestVector& vector) {
   const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
                                  [&](const MessageType& k) { return k.name == vector.kind; });
   FrameView view;
@@ -34,7 +36,7 @@ std::string order_hint(const FrameDescription& description, const TestVector& ve
       return fmt::format("; the check fails in this byte order, but fits with {}", keys);
     }
   }
-  return {};
+  return explain_check(description, *kind, vector.bytes);
 }
 
 Result<void> run_vector(const FrameDescription& description, const TestVector& vector) {
@@ -48,7 +50,7 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
   if (!whole) {
     return make_error(vector.where, fmt::format("{} of {} bytes are a frame; expected one frame of message type {}{}",
                                                 inspected ? inspected->length : 0, vector.bytes.size(), vector.kind,
-                                                order_hint(description, vector)));
+                                                check_hint(description, vector)));
   }
   if (inspected->kind_name != vector.kind) {
     return make_error(vector.where,
@@ -99,7 +101,8 @@ Result<void> run_test_vectors(const FrameDescription& description) {
 std::string proof_text(const FrameDescription& description) {
   const std::size_t vectors = description.test_vectors.size();
   if (vectors == 0) return fmt::format("frames {}, no test vector: nothing is proved", description.name);
-  return fmt::format("frames {}, {} test vectors hold", description.name, vectors);
+  return fmt::format("frames {}, {} {}", description.name, counted(vectors, "test vector"),
+                     vectors == 1 ? "holds" : "hold");
 }
 
 }  // namespace prism::wire

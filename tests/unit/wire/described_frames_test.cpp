@@ -161,8 +161,15 @@ TEST(Vectors, NameTheByteOrderInWhichTheCheckFits) {
       error_of(one_type(members, vector(sum & 0xFF, sum >> 8))),
       "t.json:/vectors/0: 0 of 5 bytes are a frame; expected one frame of message type k; the check fails in this "
       "byte order, but fits with \"order\": \"little\"");
-  EXPECT_EQ(error_of(one_type(members, vector(0, 0))),
-            "t.json:/vectors/0: 0 of 5 bytes are a frame; expected one frame of message type k");
+  EXPECT_EQ(
+      error_of(one_type(members, vector(0x12, 0x34))),
+      fmt::format("t.json:/vectors/0: 0 of 5 bytes are a frame; expected one frame of message type k; sync and "
+                  "length fit, the check does not: found 12 34, computed {:02X} {:02X} over bytes 0 to 2; no usual "
+                  "variant fits",
+                  sum >> 8, sum & 0xFF));
+  const std::uint64_t other = Crc({16, 0x1021, 0xFFFF, false, false, 0}).compute(Bytes{0xAB, 0x01, 0x02});
+  EXPECT_THAT(error_of(one_type(members, vector(other >> 8, other & 0xFF))),
+              testing::HasSubstr("it fits with \"poly\": \"0x1021\", \"init\": \"0xFFFF\""));
 }
 
 TEST(Vectors, NameTheWordOrderInWhichTheCheckFits) {
