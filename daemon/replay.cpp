@@ -238,8 +238,9 @@ class Replay {
   static void summarise(const compensation::BlockStability& blocks) {
     const auto improvement = blocks.improvement();
     if (!improvement) {
-      fmt::print("bias stability: unknown: found {} full corrected blocks, expected two or more\n",
-                 blocks.raw().count());
+      fmt::print(
+          "bias stability: none: found {} corrected means, expected two or more (no model, or a short capture)\n",
+          blocks.raw().count());
       return;
     }
     fmt::print(
