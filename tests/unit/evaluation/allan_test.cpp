@@ -111,12 +111,13 @@ double slow_with_gaps(std::vector<double> y, std::size_t m) {
   struct Mean {
     double sum = 0, values = 0;
   };
+  std::vector<Mean> before(1);
+  for (const double value : y) {
+    before.push_back(before.back());
+    if (std::isfinite(value)) before.back().sum += value, ++before.back().values;
+  }
   const auto mean = [&](std::size_t from) {
-    Mean result;
-    for (std::size_t i = from; i < from + m; ++i) {
-      if (std::isfinite(y[i])) result.sum += y[i], ++result.values;
-    }
-    return result;
+    return Mean{before[from + m].sum - before[from].sum, before[from + m].values - before[from].values};
   };
   const double size = static_cast<double>(m);
   for (const std::size_t most : {std::size_t{0}, m / 4}) {
@@ -166,7 +167,7 @@ TEST(Allan, GridsAgreeWithTheirNames) {
 
 TEST(Allan, RejectsShortAndEmptyRecordsAndAnInvalidInterval) {
   const std::vector<std::size_t> one = {1};
-  EXPECT_EQ(allan_deviation({}, 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
+  EXPECT_EQ(allan_deviation(std::span<const double>(), 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
             "log.csv: found 0 values in 0 segments without a gap, expected at least 3 in one segment");
   const std::vector<double> ridden = {1, 2, std::nan(""), 1, 2, std::nan(""), 5};
   EXPECT_FALSE(allan_deviation(ridden, 1, one, AllanEstimator::kOverlapping, "x"));
@@ -180,6 +181,26 @@ TEST(Allan, OfAConstantIsZero) {
   const std::vector<std::size_t> sizes = {1, 4};
   const auto curve = allan_deviation(constant, 1, sizes, AllanEstimator::kOverlapping, "x").value();
   for (const AllanPoint& point : curve.points) EXPECT_EQ(point.deviation, 0);
+}
+
+// The phase is computed in pieces, in a window that moves over the record, and large clusters take other pieces.
+TEST(Allan, DoesNotDependOnHowALongRecordIsDivided) {
+  std::vector<double> rate = test::white_noise(1'500'000, 1, 5);
+  const std::vector<std::size_t> sizes = {1, 3, 1000, 262'144, 300'001};
+  for (const bool gaps : {false, true}) {
+    if (gaps) {
+      rate[1] = kAllanBreak;
+      rate[4095] = rate[1'200'000] = rate[1'200'001] = rate.back() = std::nan("");
+    }
+    const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "test").value();
+    ASSERT_EQ(curve.points.size(), sizes.size());
+    const std::vector<double> longest(rate.begin() + (gaps ? 2 : 0), rate.end() - gaps);
+    for (const AllanPoint& point : curve.points) {
+      const double slow = slow_with_gaps(longest, point.m);
+      EXPECT_NEAR(point.deviation, slow, 1e-9 * slow) << point.m;
+    }
+    EXPECT_EQ(curve.points[4].terms, longest.size() - 2 * 300'001 + 1);
+  }
 }
 
 }  // namespace

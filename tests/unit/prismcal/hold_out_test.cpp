@@ -18,7 +18,7 @@ BlockTable day(const compensation::FeatureDefinition& features = {}) {
 
 std::set<std::int64_t> ends(const BlockTable& table) {
   std::set<std::int64_t> seconds;
-  for (const auto& block : table.blocks) seconds.insert(block.second_mean.second);
+  for (std::size_t i = 0; i < table.size(); ++i) seconds.insert(table.blocks.second(i));
   return seconds;
 }
 

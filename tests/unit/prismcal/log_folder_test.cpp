@@ -270,8 +270,8 @@ TEST_F(LogFolderTest, SkipsAndReportsImplausibleSeconds) {
   EXPECT_THAT(read.left_out.lines(), testing::Contains(HasSubstr("2 seconds not used: implausible values")));
   const auto series = read_rate_series(log, {});
   ASSERT_TRUE(series) << series.error().text();
-  EXPECT_TRUE(std::isnan(series->rate_deg_per_h.front()));
-  EXPECT_TRUE(std::isfinite(series->rate_deg_per_h.back()));
+  EXPECT_TRUE(std::isnan(series->rate_deg_per_h[0]));
+  EXPECT_TRUE(std::isfinite(series->rate_deg_per_h[series->rate_deg_per_h.size() - 1]));
 }
 
 TEST_F(LogFolderTest, RejectsTwoGyrosAndANewerFormat) {

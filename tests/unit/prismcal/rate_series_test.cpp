@@ -34,6 +34,12 @@ class RateSeries : public testing::Test {
 
 class AllanText : public RateSeries {};
 
+std::vector<double> all(const recordings::PackedSeries& series) {
+  std::vector<double> values(series.size());
+  series.read(0, values);
+  return values;
+}
+
 TEST_F(RateSeries, ReadsPrismdsLog) {
   const auto series = recordings::read_rate_series(
       written("# prism 0.1.0 data log, format 1\ntime_utc,time_s,rate_deg_per_h\na,10,8.5\nb,11,\nc,12,8.7\n"), {});
@@ -47,7 +53,7 @@ TEST_F(RateSeries, ReadsPrismdsLog) {
 
 TEST_F(RateSeries, ReadsAColumnWithoutNames) {
   const auto series = recordings::read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
-  EXPECT_THAT(series.rate_deg_per_h, ElementsAre(1, 2, 3));
+  EXPECT_THAT(all(series.rate_deg_per_h), ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
   recordings::RateSeriesChoice tenth;
   tenth.interval_s = 0.1;
@@ -61,7 +67,7 @@ TEST_F(RateSeries, AColumnWithoutVariationIsAnError) {
 }
 
 TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
-  EXPECT_THAT(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h,
+  EXPECT_THAT(all(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h),
               ElementsAre(3600, 7200));
   recordings::RateSeriesChoice radians;
   radians.unit = "rad/s";
@@ -120,7 +126,7 @@ TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
 
 TEST_F(AllanText, RejectsARateThatDoesNotVary) {
   recordings::RateSeries series;
-  series.rate_deg_per_h.assign(100, 8.4652);
+  for (int i = 0; i < 100; ++i) series.rate_deg_per_h.push(8.4652);
   EXPECT_EQ(analysis::analyse_allan(series, evaluation::AllanGrid::kOctave, evaluation::AllanEstimator::kOverlapping,
                                     0.683, "x")
                 .error()

@@ -69,14 +69,30 @@ TEST(Reduced, AYearIsAPageOfSomeKilobytes) {
   EXPECT_LT(html_page(year).size(), html_page(long_report(100, SeriesStyle::kLine)).size() + 100'000);
 }
 
-TEST(Reduced, OfALongTableTheFirstRowsRemain) {
+// Before, the first 400 rows remained: the segment with the largest error was not in the report of a year.
+TEST(Reduced, ALongTableKeepsItsExtremes) {
   Report report;
-  Table table{"t", "T", "", {{"n"}}, {}};
-  for (int i = 0; i < 1000; ++i) table.rows.push_back({text_cell(std::to_string(i))});
+  Table table{"t", "T", "", {{"name", "", false}, {"n"}, {"error"}}, {}};
+  for (int i = 0; i < 1000; ++i)
+    table.rows.push_back({text_cell(std::to_string(i)), fixed_cell(i, 0),
+                          fixed_cell(i == 777   ? 9
+                                     : i == 888 ? -9
+                                                : 0,
+                                     0)});
+  table.rows[500][1] = text_cell(kNothing);
   report.sections = {{"s", "S", {table}}};
-  const Table few = std::get<Table>(reduced(report).sections[0].blocks[0]);
-  EXPECT_EQ(few.rows.size(), kMostRows);
-  EXPECT_EQ(few.caption, "The first 400 of 1000 rows; all: --all-blocks.");
+  const Report once = reduced(report);
+  const Table few = std::get<Table>(once.sections[0].blocks[0]);
+  EXPECT_LE(few.rows.size(), kMostRows);
+  EXPECT_GE(few.rows.size(), kMostRows - 6);
+  const auto has = [&](const std::string& name) {
+    return std::any_of(few.rows.begin(), few.rows.end(), [&](const auto& row) { return row[0].text == name; });
+  };
+  EXPECT_TRUE(has("0") && has("777") && has("888") && has("999"));
+  EXPECT_TRUE(std::is_sorted(few.rows.begin(), few.rows.end(),
+                             [](const auto& a, const auto& b) { return std::stoi(a[0].text) < std::stoi(b[0].text); }));
+  EXPECT_NE(few.caption.find(" of 1000 rows: those with the smallest and largest values"), std::string::npos);
+  EXPECT_EQ(json_text(reduced(once)), json_text(once));
 }
 
 }  // namespace

@@ -116,10 +116,10 @@ Json coefficients_json(const evaluation::AllanCoefficients& c) {
 Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evaluation::AllanGrid grid,
                                     evaluation::AllanEstimator estimator, double probability,
                                     const std::string& where) {
-  const auto& rate = series.rate_deg_per_h;
-  auto octaves = evaluation::allan_deviation(
-      rate, series.interval_s, evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size()),
-      evaluation::AllanEstimator::kOverlapping, where);
+  const evaluation::RateSource rate = series.rate_deg_per_h.source();
+  auto octaves = evaluation::allan_deviation(rate, series.interval_s,
+                                             evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size),
+                                             evaluation::AllanEstimator::kOverlapping, where);
   if (!octaves) return tl::unexpected(octaves.error());
   const auto model = evaluation::AllanModel::fit(*octaves, where);
   if (!model) return tl::unexpected(model.error());
@@ -127,7 +127,7 @@ Result<AllanAnalysis> analyse_allan(const recordings::RateSeries& series, evalua
   const bool same = grid == evaluation::AllanGrid::kOctave && estimator == evaluation::AllanEstimator::kOverlapping;
   auto curve = same ? std::move(octaves)
                     : evaluation::allan_deviation(rate, series.interval_s,
-                                                  evaluation::allan_cluster_sizes(grid, rate.size()), estimator, where);
+                                                  evaluation::allan_cluster_sizes(grid, rate.size), estimator, where);
   if (!curve) return tl::unexpected(curve.error());
   auto intervals = evaluation::allan_confidence(*curve, *model, probability);
   return AllanAnalysis{std::move(*curve), std::move(intervals), std::move(coefficients), probability};

@@ -171,7 +171,7 @@ std::vector<Section> experiment_sections(const Experiment& experiment, const std
                       std::all_of(checks.begin(), checks.end(), [](const LimitCheck& check) { return check.pass; });
       section.blocks.push_back(limits_table(checks, recording.id, recording.table->name));
     }
-    for (auto& block : recording_blocks(recording)) section.blocks.push_back(std::move(block));
+    add_recording_blocks(recording, [&](report::Block block) { section.blocks.push_back(std::move(block)); });
     sections.push_back(std::move(section));
   }
   return sections;

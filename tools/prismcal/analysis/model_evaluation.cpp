@@ -18,7 +18,8 @@ std::vector<double> follow_warming(compensation::CompensationEngine& engine, con
   std::vector<double> biases;
   biases.reserve(table.warming.size());
   engine.break_off();
-  for (const compensation::Window& window : table.warming) {
+  for (std::size_t i = 0; i < table.warming.size(); ++i) {
+    const compensation::Window window = table.warming[i];
     if (window.warm_s == 1) engine.break_off();
     biases.push_back(engine.follow(window).bias_deg_per_h);
   }
@@ -43,7 +44,7 @@ std::optional<double> rms_improvement(const compensation::Model& model, const re
                                       const ModelEvaluation& result) {
   std::vector<double> inputs;
   for (const std::string& name : model.info().inputs)
-    inputs.push_back(compensation::input_value(table.blocks.front(), model.info().features, name));
+    inputs.push_back(compensation::input_value(table.blocks[0], model.info().features, name));
   const double mean = model.predict(inputs).mean_deg_per_h;
   if (!std::isfinite(mean)) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
@@ -89,21 +90,23 @@ std::string CorrectionSettings::text() const {
                      fallback ? fallback->info().name : "none");
 }
 
-std::vector<double> ModelEvaluation::corrected_seconds_deg_per_h(const recordings::BlockTable& table) const {
-  std::vector<double> corrected;
-  corrected.reserve(table.seconds.size());
-  std::size_t block = 0, warming = 0;
-  table.seconds.for_each([&](std::int64_t second, double rate) {
-    while (block < table.size() && table.blocks[block].second_mean.second < second) ++block;
-    while (warming < table.warming.size() && table.warming[warming].second_mean.second < second) ++warming;
-    Correction correction;
-    if (block < table.size() && second > table.blocks[block].second_mean.second - table.features.length_s)
-      correction.bias_deg_per_h = predicted_deg_per_h[block];
-    if (warming < table.warming.size() && table.warming[warming].second_mean.second == second)
-      correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
-    corrected.push_back(compensation::corrected_rate(rate - table.earth_rate_deg_per_h, correction));
-  });
-  return corrected;
+evaluation::RateSource ModelEvaluation::corrected_seconds_deg_per_h(const recordings::BlockTable& table) const {
+  return {table.seconds.size(), [this, &table](std::size_t first, std::span<double> rates) {
+            if (rates.empty()) return;
+            table.second_bias_deg_per_h().read(first, rates);
+            const std::int64_t begin = table.seconds.second(first);
+            std::size_t block = table.blocks.first_at(begin), warming = table.warming.first_at(begin);
+            table.seconds.for_each_of(first, rates.size(), [&](std::size_t i, std::int64_t second) {
+              while (block < table.size() && table.blocks.second(block) < second) ++block;
+              while (warming < table.warming.size() && table.warming.second(warming) < second) ++warming;
+              Correction correction;
+              if (block < table.size() && second > table.blocks.second(block) - table.features.length_s)
+                correction.bias_deg_per_h = predicted_deg_per_h[block];
+              if (warming < table.warming.size() && table.warming.second(warming) == second)
+                correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
+              rates[i] = compensation::corrected_rate(rates[i], correction);
+            });
+          }};
 }
 
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,

@@ -42,8 +42,8 @@ struct ModelEvaluation {
   std::size_t slew_limited = 0;   ///< blocks with a correction limited by the slew limit
 
   /// Corrected rate of each second (table.seconds) minus the Earth rate, for the Allan deviation. Uses the correction
-  /// of the block that contains the second or, if the window is not full, that of the fallback. 8 bytes a second.
-  std::vector<double> corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
+  /// of the block that contains the second or, if the window is not full, that of the fallback. Uses both objects.
+  evaluation::RateSource corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
   /// Blocks outside the training range, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());

@@ -33,8 +33,8 @@ Series curve(const char* name, Ink ink, const std::vector<double>& x, const std:
 }
 
 bool has_uhfo(const recordings::BlockTable& table) {
-  for (const compensation::Window& block : table.blocks) {
-    if (std::isfinite(block.uhfo_v)) return true;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (std::isfinite(table.blocks.uhfo_v(i))) return true;
   }
   return false;
 }
@@ -54,7 +54,7 @@ Series picked(const char* name, Ink ink, SeriesStyle form, const std::vector<dou
 
 Panel loop_panel(const char* title, const recordings::BlockTable& table, const std::vector<double>& bias) {
   std::vector<double> time;
-  for (const compensation::Window& block : table.blocks) time.push_back(static_cast<double>(block.second_mean.second));
+  for (std::size_t i = 0; i < table.size(); ++i) time.push_back(static_cast<double>(table.blocks.second(i)));
   const auto temperature = table.column(compensation::kInputTemperature);
   const auto kinds =
       evaluation::thermal_kinds(time, temperature, evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s);
@@ -73,11 +73,11 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
 }
 
 /// A curve of dense points with its confidence band.
-Result<std::vector<Series>> allan_series(const std::vector<double>& rate, const char* name, Ink ink,
+Result<std::vector<Series>> allan_series(const evaluation::RateSource& rate, const char* name, Ink ink,
                                          const std::string& where) {
   using evaluation::AllanEstimator, evaluation::AllanGrid;
   const auto points = [&](AllanGrid grid) {
-    return evaluation::allan_deviation(rate, 1, evaluation::allan_cluster_sizes(grid, rate.size()),
+    return evaluation::allan_deviation(rate, 1, evaluation::allan_cluster_sizes(grid, rate.size),
                                        AllanEstimator::kOverlapping, where);
   };
   const auto octaves = points(AllanGrid::kOctave), curve = points(AllanGrid::kDense);

@@ -2,6 +2,7 @@
 // Tables and figures on one model and one recording.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,11 @@ struct EvaluatedRecording {
 inline constexpr double kHysteresisBin = 5;
 Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias);
 /// A 1 Hz series with evaluation::kAllanBreak in each gap of 60 s or more: the series does not have its true length.
-std::vector<double> with_breaks(std::vector<double> seconds);
+evaluation::RateSource with_breaks(evaluation::RateSource seconds);
 
 /// Allan coefficients of a 1 Hz series, from octave points.
-Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where);
+Result<evaluation::AllanCoefficients> allan_coefficients(const evaluation::RateSource& seconds,
+                                                         const std::string& where);
 
 /// One sentence on the improvement and the share of blocks outside the training range. If `overlap` (see
 /// overlap_text()) is not empty, it states that this is not a test.
@@ -59,7 +61,8 @@ report::Figure weights_figure(const EvaluatedRecording& recording);
 /// Training and evaluated blocks in the planes (T, dT/dt) and (T, U). `recording.training` must not be null.
 report::Figure domain_figure(const EvaluatedRecording& recording);
 
-/// All tables and figures above that the recording allows. An error becomes a paragraph with its text.
-std::vector<report::Block> recording_blocks(const EvaluatedRecording& recording);
+/// Makes all tables and figures above that the recording allows, one after the other. An error becomes a paragraph with
+/// its text.
+void add_recording_blocks(const EvaluatedRecording& recording, const std::function<void(report::Block)>& take);
 
 }  // namespace prism::analysis

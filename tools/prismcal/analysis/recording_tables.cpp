@@ -23,8 +23,7 @@ std::string means_text(const EvaluatedRecording& recording) {
 
 std::vector<double> times(const recordings::BlockTable& table) {
   std::vector<double> result;
-  for (const compensation::Window& block : table.blocks)
-    result.push_back(static_cast<double>(block.second_mean.second));
+  for (std::size_t i = 0; i < table.size(); ++i) result.push_back(static_cast<double>(table.blocks.second(i)));
   return result;
 }
 
@@ -50,20 +49,27 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
                                         kept.where_corrected(kinds), kHysteresisBin, data.name);
 }
 
-std::vector<double> with_breaks(std::vector<double> seconds) {
-  constexpr std::ptrdiff_t kLongGap = 60;  // a longer one is cut to this length
-  const auto unknown = [](double value) { return !std::isfinite(value); };
-  for (auto begin = seconds.begin(); (begin = std::find_if(begin, seconds.end(), unknown)) != seconds.end();) {
-    const auto end = std::find_if_not(begin, seconds.end(), unknown);
-    if (end - begin >= kLongGap) *begin = evaluation::kAllanBreak;
-    begin = end;
-  }
-  return seconds;
+evaluation::RateSource with_breaks(evaluation::RateSource seconds) {
+  constexpr std::size_t kLongGap = 60;  // a longer one is cut to this length
+  std::vector<std::size_t> breaks;
+  std::size_t gap = 0;
+  evaluation::for_each_rate(seconds, [&](std::size_t i, double rate) {
+    gap = std::isfinite(rate) ? 0 : gap + 1;
+    if (gap == kLongGap) breaks.push_back(i + 1 - kLongGap);
+  });
+  if (breaks.empty()) return seconds;
+  return {seconds.size, [seconds, breaks](std::size_t first, std::span<double> rates) {
+            seconds.read(first, rates);
+            auto next = std::lower_bound(breaks.begin(), breaks.end(), first);
+            for (; next != breaks.end() && *next < first + rates.size(); ++next)
+              rates[*next - first] = evaluation::kAllanBreak;
+          }};
 }
 
-Result<evaluation::AllanCoefficients> allan_coefficients(const std::vector<double>& seconds, const std::string& where) {
-  const std::vector<double> rate = with_breaks(seconds);
-  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size());
+Result<evaluation::AllanCoefficients> allan_coefficients(const evaluation::RateSource& seconds,
+                                                         const std::string& where) {
+  const evaluation::RateSource rate = with_breaks(seconds);
+  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size);
   const auto curve = evaluation::allan_deviation(rate, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
   if (!curve) return tl::unexpected(curve.error());
   return evaluation::AllanModel::fit(*curve, where).and_then([&](const evaluation::AllanModel& model) {
@@ -248,25 +254,24 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   return table;
 }
 
-std::vector<report::Block> recording_blocks(const EvaluatedRecording& recording) {
-  std::vector<report::Block> blocks = {stability_table(recording)};
+void add_recording_blocks(const EvaluatedRecording& recording, const std::function<void(report::Block)>& take) {
   const auto add = [&](auto made) {
     if (made) {
-      blocks.push_back(std::move(*made));
+      take(std::move(*made));
     } else {
-      blocks.push_back(report::Paragraph{made.error().text(), report::Emphasis::kMuted});
+      take(report::Paragraph{made.error().text(), report::Emphasis::kMuted});
     }
   };
-  blocks.push_back(bias_figure(recording));
+  take(stability_table(recording));
+  take(bias_figure(recording));
   add(segment_table(recording));
-  blocks.push_back(thermal_figure(recording));
+  take(thermal_figure(recording));
   add(hysteresis_table(recording));
   add(allan_figure(recording));
   add(allan_table(recording));
   add(residual_figure(recording));
-  if (recording.weights && recording.training) blocks.push_back(weights_figure(recording));
-  if (recording.training) blocks.push_back(domain_figure(recording));
-  return blocks;
+  if (recording.weights && recording.training) take(weights_figure(recording));
+  if (recording.training) take(domain_figure(recording));
 }
 
 }  // namespace prism::analysis

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
+#include <variant>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -15,6 +17,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
+#include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
@@ -45,7 +48,8 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
 }
 
 report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
-                                  const std::vector<analysis::Limit>& limits, bool& within_limits) {
+                                  const std::vector<analysis::Limit>& limits, const CommonOptions& options,
+                                  bool& within_limits) {
   report::Section section{
       recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
   if (!limits.empty()) {
@@ -54,11 +58,16 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
                                                  [](const analysis::LimitCheck& check) { return check.pass; });
     section.blocks.push_back(analysis::limits_table(checks, recording.id, recording.table->name));
   }
-  section.blocks.push_back(analysis::record_figure(*recording.table, recording.id));
+  // A year's figures have 100 MB.
+  const auto add = [&](report::Block block) {
+    const bool figure = std::holds_alternative<report::Figure>(block);
+    section.blocks.push_back(figure && !options.all_blocks ? report::reduced(std::move(block)) : std::move(block));
+  };
+  add(analysis::record_figure(*recording.table, recording.id));
   if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate) {
     section.blocks.push_back(analysis::data_quality_paragraph(*quality, recording.table->name));
   }
-  for (auto& block : analysis::recording_blocks(recording)) section.blocks.push_back(std::move(block));
+  analysis::add_recording_blocks(recording, add);
   return section;
 }
 
@@ -151,7 +160,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
-    report.sections.push_back(recording_section(recording, cases[i].overlap, *limits, evaluation.within_limits));
+    report.sections.push_back(
+        recording_section(recording, cases[i].overlap, *limits, choice.common, evaluation.within_limits));
   }
   evaluation.report = std::move(report);
   evaluation.cases = std::move(cases);

@@ -14,25 +14,23 @@ namespace prism::recordings {
 std::vector<double> BlockTable::column(const std::string& input) const {
   std::vector<double> values;
   values.reserve(blocks.size());
-  for (const compensation::Window& block : blocks) values.push_back(compensation::input_value(block, features, input));
+  for (std::size_t i = 0; i < size(); ++i) values.push_back(compensation::input_value(blocks[i], features, input));
   return values;
 }
 
 std::vector<double> BlockTable::hours() const {
   std::vector<double> values;
   values.reserve(blocks.size());
-  for (const compensation::Window& block : blocks) {
-    values.push_back(
-        static_cast<double>(block.second_mean.second - blocks.front().second_mean.second + features.length_s) / 3600);
-  }
+  for (std::size_t i = 0; i < size(); ++i)
+    values.push_back(static_cast<double>(blocks.second(i) - blocks.second(0) + features.length_s) / 3600);
   return values;
 }
 
-std::vector<double> BlockTable::second_bias_deg_per_h() const {
-  std::vector<double> values;
-  values.reserve(seconds.size());
-  seconds.for_each([&](std::int64_t, double rate) { values.push_back(rate - earth_rate_deg_per_h); });
-  return values;
+evaluation::RateSource BlockTable::second_bias_deg_per_h() const {
+  return {seconds.size(), [this](std::size_t first, std::span<double> rates) {
+            seconds.rates().read(first, rates);
+            for (double& rate : rates) rate -= earth_rate_deg_per_h;
+          }};
 }
 
 BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
@@ -40,6 +38,7 @@ BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& feat
     : extractor_(features) {
   table_.name = std::move(name);
   table_.features = features;
+  table_.blocks = table_.warming = WindowList(features);
   table_.earth_rate_deg_per_h = earth_rate_deg_per_h;
 }
 

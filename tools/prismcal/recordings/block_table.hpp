@@ -9,31 +9,32 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/evaluation/allan.hpp"
+#include "compensation/evaluation/rate_source.hpp"
 #include "compensation/feature_extractor.hpp"
-#include "compensation/model.hpp"
 #include "tools/prismcal/recordings/second_series.hpp"
+#include "tools/prismcal/recordings/window_list.hpp"
 
 namespace prism::recordings {
 
 struct BlockTable {
   std::string name;  ///< name of the recording in reports
   compensation::FeatureDefinition features;
-  double earth_rate_deg_per_h = 0;            ///< subtracted from the rate
-  std::vector<compensation::Window> blocks;   ///< ready windows, length_s apart; the grid restarts after each gap
-  std::vector<compensation::Window> warming;  ///< windows that are not ready, one a second
-  std::vector<bool> follows;                  ///< block i starts at the end of block i − 1
-  std::vector<double> bias_deg_per_h;         ///< block mean of the rate − Earth rate, one per block
-  SecondSeries seconds;                       ///< 1 Hz, rate with Earth rate; kUnknown in gaps (at most 60 s of each)
-  std::size_t missing_s = 0;                  ///< seconds without a row or without a rate
-  std::size_t gaps = 0;                       ///< contiguous runs of such seconds
+  double earth_rate_deg_per_h = 0;     ///< subtracted from the rate
+  WindowList blocks;                   ///< ready windows, length_s apart; the grid restarts after each gap
+  WindowList warming;                  ///< windows that are not ready, one a second
+  std::vector<bool> follows;           ///< block i starts at the end of block i − 1
+  std::vector<double> bias_deg_per_h;  ///< block mean of the rate − Earth rate, one per block
+  SecondSeries seconds;                ///< 1 Hz, rate with Earth rate; kUnknown in gaps (at most 60 s of each)
+  std::size_t missing_s = 0;           ///< seconds without a row or without a rate
+  std::size_t gaps = 0;                ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
 
   std::size_t size() const { return blocks.size(); }
   std::vector<double> column(
       const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", "lag1", …), one per block
   std::vector<double> hours() const;    ///< end of each block since the start of the first, h
-  std::vector<double> second_bias_deg_per_h() const;  ///< of all `seconds`: rate − Earth rate
+  /// Of all `seconds`: rate − Earth rate. Uses the table.
+  evaluation::RateSource second_bias_deg_per_h() const;
 };
 
 /// Runs one-second means through FeatureExtractor, as prismd does, and keeps the windows that end a block. Skips

@@ -51,6 +51,7 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
   BlockTable part;
   part.name = table.name;
   part.features = table.features;
+  part.blocks = part.warming = WindowList(table.features);
   part.earth_rate_deg_per_h = table.earth_rate_deg_per_h;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (sides[i] != wanted) continue;
@@ -60,8 +61,8 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
   }
   std::size_t block = 0;
   table.seconds.for_each([&](std::int64_t second, double rate) {
-    while (block < part.size() && part.blocks[block].second_mean.second < second) ++block;
-    if (block < part.size() && second > part.blocks[block].second_mean.second - table.features.length_s)
+    while (block < part.size() && part.blocks.second(block) < second) ++block;
+    if (block < part.size() && second > part.blocks.second(block) - table.features.length_s)
       part.seconds.push(second, rate);
   });
   return part;
@@ -92,10 +93,10 @@ Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
                                                 hold_out.segment_s, shortest_s, gap_s));
   }
   std::vector<Side> sides;
-  const std::int64_t begin = table.blocks.front().second_mean.second - table.features.length_s;
-  const SideSelector selector(hold_out, gap_s, table.blocks.back().second_mean.second - begin);
-  for (const compensation::Window& block : table.blocks) {
-    const std::int64_t end = block.second_mean.second - begin;
+  const std::int64_t begin = table.blocks.second(0) - table.features.length_s;
+  const SideSelector selector(hold_out, gap_s, table.blocks.second(table.size() - 1) - begin);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::int64_t end = table.blocks.second(i) - begin;
     sides.push_back(selector.of(end - table.features.length_s, end));
   }
   Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeldOut), 0};

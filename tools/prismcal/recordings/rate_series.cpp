@@ -107,19 +107,19 @@ Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
 
 /// Puts a gap into the rates: as many missing values as it has samples. A gap of more than a twentieth of the rows
 /// separates two records instead.
-void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
+void push_gap(PackedSeries& rates, std::size_t lost, std::size_t rows) {
   if (lost > rows / 20) {
-    rates.push_back(kRecordBreak);
+    rates.push(kRecordBreak);
   } else {
-    rates.insert(rates.end(), lost, kUnknown);
+    for (; lost > 0; --lost) rates.push(kUnknown);
   }
 }
 
 /// Sets the interval, and puts a gap into the rates where samples are lost.
-Result<void> place_in_time(const Columns& columns, const std::string& time_name, const std::string& path,
+Result<void> place_in_time(const Columns& columns, double factor, const std::string& time_name, const std::string& path,
                            std::optional<double> given_s, RateSeries& series) {
   if (columns.times_ns.size() < 2) {
-    series.rate_deg_per_h = columns.rates;
+    for (const double rate : columns.rates) series.rate_deg_per_h.push(rate * factor);
     series.interval_source = "assumed: the file has no time";
     return {};
   }
@@ -129,14 +129,13 @@ Result<void> place_in_time(const Columns& columns, const std::string& time_name,
   series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
   series.lost = grid->lost;
   if (!grid->remark.empty()) series.notes.push_back("time: " + grid->remark);
-  series.rate_deg_per_h.reserve(columns.rates.size() + grid->holes.size());
   std::size_t hole = 0;
   for (std::size_t i = 0; i < columns.rates.size(); ++i) {
     if (hole < grid->holes.size() && grid->holes[hole].row == i) {
       push_gap(series.rate_deg_per_h, grid->holes[hole].lost, columns.rates.size());
       ++hole;
     }
-    series.rate_deg_per_h.push_back(columns.rates[i]);
+    series.rate_deg_per_h.push(columns.rates[i] * factor);
   }
   if (grid->lost > 0)
     series.notes.push_back(
@@ -153,20 +152,19 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
   const std::size_t most_rows = folder->most_rows();
-  series.rate_deg_per_h.reserve(most_rows);
   tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
     if (series.rows > 0 && begins_session) {
-      series.rate_deg_per_h.push_back(kRecordBreak);
+      series.rate_deg_per_h.push(kRecordBreak);
     } else if (series.rows > 0 && second_mean.second > last + 1) {
       push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
     }
     ++series.rows;
     last = second_mean.second;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
-    series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
+    series.rate_deg_per_h.push(valid ? row.value * *factor : kUnknown);
     return {};
   };
   const auto left_out = join_rows(*folder, add, meter);
@@ -194,7 +192,7 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
   const std::string time_name = layout->time ? (*table)->columns()[*layout->time].text : "";
-  if (auto placed = place_in_time(*columns, time_name, path, choice.interval_s, series); !placed)
+  if (auto placed = place_in_time(*columns, *factor, time_name, path, choice.interval_s, series); !placed)
     return tl::unexpected<Error>(placed.error());
   if (choice.interval_s) {
     series.interval_s = *choice.interval_s;
@@ -202,21 +200,20 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   }
   if (!(series.interval_s > 0))
     return make_error(path, fmt::format("found interval {} s, expected more than 0", series.interval_s));
-  for (double& rate : series.rate_deg_per_h) rate *= *factor;
   if (choice.table.announce) choice.table.announce((*table)->understood());
   return series;
 }
 
 /// True if there are two or more values and they are equal: the noise of a dead sensor is not 0.
-bool is_constant(const std::vector<double>& values) {
-  std::size_t known = 0;
+bool is_constant(const PackedSeries& values) {
+  std::size_t known = 0, equal = 0;
   double first = 0;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
+  evaluation::for_each_rate(values.source(), [&](std::size_t, double value) {
+    if (!std::isfinite(value)) return;
     if (known++ == 0) first = value;
-    if (value != first) return false;
-  }
-  return known > 1;
+    equal += value == first;
+  });
+  return known > 1 && equal == known;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismcal/recordings/packed_series.hpp"
 #include "tools/prismcal/tables/table_options.hpp"
 
 namespace prism::recordings {
@@ -26,7 +27,7 @@ inline constexpr double kRecordBreak = std::numeric_limits<double>::infinity();
 
 struct RateSeries {
   std::string column, unit;
-  std::vector<double> rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
+  PackedSeries rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
   double interval_s = 1;
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports

@@ -166,7 +166,7 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   std::vector<std::vector<double>> columns;
   for (const std::string& name : data.names) columns.push_back(table.column(name));
   for (std::size_t i = 0; i < table.size(); ++i) {
-    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks[i].lag_settling;
+    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks.lag_settling(i);
     for (const auto& column : columns) known = known && std::isfinite(column[i]);
     if (known) good.push_back(i);
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -125,20 +126,46 @@ void reduce(Figure& figure) {
                                   figure.caption.empty() ? "" : " ", kIntervals);
 }
 
+/// Adds the rows with the smallest and with the largest value of each column.
+void add_extremes(const Table& table, std::set<std::size_t>& rows) {
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    std::optional<std::size_t> smallest, largest;
+    const auto value = [&](std::size_t row) { return *table.rows[row][c].value; };
+    for (std::size_t i = 0; i < table.rows.size(); ++i) {
+      if (c >= table.rows[i].size() || !table.rows[i][c].value) continue;
+      if (!smallest || value(i) < value(*smallest)) smallest = i;
+      if (!largest || value(i) > value(*largest)) largest = i;
+    }
+    if (smallest) rows.insert({*smallest, *largest});
+  }
+}
+
 void reduce(Table& table) {
   if (table.rows.size() <= kMostRows) return;
-  table.caption += fmt::format("{}The first {} of {} rows; all: --all-blocks.", table.caption.empty() ? "" : " ",
-                               kMostRows, table.rows.size());
-  table.rows.resize(kMostRows);
+  std::set<std::size_t> kept;
+  add_extremes(table, kept);
+  const std::size_t others = kMostRows - std::min(kMostRows, kept.size());
+  for (std::size_t i = 0; i < others; ++i) kept.insert(i * table.rows.size() / others);
+  table.caption += fmt::format(
+      "{}{} of {} rows: those with the smallest and largest values, and others at equal distances; all: --all-blocks.",
+      table.caption.empty() ? "" : " ", kept.size(), table.rows.size());
+  std::vector<std::vector<Cell>> rows;
+  for (const std::size_t row : kept) rows.push_back(std::move(table.rows[row]));
+  table.rows = std::move(rows);
 }
 
 void reduce(Paragraph&) {}
 
 }  // namespace
 
+Block reduced(Block block) {
+  std::visit([](auto& part) { reduce(part); }, block);
+  return block;
+}
+
 Report reduced(Report report) {
   for (Section& section : report.sections) {
-    for (Block& block : section.blocks) std::visit([](auto& part) { reduce(part); }, block);
+    for (Block& block : section.blocks) block = reduced(std::move(block));
   }
   return report;
 }
