@@ -52,12 +52,8 @@ class BlockLoader : public recordings::SecondConsumer {
       : path_(path), features_(features), model_(model), options_(options) {}
 
   Result<void> begin(const recordings::Recording& recording) override {
-    const std::string serial = recording.value("gyro_serial");
-    if (model_ && !options_.any_gyro && !model_->gyro_serial.empty() && !serial.empty() && serial != "unknown" &&
-        serial != model_->gyro_serial) {
-      return make_error(
-          path_, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
-                             serial, model_->gyro_serial));
+    if (model_) {
+      if (auto same = check_gyro(path_, recording, *model_, options_); !same) return same;
     }
     const std::vector<SensorName> available = recording.sensors();
     for (const SensorName& sensor : features_.sensors) {
@@ -141,6 +137,17 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
 bool is_simulated(const recordings::Recording& recording, const CommonOptions& options) {
   return options.simulated || begins_with_sim(recording.value("gyro_serial")) ||
          begins_with_sim(recording.value("instance"));
+}
+
+Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,
+                        const compensation::ModelInfo& model, const CommonOptions& options) {
+  const std::string serial = recording.value("gyro_serial");
+  if (options.any_gyro || model.gyro_serial.empty() || serial.empty() || serial == "unknown" ||
+      serial == model.gyro_serial)
+    return {};
+  return make_error(
+      path, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
+                        serial, model.gyro_serial));
 }
 
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,

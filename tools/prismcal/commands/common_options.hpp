@@ -41,10 +41,13 @@ struct Loaded {
   recordings::Recording recording;
   recordings::BlockTable table;
 };
-/// Reads a recording and makes blocks of `features`. Errors with a `model`: the recording is of another gyro, unless
-/// options.any_gyro is set.
+/// Reads a recording and makes blocks of `features`. Errors with a `model`: also those of check_gyro().
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options);
+
+/// Errors: the recording is of another gyro than the model, unless options.any_gyro is set.
+Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,
+                        const compensation::ModelInfo& model, const CommonOptions& options);
 
 /// Appends metadata of a recording to the header of a report: files, SHA-256, notes, serial number, site, Earth rate.
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,

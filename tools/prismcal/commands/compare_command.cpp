@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "config/version.hpp"
@@ -36,23 +38,38 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   Comparison comparison;
+  bool same_blocks = true;
   for (const std::string& path : choice.models) {
     auto model = load_model(path);
     if (!model) return tl::unexpected(model.error());
+    comparison.models.push_back(std::move(*model));
+    same_blocks =
+        same_blocks && comparison.models.back()->info().features == comparison.models.front()->info().features;
+  }
+  for (const compensation::ModelPtr& model : comparison.models) {
+    const bool first = comparison.evaluations.empty();
     comparison.evaluations.emplace_back();
-    for (const std::string& recording : choice.recordings) {
-      auto loaded = load_blocks(recording, (*model)->info().features, &(*model)->info(), choice.common);
-      if (!loaded) return tl::unexpected(loaded.error());
-      auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
+    for (std::size_t r = 0; r < choice.recordings.size(); ++r) {
+      std::optional<Loaded> own;
+      if (first || !same_blocks) {
+        auto read = load_blocks(choice.recordings[r], model->info().features, &model->info(), choice.common);
+        if (!read) return tl::unexpected(read.error());
+        own = std::move(*read);
+      } else if (auto same =
+                     check_gyro(choice.recordings[r], comparison.recordings[r].recording, model->info(), choice.common);
+                 !same) {
+        return tl::unexpected(same.error());
+      }
+      Loaded& loaded = own ? *own : comparison.recordings[r];
+      auto evaluated = analysis::evaluate_model(model, loaded.table, *correction, choice.common.divisor);
       if (!evaluated) return tl::unexpected(evaluated.error());
       comparison.evaluations.back().push_back(std::move(*evaluated));
-      std::string overlap =
-          recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
+      std::string overlap = recordings::overlap_text(model->info().provenance_json, loaded.recording, loaded.table);
       if (!overlap.empty())
-        comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded->table.name, (*model)->info().name), overlap);
-      if (comparison.models.empty()) comparison.recordings.push_back(std::move(*loaded));
+        comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded.table.name, model->info().name), overlap);
+      if (!same_blocks) loaded.table.seconds.drop_rates();
+      if (first) comparison.recordings.push_back(std::move(loaded));
     }
-    comparison.models.push_back(std::move(*model));
   }
   return comparison;
 }
