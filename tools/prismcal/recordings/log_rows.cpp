@@ -2,6 +2,7 @@
 // The rows of a log segment: read in pieces, parsed on all cores, taken in order.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <iterator>
@@ -26,9 +27,12 @@ constexpr std::size_t kPieceBytes = 1u << 19;
 
 /// Complete lines of a file.
 struct Piece {
-  std::string text;
-  std::size_t begin = 0;  ///< offset of its first byte in the file
-  Sha256 before;          ///< hash of all bytes before it
+  std::vector<char> bytes;
+  std::size_t first = 0, size = 0;  ///< of the bytes that are the lines
+  std::size_t begin = 0;            ///< offset of the first line in the file
+  Sha256 before;                    ///< hash of all bytes before it
+
+  std::string_view text() const { return std::string_view(bytes.data(), size).substr(first); }
 };
 
 /// A line that is not a readable row.
@@ -40,7 +44,7 @@ struct OddLine {
   std::string text;  ///< why it is damaged; of the end line, all after the mark
 };
 
-/// Lines are counted from the start of the piece.
+/// Lines are counted from the start of the piece. Its memory is used again.
 struct ParsedPiece {
   Piece piece;
   std::vector<LogRow> rows;
@@ -48,10 +52,12 @@ struct ParsedPiece {
   std::size_t lines = 0;
 };
 
-ParsedPiece parse(Piece piece, const LogRowLayout& layout) {
-  ParsedPiece parsed;
-  parsed.rows.reserve(piece.text.size() / 100);
-  LogLines lines(piece.text);
+void parse(ParsedPiece& parsed, const LogRowLayout& layout) {
+  const Piece& piece = parsed.piece;
+  parsed.rows.clear();
+  parsed.odd.clear();
+  parsed.rows.reserve(piece.size / 100);
+  LogLines lines(piece.text());
   while (lines.next()) {
     const std::string_view line = lines.line();
     const auto odd = [&](OddLine::Type type, std::string text) {
@@ -70,8 +76,6 @@ ParsedPiece parse(Piece piece, const LogRowLayout& layout) {
     }
   }
   parsed.lines = lines.number();
-  parsed.piece = std::move(piece);
-  return parsed;
 }
 
 /// Reads a file in pieces that end with a line, and hashes it.
@@ -81,31 +85,30 @@ class PieceReader {
 
   /// The next lines; the first piece has at least `least` bytes. Returns false if no complete line is left.
   bool next(Piece& piece, std::size_t least) {
-    piece.text = std::move(rest_);
-    rest_.clear();
-    std::size_t end = std::string::npos;
+    std::size_t filled = rest_.size(), end = std::string::npos;
+    piece.bytes.resize(std::max(piece.bytes.size(), filled + kPieceBytes));
+    std::copy(rest_.begin(), rest_.end(), piece.bytes.begin());
     while (end == std::string::npos || end + 1 < least) {
-      const std::size_t old = piece.text.size();
-      piece.text.resize(old + kPieceBytes);
-      const std::size_t got = in_.read(std::span(piece.text).subspan(old));
-      piece.text.resize(old + got);
+      piece.bytes.resize(std::max(piece.bytes.size(), filled + kPieceBytes));
+      const std::size_t got = in_.read(std::span(piece.bytes).subspan(filled, kPieceBytes));
+      filled += got;
       meter_.add_bytes(got);
       if (got == 0) break;
-      end = piece.text.rfind('\n');
+      end = std::string_view(piece.bytes.data(), filled).rfind('\n');
     }
-    const std::size_t size = end == std::string::npos ? 0 : end + 1;
-    rest_ = piece.text.substr(size);
-    if (size == 0) return false;
-    piece.text.resize(size);
+    piece.first = 0;
+    piece.size = end == std::string::npos ? 0 : end + 1;
+    rest_.assign(piece.bytes.data() + piece.size, filled - piece.size);
+    if (piece.size == 0) return false;
     piece.begin = begin_;
     piece.before = hash_;
-    hash_.add(piece.text);
-    begin_ += size;
+    hash_.add(piece.text());
+    begin_ += piece.size;
     return true;
   }
   /// Hashes all bytes that are left.
   void finish() {
-    for (Piece piece; next(piece, 0);) piece = {};
+    for (Piece piece; next(piece, 0);) continue;
     hash_.add(rest_);
     begin_ += rest_.size();
     rest_.clear();
@@ -145,7 +148,7 @@ class SegmentReader {
       }
       if (odd.type == OddLine::Type::kEnd) {
         Sha256 hash = parsed.piece.before;
-        hash.add(std::string_view(parsed.piece.text).substr(0, odd.begin - parsed.piece.begin));
+        hash.add(parsed.piece.text().substr(0, odd.begin - parsed.piece.begin));
         const bool equal = odd.text == fmt::format("rows {}, sha256 {}", number_, hash.hex());
         segment_.end = equal ? SegmentEnd::kIntact : SegmentEnd::kChanged;
         ended_ = true;
@@ -155,7 +158,7 @@ class SegmentReader {
       good_until(odd.next_begin, odd.line);
       if (ended_) return {};
     }
-    auto done = take_rows(parsed, row, parsed.rows.size(), parsed.piece.begin + parsed.piece.text.size(),
+    auto done = take_rows(parsed, row, parsed.rows.size(), parsed.piece.begin + parsed.piece.text().size(),
                           lines_before_ + parsed.lines);
     lines_before_ += parsed.lines;
     return done;
@@ -243,17 +246,23 @@ Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>
   const LogRowLayout& layout = *segment.layout;
   SegmentReader rows(segment, on_row);
   OrderedJobs<ParsedPiece> jobs;
+  std::vector<ParsedPiece> spare;
   bool left = true;
   for (std::size_t head = layout.head_bytes; left || !jobs.empty();) {
-    Piece piece;
-    if (left && !jobs.full() && (left = reader.next(piece, head))) {
+    if (left && !jobs.full()) {
+      ParsedPiece parsed = spare.empty() ? ParsedPiece() : std::move(spare.back());
+      if (!spare.empty()) spare.pop_back();
+      left = reader.next(parsed.piece, head);
+      if (!left) continue;
       if (head > 0) {
-        piece.before.add(std::string_view(piece.text).substr(0, head));
-        piece.text.erase(0, head);
-        piece.begin = head;
+        parsed.piece.before.add(parsed.piece.text().substr(0, head));
+        parsed.piece.first = parsed.piece.begin = head;
         head = 0;
       }
-      jobs.start([&layout, piece = std::move(piece)]() mutable { return parse(std::move(piece), layout); });
+      jobs.start([&layout, parsed = std::move(parsed)]() mutable {
+        parse(parsed, layout);
+        return std::move(parsed);
+      });
       continue;
     }
     if (jobs.empty()) continue;
@@ -263,6 +272,7 @@ Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>
     if (auto done = rows.take(parsed); !done) return done;
     meter.add_rows(segment.rows - before);
     if (rows.ended()) left = false;
+    spare.push_back(std::move(parsed));
   }
   reader.finish();
   segment.sha256 = reader.sha256();
