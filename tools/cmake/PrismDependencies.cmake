@@ -20,7 +20,6 @@ if(PRISM_CAL)  # tables of other programs
   pkg_check_modules(UCHARDET REQUIRED IMPORTED_TARGET uchardet)
   pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
   find_library(PRISM_CSV csv REQUIRED)
-  find_package(date REQUIRED)
 endif()
 
 # Asio and the other header-only parts of Boost; files include narrow headers.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/tables/date_text.hpp"
 
-#include <date/date.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <string>
 
 namespace prism::tables {
@@ -142,6 +141,9 @@ bool read_zone(Text& text, DateText& date) {
 }  // namespace
 
 std::optional<DateText> date_in(std::string_view cell) {
+  // "[2024-03-01 12:00:05.250]" of a terminal program, which blanks may divide.
+  if (cell.starts_with('[')) cell.remove_prefix(1);
+  if (cell.ends_with(']')) cell.remove_suffix(1);
   if (cell.size() < 4 || cell.size() > 48 || cell.front() < '0' || cell.front() > '9') return std::nullopt;
   DateText date;
   Text text(cell);
@@ -172,10 +174,10 @@ std::optional<std::int64_t> nanoseconds_of(const DateText& cell, DateOrder order
     return std::nullopt;  // 13/04/2024 where the month comes first
   const int month = year_first || !day_first ? cell.first : cell.second;
   const int day = year_first || !day_first ? cell.second : cell.first;
-  const date::year_month_day ymd{date::year(cell.year), date::month(static_cast<unsigned>(month)),
-                                 date::day(static_cast<unsigned>(day))};
+  const std::chrono::year_month_day ymd{std::chrono::year(cell.year), std::chrono::month(static_cast<unsigned>(month)),
+                                        std::chrono::day(static_cast<unsigned>(day))};
   if (!ymd.ok() || cell.year < 1700 || cell.year > 2250) return std::nullopt;
-  const std::int64_t days = date::sys_days(ymd).time_since_epoch().count();
+  const std::int64_t days = std::chrono::sys_days(ymd).time_since_epoch().count();
   return (days * 86400 - cell.zone_s) * kSecond_ns + cell.time_of_day_ns;
 }
 

@@ -21,8 +21,8 @@ struct DateText {
 };
 
 /// Reads a date, a time of day (with ':'), or a date and then a time. A fraction of a second may follow '.' or ','.
-/// AM, PM, Z, UTC, GMT and ±hh:mm are known. Returns nullopt for any other text, for an impossible date and for years
-/// of two digits.
+/// AM, PM, Z, UTC, GMT and ±hh:mm are known; a bracket before or after is ignored. Returns nullopt for any other text,
+/// for an impossible date and for years of two digits.
 std::optional<DateText> date_in(std::string_view cell);
 
 /// Nanoseconds since 1970 UTC; `order` decides between day and month where the text does not (kEither). A cell without
