@@ -51,13 +51,11 @@ struct Problem {
 Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSettings& settings) {
   tables::TableOptions options = choice.table;
   if (choice.method.quiet) options.silence();
-  const auto table = recordings::CsvTable::read(choice.file, options);
-  if (!table) return tl::unexpected<Error>(table.error());
   std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
   const auto d = static_cast<Eigen::Index>(names.size());
   names.push_back(choice.target);
   if (!choice.fold_column.empty()) names.push_back(choice.fold_column);
-  auto columns = table->columns(names);
+  auto columns = recordings::read_csv_columns(choice.file, names, options);
   if (!columns) return tl::unexpected<Error>(columns.error());
   if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
     fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));

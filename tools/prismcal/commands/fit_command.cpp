@@ -8,6 +8,7 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
+#include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/training/methods.hpp"
 #include "config/version.hpp"
@@ -40,10 +41,10 @@ std::string diagnostics_csv(const training::SampleDiagnostics& d) {
   return text;
 }
 
-std::string provenance(const recordings::CsvTable& table, Eigen::Index rows, const FitChoice& choice,
+std::string provenance(const std::string& sha256, Eigen::Index rows, const FitChoice& choice,
                        const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)}, {"target", choice.target}};
-  json["files"] = {{{"path", table.path()}, {"sha256", table.sha256()}, {"rows", rows}}};
+  json["files"] = {{{"path", choice.file}, {"sha256", sha256}, {"rows", rows}}};
   json["training"] = provenance_json(summary);
   return json_text(json);
 }
@@ -51,8 +52,8 @@ std::string provenance(const recordings::CsvTable& table, Eigen::Index rows, con
 Result<int> run(const FitChoice& choice) {
   tables::TableOptions options = choice.table;
   if (choice.method.quiet) options.silence();
-  const auto table = recordings::CsvTable::read(choice.file, options);
-  if (!table) return tl::unexpected<Error>(table.error());
+  const auto sha256 = sha256_of_file(choice.file);
+  if (!sha256) return tl::unexpected<Error>(sha256.error());
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   training::TrainingData data;
@@ -63,7 +64,7 @@ Result<int> run(const FitChoice& choice) {
   names.push_back(choice.target);
   if (!choice.time.empty()) names.push_back(choice.time);
   if (!choice.fold_column.empty()) names.push_back(choice.fold_column);
-  auto columns = table->columns(names, false, choice.time);
+  auto columns = recordings::read_csv_columns(choice.file, names, options, false, choice.time);
   if (!columns) return tl::unexpected<Error>(columns.error());
   if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
     fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));
@@ -108,7 +109,7 @@ Result<int> run(const FitChoice& choice) {
   const auto summary = summary_json(*trained, *settings, data.names);
   if (!choice.out.empty()) {
     const std::string text =
-        compensation::format_model(*trained->model, provenance(*table, data.target.size(), choice, summary));
+        compensation::format_model(*trained->model, provenance(*sha256, data.target.size(), choice, summary));
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {

@@ -39,9 +39,7 @@ Result<int> run(const PredictChoice& choice) {
   if (!model) return tl::unexpected<Error>(model.error());
   tables::TableOptions options = choice.table;
   if (choice.quiet) options.silence();
-  const auto table = recordings::CsvTable::read(choice.file, options);
-  if (!table) return tl::unexpected<Error>(table.error());
-  const auto columns = table->columns((*model)->info().inputs, true);
+  const auto columns = recordings::read_csv_columns(choice.file, (*model)->info().inputs, options, true);
   if (!columns) return tl::unexpected<Error>(columns.error());
   const auto& names = compensation::kExtrapolationNames;
   const auto policy =

@@ -5,25 +5,11 @@
 
 #include <cmath>
 
-#include "base/sha256.hpp"
-
 namespace prism::recordings {
 
-Result<CsvTable> CsvTable::read(const std::string& path, const tables::TableOptions& options) {
-  const auto sum = sha256_of_file(path);
-  if (!sum) return tl::unexpected<Error>(sum.error());
-  const auto source = tables::open_table(path, options);
-  if (!source) return tl::unexpected<Error>(source.error());
-  CsvTable table;
-  table.path_ = path;
-  table.sha256_ = *sum;
-  table.options_ = options;
-  return table;
-}
-
-Result<CsvColumns> CsvTable::columns(const std::vector<std::string>& names, bool keep_text,
-                                     const std::string& time) const {
-  auto source = tables::open_table(path_, options_);
+Result<CsvColumns> read_csv_columns(const std::string& path, const std::vector<std::string>& names,
+                                    const tables::TableOptions& options, bool keep_text, const std::string& time) {
+  auto source = tables::open_table(path, options);
   if (!source) return tl::unexpected<Error>(source.error());
   tables::TableSource& table = **source;
   tables::Selection selection;
@@ -34,8 +20,7 @@ Result<CsvColumns> CsvTable::columns(const std::vector<std::string>& names, bool
     if (!index) return tl::unexpected<Error>(index.error());
     if (names[i] == time && time_row == names.size()) {
       time_row = i;
-      const bool has_unit =
-          table.columns()[*index].unit || !options_.time_unit.empty() || !options_.time_format.empty();
+      const bool has_unit = table.columns()[*index].unit || !options.time_unit.empty() || !options.time_format.empty();
       selection.time = tables::TimeSelection{*index, has_unit ? "" : "s"};
     } else {
       selection.numbers.push_back(*index);
@@ -62,14 +47,14 @@ Result<CsvColumns> CsvTable::columns(const std::vector<std::string>& names, bool
     }
     for (std::string& text : block.text) columns.text.push_back(std::move(text));
   }
-  if (table.counts().rows == 0) return make_error(path_, "found no row below a line of names");
+  if (table.counts().rows == 0) return make_error(path, "found no row below a line of names");
   columns.values = Eigen::Map<const Eigen::MatrixXd>(values.data(), static_cast<Eigen::Index>(names.size()),
                                                      static_cast<Eigen::Index>(table.counts().rows));
   columns.separator = table.separator();
   columns.decimal = table.decimal();
   for (const tables::Header& header : table.columns())
     columns.header += (columns.header.empty() ? "" : std::string(1, columns.separator)) + header.text;
-  if (options_.announce) options_.announce(table.understood());
+  if (options.announce) options.announce(table.understood());
   return columns;
 }
 
@@ -87,12 +72,6 @@ std::size_t CsvColumns::drop_holes() {
   values.conservativeResize(Eigen::NoChange, kept);
   if (!text.empty()) text.resize(static_cast<std::size_t>(kept));
   return dropped;
-}
-
-Result<std::vector<double>> CsvTable::column(const std::string& name) const {
-  const auto read = columns({name});
-  if (!read) return tl::unexpected<Error>(read.error());
-  return std::vector<double>(read->values.data(), read->values.data() + read->values.size());
 }
 
 }  // namespace prism::recordings

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,24 +22,11 @@ struct CsvColumns {
   std::size_t drop_holes();
 };
 
-class CsvTable {
- public:
-  /// Detects how the table is written (../tables/dialect.hpp). Errors: those of open_table().
-  static Result<CsvTable> read(const std::string& path, const tables::TableOptions& options = {});
-
-  const std::string& path() const { return path_; }
-  const std::string& sha256() const { return sha256_; }
-  /// Reads columns by name or number. A column whose header states a unit in brackets or in a row of units is converted
-  /// to deg/h, degC, V or s. Announces how the table was understood. Errors, with line and column: those of
-  /// TableSource; no row. `times`: columns of `names` that are times, in seconds.
-  Result<CsvColumns> columns(const std::vector<std::string>& names, bool keep_text = false,
-                             const std::string& time = {}) const;
-  /// One of them.
-  Result<std::vector<double>> column(const std::string& name) const;
-
- private:
-  std::string path_, sha256_;
-  tables::TableOptions options_;
-};
+/// Reads columns by name or number. A column whose header states a unit in brackets or in a row of units is converted
+/// to deg/h, degC, V or s. Announces how the table was understood. `time`: the one of `names` that is a time, in
+/// seconds; empty: none. Errors, with line and column: those of open_table() and TableSource; no row.
+Result<CsvColumns> read_csv_columns(const std::string& path, const std::vector<std::string>& names,
+                                    const tables::TableOptions& options = {}, bool keep_text = false,
+                                    const std::string& time = {});
 
 }  // namespace prism::recordings
