@@ -2,6 +2,7 @@
 #include "tools/prismcal/commands/progress_bars.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,16 +11,27 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <utility>
+
+#include "tools/prismcal/campaign/progress.hpp"
 
 namespace prism::commands {
 namespace {
 
 std::atomic<bool> bar_drawn{false};
 
-std::string bar_of(double share) {
-  constexpr int kWidth = 30;
-  const int filled = static_cast<int>(kWidth * std::clamp(share, 0.0, 1.0));
-  return fmt::format("[{:#<{}}{:{}}]", "", filled, "", kWidth - filled);
+/// Draws one line that fits the terminal: a longer one would add a line with each drawing.
+void draw(double share, std::string text) {
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  const int columns = known ? size.ws_col - 1 : 79;
+  const int width = std::min(30, columns - static_cast<int>(text.size()) - 3);  // of the bar without its brackets
+  if (width >= 5) {
+    const int filled = static_cast<int>(width * std::clamp(share, 0.0, 1.0));
+    text = fmt::format("[{:#<{}}{:{}}] {}", "", filled, "", width - filled, text);
+  }
+  fmt::print(stderr, "\r{}\033[K", text.substr(0, static_cast<std::size_t>(columns)));
+  bar_drawn = true;
 }
 
 /// Draws the bar of one command, which may read several recordings, one after the other.
@@ -38,9 +50,9 @@ class ReadBar {
     if (done || seconds < kPatience_s || since(drawn_) < kBetween_s) return;
     drawn_ = now;
     const double share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
-    fmt::print(stderr, "\r{} {:.0f} %, {:.2f} million rows/s, {:.0f} s left   ", bar_of(share), 100 * share,
-               1e-6 * static_cast<double>(state.rows) / seconds, seconds * (1 - share) / share);
-    bar_drawn = true;
+    draw(share, fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
+                            campaign::duration_text(seconds * (1 - share) / share),
+                            1e-6 * static_cast<double>(state.rows) / seconds));
   }
 
  private:
@@ -53,10 +65,9 @@ class ReadBar {
 training::TuningProgress progress_bar(bool quiet) {
   if (quiet || isatty(STDERR_FILENO) == 0) return {};
   return [](int done, int expected, const training::TuningPoint& best) {
-    fmt::print(stderr, "\r{} {} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}   ",
-               bar_of(static_cast<double>(done) / std::max(1, expected)), done, expected, best.cost, best.c,
-               best.sigma2);
-    bar_drawn = true;
+    draw(static_cast<double>(done) / std::max(1, expected),
+         fmt::format("{} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}", done, expected, best.cost, best.c,
+                     best.sigma2));
   };
 }
 
