@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "base/hex_bytes.hpp"
 
@@ -26,11 +27,14 @@ std::string_view sentence_of(std::string_view line) {
   return line.substr(begin);
 }
 
-}  // namespace
+struct Sentences {
+  std::vector<std::uint8_t> bytes;  ///< each with CR LF
+  std::size_t count = 0, others = 0, changed = 0;
+  bool in_most_lines() const { return count >= 2 && count >= 9 * others; }
+};
 
-std::optional<std::vector<std::uint8_t>> bytes_of_text_log(std::string_view text) {
-  std::vector<std::uint8_t> bytes;
-  std::size_t sentences = 0, others = 0, changed = 0;
+Sentences sentences_in(std::string_view text) {
+  Sentences found;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
     if (end == std::string_view::npos) break;
@@ -42,16 +46,25 @@ std::optional<std::vector<std::uint8_t>> bytes_of_text_log(std::string_view text
     const std::string_view sentence = sentence_of(line);
     if (sentence.empty()) {
       // A program's first lines, and damaged ones; another text is known by its first kilobyte.
-      if (++others > 5 && 10 * others > sentences) return std::nullopt;
+      if (++found.others > 5 && 10 * found.others > found.count) return {};
       continue;
     }
-    ++sentences;
-    changed += !has_cr || sentence.size() < line.size();
-    bytes.insert(bytes.end(), sentence.begin(), sentence.end());
-    bytes.insert(bytes.end(), {'\r', '\n'});
+    ++found.count;
+    found.changed += !has_cr || sentence.size() < line.size();
+    found.bytes.insert(found.bytes.end(), sentence.begin(), sentence.end());
+    found.bytes.insert(found.bytes.end(), {'\r', '\n'});
   }
-  if (sentences < 2 || sentences < 9 * others || 2 * changed < sentences) return std::nullopt;
-  return bytes;
+  return found;
 }
+
+}  // namespace
+
+std::optional<std::vector<std::uint8_t>> bytes_of_text_log(std::string_view text) {
+  Sentences found = sentences_in(text);
+  if (!found.in_most_lines() || 2 * found.changed < found.count) return std::nullopt;
+  return std::move(found.bytes);
+}
+
+bool is_text_log(std::string_view text) { return sentences_in(text).in_most_lines(); }
 
 }  // namespace prism::drivers

@@ -14,4 +14,7 @@ namespace prism::drivers {
 /// already what the device sends. A checksum of two digits must hold. `text` may end within a line.
 std::optional<std::vector<std::uint8_t>> bytes_of_text_log(std::string_view text);
 
+/// Returns true for such a text, also if it is already what the device sends.
+bool is_text_log(std::string_view text);
+
 }  // namespace prism::drivers

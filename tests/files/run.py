@@ -70,7 +70,7 @@ def commands(case, folder):
 
 
 def has_unit(name):
-    return name not in ("rate", "T", "rate_x", "Temp", "r", "1", "2", "3")
+    return name not in ("rate", "T", "rate_x", "Temp", "r", "1", "2", "3", "4")
 
 
 # Results of an iteration, which magnifies the rounding of a unit's conversion.
@@ -166,6 +166,9 @@ def check_words(folder):
     code, out, _ = run("inspect", path)
     if code != 0 or line not in out:
         faults.append(f"plain.csv: inspect: exit code {code}, expected \"{line}\"")
+    code, out, _ = run("inspect", os.path.join(DATA, "us-date.csv"), "--time-format", "mdy")
+    if "us-date.csv --time-format mdy --map rate=rate_deg_per_h" not in out:
+        faults.append(f"us-date.csv: inspect: the option is not in the command line: {out}")
     for name, arguments in commands({"file": "plain.csv", "options": ["--quiet"], "columns": {"time": "t_s", "rate": "rate_deg_per_h",
                                                                                               "temperature": "T_degC"}}, folder).items():
         code, _, err = run(*arguments)

@@ -155,6 +155,12 @@ def main():
          columns=named, date=True)
     same("two-columns.csv", table(";", time=stamps(lambda d: d.strftime("%Y-%m-%d;%H:%M:%S") + f".{d.microsecond // 1000:03d}"),
                                   head=("date;time", "rate_deg_per_h", "T_degC")), columns=("date", "rate_deg_per_h", "T_degC"), date=True)
+    # A terminal program's stamps; before, they were text.
+    stamped = stamps(lambda d: f"[{iso(d, ' ')}]")
+    same("terminal-stamps.log", table(" ", time=stamped, head=()), columns=("1", "3", "4"), date=True)
+    same("terminal-stamps.csv", table(",", time=stamped, head=()), columns=("1", "2", "3"), date=True)
+    same("us-date.csv", table(time=stamps(lambda d: d.strftime("%m/%d/%Y %H:%M:%S") + f".{d.microsecond // 1000:03d}"), head=named),
+         columns=named, date=True, options=["--time-format", "mdy"])
     same("excel-days.csv", table(time=[f"{45376 + (43200 + t) / 86400:.10f}" for t in TIME], head=named), columns=named, date=True, options=["--nearly"])
     same("datenum.csv", table(time=[f"{739336 + (43200 + t) / 86400:.10f}" for t in TIME], head=named), columns=named, date=True, options=["--nearly"])
     same("labview-1904.csv", table(time=[f"{unix + t + 2082844800:.1f}" for t in TIME], head=named), columns=named, date=True)

@@ -56,6 +56,8 @@ TEST(TextLog, LeavesOtherTextsAlone) {
   EXPECT_EQ(text_of("t,rate\n0,1.5\n1,1.6\n2,1.5\n3,1.7\n4,1.6\n5,1.5\n6,1.4\n"), "no log");
   EXPECT_EQ(text_of("12:00 $HEHDT,1,T*00\n12:01 $HEHDT,2,T*00\n12:02 $HEHDT,3,T*00\n"), "no log") << "wrong checksums";
   EXPECT_EQ(text_of(""), "no log");
+  EXPECT_TRUE(is_text_log(kSent));
+  EXPECT_FALSE(is_text_log("t,rate\n0,1.5\n1,1.6\n2,1.5\n"));
 }
 
 }  // namespace

@@ -147,10 +147,10 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
       roles.emplace_back(campaign::role_name(role));
     }
   }
-  const auto evaluated = evaluate_recordings(*evaluation);
-  if (!evaluated) return refused_result(task, evaluated.error());
   evaluation->common.json = false;
   evaluation->common.quiet = true;
+  const auto evaluated = evaluate_recordings(*evaluation);
+  if (!evaluated) return refused_result(task, evaluated.error());
   evaluation->common.out = task.report ? folder + "/report" : "";
   if (auto done = write_report(evaluated->report, evaluation->common); !done)
     return tl::unexpected<Error>(done.error());

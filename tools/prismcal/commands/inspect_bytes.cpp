@@ -34,7 +34,7 @@ Result<std::string> kind_of_bytes(const std::string& path) {
   if (!wide && control > 0 && static_cast<std::size_t>(control) * 20 > first.size()) return std::string("bytes");
   if (first.size() == bytes.size()) first = first.substr(0, first.rfind('\n') + 1);
   if (drivers::bytes_of_hex_dump(first)) return std::string("hex dump");
-  return std::string(drivers::bytes_of_text_log(first) ? "log of sentences" : "");
+  return std::string(drivers::is_text_log(first) ? "log of sentences" : "");
 }
 
 Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path) {

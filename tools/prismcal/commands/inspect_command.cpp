@@ -15,6 +15,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/inspect_bytes.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/table_summary.hpp"
 
 namespace prism::commands {
@@ -53,7 +54,7 @@ std::string time_text(const TimeSummary& time, std::int64_t ns) {
 
 std::string grid_text(const TimeSummary& time) {
   if (time.backward > 0) return fmt::format("goes back {}: no sample time", counted(time.backward, "time"));
-  if (!time.grid) return "one row: no sample time";
+  if (!time.grid) return time.no_grid + ": no sample time";
   const recordings::SampleGrid& grid = *time.grid;
   std::string text = fmt::format(
       "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; "
@@ -74,8 +75,9 @@ void print(const TableSummary& summary, const std::string& path) {
   for (const ColumnSummary& column : summary.columns) {
     const std::string unit = column.header.unit ? std::string(column.header.unit->name) : "";
     if (column.kind == tables::ColumnKind::kNumber) {
-      fmt::print("{:<{}}  {:<8} {:>14.8g} {:>14.8g} {:>8}  {}\n", shortened(column.header.text, 40), width, unit,
-                 column.smallest, column.largest, column.holes, spark(column));
+      const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.8g}", value) : "-"; };
+      fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}  {}\n", shortened(column.header.text, 40), width, unit,
+                 number(column.smallest), number(column.largest), column.holes, spark(column));
     } else {
       fmt::print("{:<{}}  {}\n", shortened(column.header.text, 40), width,
                  column.kind == tables::ColumnKind::kTime ? "time" : "text");
@@ -87,7 +89,11 @@ void print(const TableSummary& summary, const std::string& path) {
                grid_text(*summary.time));
   if (!summary.problem.empty()) return;
   if (summary.command.empty())
-    fmt::print("\nNo column has the unit of a rate; state it: prismcal train {} --map rate=COLUMN:UNIT …\n", path);
+    fmt::print(
+        "\nNo column has the unit of a rate; state the columns (name or number) and units, as in\n"
+        "prismcal train {} --map rate=COLUMN:deg/h --map temperature=COLUMN:degC --map time=COLUMN:s --no-earth-rate "
+        "--inputs T,dTdt --out model.json\n",
+        printable(recordings::shell_word(path)));
   else
     fmt::print("\n{}\n", printable(summary.command));
 }
@@ -152,6 +158,9 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
         "\nWrite a configuration with \"frames\": \"{}\"; then prismcal train {} --config CONFIGURATION --out "
         "model.json\n",
         fitting->front().description->name, choice.file);
+  if (!choice.json && fitting->empty())
+    fmt::print("\nDescribe its frames (docs/frames.md, part 1); then prismd --sniff {} DESCRIPTION.json\n",
+               recordings::shell_word(choice.file));
   if (choice.json) fmt::print("{}\n", json_text(json, 2));
   return fitting->empty() ? 1 : 0;
 }

@@ -42,6 +42,48 @@ std::string known_units(const std::string& quantity) {
   return known;
 }
 
+/// The entries of --map that read these columns, by their units and names; empty if no rate is recognised. Of several
+/// columns that may be a quantity it takes the first.
+std::vector<std::string> suggested_map(const tables::TableSource& table) {
+  std::vector<std::string> entries;
+  const auto& columns = table.columns();
+  // Names that --map would split are given as numbers.
+  const auto name_of = [&](std::size_t i) {
+    return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
+  };
+  for (const char* quantity : {"rate", "temperature", "uhfo"}) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (!columns[i].unit || columns[i].unit->quantity != quantity || table.kind(i) != tables::ColumnKind::kNumber)
+        continue;
+      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(i), columns[i].unit->name));
+      break;
+    }
+    if (entries.empty()) return entries;
+  }
+  if (const auto time = table.time_column()) {
+    const tables::Unit* unit = columns[*time].unit;
+    const bool has_unit = unit && unit->quantity == "time" && table.kind(*time) == tables::ColumnKind::kNumber;
+    entries.push_back("time=" + name_of(*time) + (has_unit ? ":" + std::string(unit->name) : ""));
+  }
+  return entries;
+}
+
+/// The options that were stated, as words of a command line.
+std::string options_text(const tables::TableOptions& options) {
+  std::string text;
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) text += fmt::format(" {} {}", name, shell_word(value));
+  };
+  add("--separator", options.separator);
+  add("--decimal", options.decimal);
+  add("--encoding", options.encoding);
+  add("--header-row", options.header_row ? std::to_string(*options.header_row) : "");
+  add("--time-format", options.time_format);
+  add("--time-unit", options.time_unit);
+  add("--interval", options.interval_s > 0 ? fmt::format("{}", options.interval_s) : "");
+  return text;
+}
+
 }  // namespace
 
 Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
@@ -83,43 +125,11 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
 
-std::vector<std::string> suggested_map(const tables::TableSource& table) {
-  std::vector<std::string> entries;
-  const auto& columns = table.columns();
-  // Names that --map would split are given as numbers.
-  const auto name_of = [&](std::size_t i) {
-    return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
-  };
-  for (const char* quantity : {"rate", "temperature", "uhfo"}) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!columns[i].unit || columns[i].unit->quantity != quantity || table.kind(i) != tables::ColumnKind::kNumber)
-        continue;
-      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(i), columns[i].unit->name));
-      break;
-    }
-    if (entries.empty()) return entries;
-  }
-  if (const auto time = table.time_column()) {
-    const tables::Unit* unit = columns[*time].unit;
-    const bool has_unit = unit && unit->quantity == "time" && table.kind(*time) == tables::ColumnKind::kNumber;
-    entries.push_back("time=" + name_of(*time) + (has_unit ? ":" + std::string(unit->name) : ""));
-  }
-  return entries;
-}
-
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=,+@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
-std::string train_command(const tables::TableSource& table) {
+std::string train_command(const tables::TableSource& table, const tables::TableOptions& options) {
   const std::vector<std::string> entries = suggested_map(table);
   if (entries.empty()) return {};
-  std::string text = "prismcal train " + shell_word(table.path()), inputs;
-  bool timed = false;
+  std::string text = "prismcal train " + shell_word(table.path()) + options_text(options), inputs;
+  bool timed = options.interval_s > 0;
   for (const std::string& entry : entries) {
     text += " --map " + shell_word(entry);
     timed = timed || entry.starts_with("time=");
@@ -130,6 +140,14 @@ std::string train_command(const tables::TableSource& table) {
   text += " --no-earth-rate";
   if (!inputs.empty()) text += " --inputs " + inputs.substr(1);
   return text + " --out model.json";
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=,+@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
 }
 
 }  // namespace prism::recordings

@@ -27,15 +27,11 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries);
 Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
                                              const tables::Header& header);
 
-/// The entries of --map that read these columns, by their units and names; empty if no rate is recognised. A quantity
-/// that several columns may be takes the first.
-std::vector<std::string> suggested_map(const tables::TableSource& table);
+/// "prismcal train FILE --map … --no-earth-rate --inputs T,dTdt --out model.json": the finished command line, by the
+/// units and names of the columns, with the stated options; empty if no rate is recognised.
+std::string train_command(const tables::TableSource& table, const tables::TableOptions& options);
 
-/// "prismcal train FILE --map … --no-earth-rate --inputs T,dTdt --out model.json": the finished command line, with
-/// suggested_map(); empty if no rate is recognised.
-std::string train_command(const tables::TableSource& table);
-
-/// A word for a shell: in quotes if it needs them.
+/// A word for a POSIX shell: in quotes if it needs them.
 std::string shell_word(const std::string& word);
 
 }  // namespace prism::recordings

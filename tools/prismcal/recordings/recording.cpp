@@ -29,7 +29,7 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
   return placement;
 }
 
-/// A file that neither is a log of prismd nor was meant to be one.
+/// A file whose first line is not that of a log of prismd.
 bool is_foreign(const std::string& path) {
   std::error_code error;
   auto in = FileReader::open(path);
@@ -38,16 +38,15 @@ bool is_foreign(const std::string& path) {
   return !line.starts_with("# prism ");
 }
 
-/// What to do with a table of another program: the entries of --map, as far as its header tells them.
+/// What to do with a table of another program: the finished command line if its header states a rate.
 Error without_map(const std::string& path, const SourceOptions& options) {
   const auto table = tables::open_table(path, options.table);
   if (!table) return table.error();
-  const std::string entries = fmt::format("{}", fmt::join(suggested_map(**table), ","));
-  if (entries.empty())
-    return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
-                              "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
-                              (*table)->names_text(), shell_word(path))};
-  return {path, "not a log of prismd; its header fits: " + train_command(**table)};
+  const std::string command = train_command(**table, options.table);
+  if (!command.empty()) return {path, "not a log of prismd; its header fits: " + command};
+  return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
+                            "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
+                            (*table)->names_text(), shell_word(path))};
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct SampleGrid {
   std::size_t repeated = 0;                                 ///< stamps equal to the one before
   double mean_step_s = 0, median_step_s = 0, jitter_s = 0;  ///< jitter: of the stamps around the grid
   bool regular = true;  ///< each step is the interval, or a hole, within 1 %: the stamps can be used as they are
-  /// Why the interval is not the median step; empty if the stamps are regular.
+  /// How the interval was found, and why; empty if the stamps are regular and mean and median step agree within 1 %.
   std::string remark;
 
   /// Times on the grid, in ns: the stamps without their jitter. `stamps_ns`: those of sample_grid().
@@ -35,9 +35,9 @@ struct SampleGrid {
 /// Stamps are ends of intervals, never early and possibly late (USB, operating system), or rounded. The sample time is
 /// the count over the span of the runs between holes. A hole is a lasting shift of the stamps against the count:
 /// its lower envelope rises and stays (as LowerHull, drivers/lower_hull.hpp); a late stamp is followed by one that is
-/// not. A hole within a batch of equal stamps is placed at its first row. Errors: two stamps of which the second is
-/// earlier, with the row from 0 in `where`; no step at
-/// all. `interval_s`: the true sample time, if it is known.
+/// not. A hole within a batch of equal stamps is placed at its first row. `interval_s`: the true sample time, if it is
+/// known. Errors: fewer than two stamps; one that is earlier than the one before, with its row from 1 in the place; the
+/// same time in all rows, or in most.
 Result<SampleGrid> sample_grid(std::span<const std::int64_t> stamps_ns, const std::string& where,
                                std::optional<double> interval_s = std::nullopt);
 

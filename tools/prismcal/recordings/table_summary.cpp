@@ -63,9 +63,11 @@ void summarise_time(const tables::TableSource& table, const std::vector<std::int
   time.first_ns = stamps.front();
   time.last_ns = stamps.back();
   for (std::size_t i = 1; i < stamps.size(); ++i) time.backward += stamps[i] < stamps[i - 1];
-  if (time.backward > 0 || stamps.size() < 2) return;
-  auto grid = sample_grid(stamps, table.path());
-  if (grid) time.grid = std::move(*grid);
+  if (time.backward > 0) return;
+  if (auto grid = sample_grid(stamps, table.path()))
+    time.grid = std::move(*grid);
+  else
+    time.no_grid = std::move(grid.error().what);
 }
 
 }  // namespace
@@ -76,7 +78,7 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   tables::TableSource& table = **opened;
   TableSummary summary;
   summary.dialect = table.dialect_text();
-  summary.command = train_command(table);
+  summary.command = train_command(table, options);
   tables::Selection selection;
   const auto time = table.time_column();
   for (std::size_t i = 0; i < table.columns().size(); ++i) {
@@ -85,7 +87,7 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   }
   if (time) {
     selection.time = tables::TimeSelection{*time, "", 1, 0};
-    summary.time = TimeSummary{table.columns()[*time].text, "", 0, 0, false, 0, {}};
+    summary.time = TimeSummary{table.columns()[*time].text, "", 0, 0, false, 0, {}, {}};
   }
   const std::vector<std::size_t> numbers = selection.numbers;
   if (auto good = table.select(selection); !good) {

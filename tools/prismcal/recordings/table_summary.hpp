@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a table contains, for `prismcal inspect`: range, holes and course of each column, and its time.
+// How a table was understood, for `prismcal inspect`: range, holes and course of each column, and its time.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,8 @@ struct TimeSummary {
   std::int64_t first_ns = 0, last_ns = 0;
   bool is_date = false;  ///< ns since 1970 UTC; otherwise since the origin of the file
   std::size_t backward = 0;
-  std::optional<SampleGrid> grid;  ///< nullopt: the time goes back, or there is only one row
+  std::optional<SampleGrid> grid;  ///< nullopt: the time goes back, or no_grid
+  std::string no_grid;             ///< why sample_grid() found no sample time
 };
 
 struct TableSummary {

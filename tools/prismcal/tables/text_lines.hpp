@@ -10,8 +10,8 @@
 
 namespace prism::tables {
 
-/// The encoding of a text by its first bytes: a byte-order mark, the zero bytes of UTF-16, valid UTF-8, else what
-/// uchardet finds, else windows-1252. "UTF-8" for ASCII.
+/// The encoding of a text by its first bytes: a byte-order mark, the zero bytes of UTF-16, valid UTF-8 (also ASCII),
+/// only letters of units and German words in windows-1252, else what uchardet finds, else windows-1252.
 std::string detect_encoding(std::string_view first_bytes);
 
 class TextLines {

@@ -19,7 +19,7 @@ const char* order_text(DateOrder order) {
                                          : "month/day/year";
 }
 
-/// The column next to `time` that holds the time of day of a date, or a date next to a time of day.
+/// Returns true if the first cell of a column is a time of day without a date.
 bool is_clock(const Rows& sample, std::size_t column) {
   if (sample.empty() || column >= sample[0].size()) return false;
   const auto clock = date_in(sample[0][column]);
