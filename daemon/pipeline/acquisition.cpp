@@ -220,6 +220,17 @@ void Acquisition::watch(const Rows& rows) {
   if (!rows.windows.empty()) watch_clock();
 }
 
+std::size_t Acquisition::acknowledge(const std::string& who) {
+  std::size_t count = 0;
+  for (AxisRecord& record : records_) {
+    for (const std::string& question : record.acknowledge()) {
+      tell_(Severity::kInfo, "question", fmt::format("acknowledged by {}: {}", who, question));
+      ++count;
+    }
+  }
+  return count;
+}
+
 void Acquisition::watch_stages(std::int64_t now_ns) {
   if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
   stages_checked_ns_ = now_ns;

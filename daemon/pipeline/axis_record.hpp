@@ -6,11 +6,13 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "compensation/block_stability.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/plausibility_alarm.hpp"
+#include "daemon/pipeline/sensor_questions.hpp"
 
 namespace prism::pipeline {
 
@@ -22,7 +24,7 @@ class AxisRecord {
   /// `block_s`: length of the stability blocks.
   void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
   void keep(const compensation::Compensated& row);
-  /// Reports a change of quality, and values that became implausible or plausible again.
+  /// Reports a change of quality, values that became implausible or plausible again, and questions.
   void watch(const compensation::CompensatedWindow& row, const Tell& tell);
   /// The stored values are no longer current.
   void end_session() { sampled_ = windowed_ = false; }
@@ -36,6 +38,10 @@ class AxisRecord {
   };
   /// Since the start.
   const RowCounts& rows() const { return rows_; }
+  /// Changes of sensors that may be faults: one line each.
+  std::vector<std::string> questions() const;
+  /// Ends all open questions; returns their texts.
+  std::vector<std::string> acknowledge();
   RowWriter* log() const { return log_.get(); }
   const compensation::BlockStability& stability() const { return stability_; }
   /// Of the current session: null before its first frame or full second, and after its end.
@@ -43,9 +49,12 @@ class AxisRecord {
   const compensation::CompensatedWindow* last_window() const { return windowed_ ? &last_window_ : nullptr; }
 
  private:
+  std::vector<std::string> with_prefix(std::vector<std::string> texts) const;
+
   std::unique_ptr<RowWriter> log_;
   std::string prefix_;
   PlausibilityAlarm plausibility_watch_;
+  SensorQuestions questions_;
   compensation::BlockStability stability_;
   compensation::Compensated last_sample_;
   compensation::CompensatedWindow last_window_;

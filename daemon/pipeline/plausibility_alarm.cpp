@@ -5,30 +5,14 @@
 
 #include <cmath>
 
+#include "daemon/pipeline/axis_sensors.hpp"
+
 namespace prism::pipeline {
-namespace {
-
-struct Sensor {
-  const char *name, *unit;
-  bool QuantitySet::*in_set;
-  compensation::Rejection compensation::Rejections::*rejection;
-  double compensation::SecondMean::*value;
-};
-
-constexpr std::array kSensors = {
-    Sensor{"rate", "deg/h", &QuantitySet::rate, &compensation::Rejections::rate,
-           &compensation::SecondMean::rate_deg_per_h},
-    Sensor{"temperature", "degC", &QuantitySet::temperature, &compensation::Rejections::temperature,
-           &compensation::SecondMean::temperature_degc},
-    Sensor{"uhfo", "V", &QuantitySet::uhfo, &compensation::Rejections::uhfo, &compensation::SecondMean::uhfo_v}};
-
-}  // namespace
-
 std::vector<Notice> PlausibilityAlarm::push(const compensation::CompensatedWindow& row) {
   std::vector<Notice> notices;
   const compensation::SecondMean& second_mean = row.window.second_mean;
-  for (std::size_t i = 0; i < kSensors.size(); ++i) {
-    const Sensor& sensor = kSensors[i];
+  for (std::size_t i = 0; i < kAxisSensors.size(); ++i) {
+    const AxisSensor& sensor = kAxisSensors[i];
     Episode& episode = episodes_[i];
     if (second_mean.implausible.*sensor.in_set) {
       if (!episode.open) {

@@ -32,7 +32,7 @@ ordered_json row_json(const Row& row) {
 }
 
 /// The current values: empty if the line does not deliver or has no frame yet. The quality is that of the current
-/// correction, plus `implausible` and `clocks_differ` if the latest sample or second is.
+/// correction, plus `rate_invalid`, `implausible` and `clocks_differ` if the latest sample or second is.
 struct Current {
   const compensation::Compensated* sample = nullptr;
   const compensation::CompensatedWindow* window = nullptr;
@@ -43,7 +43,8 @@ Current current(const Sources& sources, std::size_t axis) {
   const pipeline::AxisRecord& record = sources.acquisition.record(axis);
   if (!sources.gyro_line().delivers() || record.last_sample() == nullptr) return {};
   Current now{record.last_sample(), record.last_window(), sources.acquisition.engine(axis).correction()};
-  constexpr std::uint32_t kOfValues = compensation::kImplausible | compensation::kClocksDiffer;
+  constexpr std::uint32_t kOfValues =
+      compensation::kRateInvalid | compensation::kImplausible | compensation::kClocksDiffer;
   now.correction.quality |= now.sample->correction.quality & kOfValues;
   if (now.window) now.correction.quality |= now.window->correction.quality & kOfValues;
   return now;

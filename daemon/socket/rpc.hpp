@@ -45,6 +45,11 @@ class Rpc {
   /// Without this call, "send" fails: a replay has no device.
   void send_by(Send send) { send_ = std::move(send); }
 
+  /// Ends the open questions about sensors on behalf of a user; returns their number.
+  using Acknowledge = std::function<std::size_t(const std::string& who)>;
+  /// Without this call, "acknowledge" fails.
+  void acknowledge_by(Acknowledge acknowledge) { acknowledge_ = std::move(acknowledge); }
+
   /// Returns the requests in one line (without line end) of the client. If the line is invalid, sends an error and
   /// returns no request.
   static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
@@ -74,6 +79,7 @@ class Rpc {
   void rows(const Call& call);
   void reload(const Call& call);
   void send(const Call& call);
+  void acknowledge(const Call& call);
   void reply(const Call& call, nlohmann::ordered_json result);
   /// The same for a result of protocol 2, which the call may want in the old form.
   void reply(const Call& call, const config::SocketMethod& method, nlohmann::ordered_json result);
@@ -86,6 +92,7 @@ class Rpc {
   RowRequests& row_requests_;
   Reload reload_;
   Send send_;
+  Acknowledge acknowledge_;
 };
 
 /// Parameters of "rows" without the axis.

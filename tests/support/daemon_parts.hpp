@@ -39,7 +39,9 @@ struct DaemonParts {
             [this](const pipeline::Rows& rows) { publisher.rows(rows, acquisition.unwritten()); }, events.teller()) {}
 
   socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
-    return {{acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload)};
+    socket::Rpc made({acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload));
+    made.acknowledge_by([this](const std::string& who) { return acquisition.acknowledge(who); });
+    return made;
   }
   void begin_session(std::int64_t now_ns) {
     acquisition.begin_session(pipeline::kGyroLine, now_ns);
