@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "base/text_number.hpp"
 #include "drivers/wire/description/readers.hpp"
@@ -140,9 +143,38 @@ void read_number_type(const Section& s, bool big_endian, std::int64_t bytes, Fie
   read_order(s, big_endian, field);
 }
 
+// "250", "2^-24"; nullopt for other texts.
+std::optional<double> power_of(std::string_view text) {
+  const std::size_t mark = text.find('^');
+  const auto base = parse_number<double>(text.substr(0, mark));
+  if (mark == std::string_view::npos || !base) return base;
+  const auto exponent = parse_number<int>(text.substr(mark + 1));
+  return exponent ? std::optional(std::pow(*base, *exponent)) : std::nullopt;
+}
+
+// Manuals state scales as "1/16777216", "2^-24", "250/2^23".
+std::optional<double> quotient_of(std::string_view text) {
+  const std::size_t mark = text.find('/');
+  const auto above = power_of(text.substr(0, mark));
+  if (mark == std::string_view::npos || !above) return above;
+  const auto below = power_of(text.substr(mark + 1));
+  return below ? std::optional(*above / *below) : std::nullopt;
+}
+
+double read_scale(const Section& s, double otherwise) {
+  constexpr Range kRange{-1e18, 1e18};
+  if (!s.any("scale").is_string()) return s.number("scale", kRange, otherwise);
+  const std::string text = s.text("scale");
+  const auto scale = quotient_of(text);
+  if (scale && std::abs(*scale) <= kRange.max) return *scale;
+  s.fail("scale",
+         fmt::format(R"(found "{}", expected a number, or a text such as "1/16777216", "2^-24", "250/2^23")", text));
+  return otherwise;
+}
+
 Conversion read_scaling(const Section& s) {
   Conversion scaling;
-  scaling.scale = s.number("scale", {-1e18, 1e18}, scaling.scale);
+  scaling.scale = read_scale(s, scaling.scale);
   if (scaling.scale == 0) {
     s.fail("scale", "0 makes every value the same; expected another number");
     scaling.scale = 1;

@@ -2,6 +2,7 @@
 // Every error in a description is reported in one line: position, found, expected.
 #include <gtest/gtest.h>
 
+#include "drivers/wire/description/unnamed_bytes.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {
@@ -24,6 +25,33 @@ std::string refusal(const std::string& from, const std::string& to) {
   text.replace(at, from.size(), to);
   const auto parsed = parse_frame_description(text, "f.json");
   return parsed ? "accepted" : parsed.error().text();
+}
+
+TEST(Description, TakesAScaleAsManualsStateIt) {
+  for (const auto& [text, value] : {std::pair{"1/16777216", 1.0 / 16777216},
+                                    {"2^-24", 1.0 / 16777216},
+                                    {"250/2^23", 250.0 / 8388608},
+                                    {"0.5", 0.5},
+                                    {"-1/4", -0.25}}) {
+    std::string changed = kGood;
+    changed.replace(changed.find("\"s32\""), 5, std::string("\"s32\", \"scale\": \"") + text + '"');
+    const auto parsed = parse_frame_description(changed, "f.json");
+    ASSERT_TRUE(parsed) << parsed.error().text();
+    EXPECT_EQ((*parsed)->kinds[0].fields[0].scaling.scale, value) << text;
+  }
+}
+
+TEST(Description, NamesBytesThatBelongToNothing) {
+  const auto parsed = parse_frame_description(kGood, "f.json");
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(unnamed_bytes(**parsed), std::vector<std::string>());
+  std::string changed = kGood;
+  const std::string length = "\"length\": 12";
+  changed.replace(changed.find(length), length.size(), "\"length\": 15");
+  const auto longer = parse_frame_description(changed, "f.json");
+  ASSERT_TRUE(longer) << longer.error().text();
+  EXPECT_EQ(unnamed_bytes(**longer),
+            std::vector<std::string>{"message type k: bytes 10 to 12 belong to no sync, field, check or body"});
 }
 
 TEST(Description, CompilesAGoodDescription) {
@@ -94,6 +122,9 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]",
              "f.json:/kinds/0/fields/rate/order: found [0,1,2,2], expected an order of the bytes 0 to 3, the most "
              "significant first"},
+        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": \"1/0\"",
+             "f.json:/kinds/0/fields/rate/scale: found \"1/0\", expected a number, or a text such as \"1/16777216\", "
+             "\"2^-24\", \"250/2^23\""},
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0",
              "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
         Slip{"\"field\": \"low\"", "\"field\": \"n\"",
