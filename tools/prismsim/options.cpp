@@ -125,7 +125,12 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   choice.sensors = true;
   const auto frames = wire::parse_frame_description(*text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
-  if (!(*frames)->carries_gyro()) return complain(kBadConfiguration, path + ": has no gyro to simulate");
+  if (!(*frames)->carries_gyro() && (*frames)->sensors.empty())
+    return complain(kBadConfiguration, path + ": has no gyro or sensor to simulate");
+  if ((*frames)->sent_kinds.empty())
+    return complain(kBadConfiguration, path + ": its columns are chosen by a configuration; expected them in the file");
+  if ((*frames)->axes.empty() && !options.truth.empty())
+    return complain(kUsage, "--truth: " + path + " is an instrument without a gyro, which has no bias");
   options.frames = *frames;
   return std::nullopt;
 }
@@ -135,7 +140,8 @@ double sent_rate_hz(const wire::FrameDescription& frames) {
   const auto with_gyro = std::count_if(frames.sent_kinds.begin(), frames.sent_kinds.end(), [&](int kind) {
     return frames.kinds[static_cast<std::size_t>(kind)].roles.carries_gyro();
   });
-  return frames.rate_hz * static_cast<double>(frames.sent_kinds.size()) / static_cast<double>(with_gyro);
+  return frames.rate_hz * static_cast<double>(frames.sent_kinds.size()) /
+         static_cast<double>(std::max<std::ptrdiff_t>(with_gyro, 1));
 }
 
 // "y:10:20"

@@ -28,7 +28,7 @@ SimulatedLine::SimulatedLine(wire::FrameDescriptionPtr description, const Simula
       line_(settings.seed, 4),
       description_(description),
       spreads_(description->axes.size()) {
-  for (std::size_t i = 0; i < description->axes.size(); ++i) {
+  for (std::size_t i = 0; i < std::max<std::size_t>(description->axes.size(), 1); ++i) {
     BiasModelSettings truth = settings.truth;
     truth.axis = {kAxes[i].body_lag_s, kAxes[i].thermal_share, i * kHiddenSeeds};
     gyros_.emplace_back(settings.profile, settings.seed, truth);
@@ -86,7 +86,7 @@ void SimulatedLine::add_parts() {
   const auto second = static_cast<std::int64_t>(truth().time_s);
   if (second == seconds_) return;
   seconds_ = second;
-  for (std::size_t i = 0; i < gyros_.size(); ++i) {
+  for (std::size_t i = 0; i < spreads_.size(); ++i) {
     const BiasComponents& causes = truth(i).causes;
     const double parts[] = {causes.thermal, causes.gradient, causes.hidden()};
     for (std::size_t k = 0; k < spreads_[i].size(); ++k) spreads_[i][k].add(parts[k]);

@@ -46,6 +46,8 @@ struct SimulationCounters {
   std::vector<BiasParts> parts;     ///< at the end, by axis
 };
 
+/// A gyro, or an instrument (a description with sensors only).
+///
 /// All axes of a device are in one chamber. Their bodies lag by 65, 52, 81 and 70 minutes, their thermal bias is 1,
 /// −1.6, 2.2 and 1.3 times that of SimulatedGyro, and all other parts of bias and noise are independent. The frame's
 /// temperature and UHFO voltage are those of the first axis. An axis's own thermometer measures its body, other sensors
@@ -74,7 +76,7 @@ class SimulatedLine {
 
   SimulationSettings settings_;
   double period_s_;
-  std::vector<SimulatedGyro> gyros_;  ///< by axis
+  std::vector<SimulatedGyro> gyros_;  ///< by axis; an instrument has one, for the temperatures
   wire::FrameEncoder encoder_;
   std::vector<RandomSource> noise_;  ///< by axis
   RandomSource outliers_, losses_, line_;
