@@ -4,6 +4,7 @@
 # usage: run.sh PRISM.deb PRISM-TOOLS.deb PRISM-RELAY.deb PRISM-WEB.deb PROBE      (ctest: systemd.packages; tools/check --system: the release's packages)
 # Exit code 0 if every check passed, 1 if one failed, 77 if no container can run here.
 set -euo pipefail
+export LC_ALL=C.UTF-8   # the order of sort, and no warnings of perl
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/container.sh"
 trap container_down EXIT
