@@ -73,7 +73,7 @@ struct Report {
   std::string title;
   std::string subtitle;
   bool simulated = false;                                  ///< marked at the top of the page and in all captions
-  std::string tool;                                        ///< "prismcal 0.2.0"
+  std::string tool;                                        ///< "prismcal 0.3.0"
   std::vector<std::pair<std::string, std::string>> facts;  ///< header table: serial number, files, divisor, …
   std::vector<Section> sections;
   std::string warning{};  ///< shown before all values; empty: none
