@@ -261,7 +261,7 @@ int run(int argc, char** argv) {
         ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
   auto* acknowledge = app.add_subcommand("acknowledge", help_of("acknowledge"));
-  tools::add_examples(*acknowledge, {"prismctl status", "prismctl acknowledge"});
+  tools::add_examples(*acknowledge, {"prismctl acknowledge", "prismctl --name gyro1 acknowledge"});
   acknowledge->callback([&] {
     code = ask(choice, "acknowledge", nullptr, [](const nlohmann::json& r) {
       return fmt::format("acknowledged {} open questions\n", json_text(at(r, "acknowledged")));
