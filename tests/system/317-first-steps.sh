@@ -13,7 +13,7 @@ block README.md "First steps" 2 | grep -v '^ *#' >steps.sh
 [ -s steps.sh ] || fail "README.md has no second block under First steps"
 bash -e steps.sh >steps.out 2>steps.err || fail "README.md, First steps: $(tail -3 steps.err)"
 contains "train begins with its conclusion" "$(head -1 steps.out)" "ready: explains "
-contains "and names the next step" "$(head -1 steps.out)" "data quality: pass; next: prismcal evaluate model.json ANOTHER-RECORDING --out report"
+contains "and names the next step" "$(head -1 steps.out)" "data quality: pass; next: prismcal evaluate model.json ANOTHER-RECORDING --config gyro1.json --out report"
 gain=$(jq -r '.tables.r1_stability.rows[1][5].text' report/report.json)
 awk -v gain="$gain" 'BEGIN {exit !(gain > 40)}' || fail "README.md, First steps: improvement $gain %"
 block README.md "First steps" 3 | sed -n "/^echo/,/live.json$/p" >config.sh

@@ -69,7 +69,8 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   trained.samples.fitted = data.target;
   evaluation::DataQuality quality;
   const auto sentence = [&](bool held_out = false) {
-    return first_sentence(judge(trained, expected, quality, held_out), expected, quality, "m.json");
+    return first_sentence(judge(trained, expected, quality, held_out), expected, quality,
+                          "prismcal evaluate m.json ANOTHER-RECORDING --out report");
   };
   EXPECT_THAT(sentence(), StartsWith("ready: explains 75 % of held-out variation, expected improvement 50 % ("));
   EXPECT_THAT(sentence(),

@@ -87,7 +87,7 @@ std::optional<report::Section> together_section(const std::vector<Case>& cases) 
   return report::Section{"together", "All recordings together", {report::Paragraph{text, report::Emphasis::kNone}}};
 }
 
-/// Prints all tables and paragraphs of the report.
+/// Prints all tables and paragraphs of the report, and the meaning of its figures.
 void print_tables(const report::Report& report) {
   if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
   for (const report::Section& section : report.sections) {
@@ -95,6 +95,8 @@ void print_tables(const report::Report& report) {
       if (const auto* table = std::get_if<report::Table>(&block)) fmt::print("{}\n", report::plain_text(*table));
       if (const auto* paragraph = std::get_if<report::Paragraph>(&block))
         fmt::print("{}\n\n", printable(paragraph->text));
+      if (const auto* figure = std::get_if<report::Figure>(&block); figure && !figure->meaning.empty())
+        fmt::print("{}\n→ {}\n\n", printable(figure->title), printable(figure->meaning));
     }
   }
 }

@@ -120,7 +120,7 @@ Judgement judge(const training::TrainedModel& trained, const std::optional<Expec
 }
 
 std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,
-                           const evaluation::DataQuality& quality, const std::string& model_path) {
+                           const evaluation::DataQuality& quality, const std::string& next) {
   std::string text = std::string(readiness_text(judgement.readiness)) + ": ";
   if (!judgement.reason.empty()) text += judgement.reason + "; ";
   if (expected) {
@@ -131,8 +131,7 @@ std::string first_sentence(const Judgement& judgement, const std::optional<Expec
     text += "; ";
   }
   text += "data quality: " + analysis::data_quality_words(quality);
-  if (judgement.readiness != Readiness::kNotReady)
-    text += fmt::format("; next: prismcal evaluate {} ANOTHER-RECORDING --out report", model_path);
+  if (judgement.readiness != Readiness::kNotReady) text += "; next: " + next;
   return text + "\n";
 }
 

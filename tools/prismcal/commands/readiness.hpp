@@ -47,8 +47,8 @@ Judgement judge(const training::TrainedModel& trained, const std::optional<Expec
                 const evaluation::DataQuality& quality, bool held_out);
 
 /// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:
-/// prismcal evaluate …". One line with its end.
+/// prismcal evaluate …". One line with its end. `next`: the command that tests the model.
 std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,
-                           const evaluation::DataQuality& quality, const std::string& model_path);
+                           const evaluation::DataQuality& quality, const std::string& next);
 
 }  // namespace prism::commands

@@ -35,6 +35,17 @@ std::string held_out_text(const nlohmann::ordered_json& held_out) {
          "trained without that part; for prismd, train again without --hold-out.\n";
 }
 
+/// The test on another recording, which is read like these.
+std::string next_command(const TrainChoice& choice) {
+  const recordings::SourceOptions& source = choice.recordings.source;
+  std::string text = "prismcal evaluate " + choice.out + " ANOTHER-RECORDING";
+  if (!source.map.empty()) text += " --map …";
+  if (!source.config.empty()) text += " --config " + source.config;
+  if (!source.axis.empty()) text += " --axis " + source.axis;
+  if (choice.recordings.site.no_earth_rate) text += " --no-earth-rate";
+  return text + " --out report";
+}
+
 /// Trains and writes one model; returns the JSON of --json, or prints the text.
 Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   for (const auto& [option, text] : {std::pair{"--name", &choice.name}, {"--serial", &choice.serial}}) {
@@ -44,7 +55,8 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   if (!run) return tl::unexpected<Error>(run.error());
   if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
   if (!choice.method.json) {
-    fmt::print("{}", printable_lines(first_sentence(run->judgement, run->expected, run->quality, choice.out)));
+    fmt::print("{}",
+               printable_lines(first_sentence(run->judgement, run->expected, run->quality, next_command(choice))));
     fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
     if (run->summary.contains("held_out")) fmt::print("{}", held_out_text(run->summary["held_out"]));
   }
