@@ -127,7 +127,6 @@ Result<void> place_in_time(const Columns& columns, double factor, const std::str
   if (!grid) return tl::unexpected<Error>(grid.error());
   series.interval_s = grid->interval_s;
   series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
-  series.lost = grid->lost;
   if (!grid->remark.empty()) series.notes.push_back("time: " + grid->remark);
   std::size_t hole = 0;
   for (std::size_t i = 0; i < columns.rates.size(); ++i) {

@@ -32,7 +32,6 @@ struct RateSeries {
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
   std::size_t rows = 0;
-  std::size_t lost = 0;            ///< samples that the time stamps show as lost
   std::vector<std::string> notes;  ///< readable lines on rows left out, and on the time
 };
 
