@@ -114,6 +114,10 @@ double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
   return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
 }
 
+// Prior: how much days differ, in variances of the drift within one record. Chosen on the simulated truths
+// (docs/science.md).
+constexpr double kDaysDiffer = 1.5;
+
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
 // record differ less than another run.
@@ -122,9 +126,12 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
                                          HeldOutErrors& errors) {
   const auto variances = composite_variances(fit.theta, samples.x.rows());
   compensation::BetweenRunError spread;
-  spread.nuisance_deg_per_h = std::sqrt(variances.nuisance - level_of(samples, fit.theta) + variances.offset);
-  spread.offset_deg_per_h =
-      samples.recordings > 1 ? 0 : compensation::kAssumedOffset * believed_sd(samples.y, fit.weight);
+  const double drift = variances.nuisance - level_of(samples, fit.theta);
+  spread.nuisance_deg_per_h = std::sqrt(drift + variances.offset);
+  if (samples.recordings == 1) {
+    const double assumed = compensation::kAssumedOffset * believed_sd(samples.y, fit.weight);
+    spread.offset_deg_per_h = std::sqrt(assumed * assumed + kDaysDiffer * drift);
+  }
   spread.noise_deg_per_h = std::sqrt(variances.noise);
   const Folds folds = held_out_folds(samples.recording);
   const auto held = hold_out(samples, fit, folds);

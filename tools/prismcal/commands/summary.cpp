@@ -38,12 +38,14 @@ std::string between_run_text(const training::TrainedModel& trained) {
                                  ? fmt::format("{} held-out parts, {} samples", error->blocks, error->samples)
                                  : std::string("its likelihood");
   const auto number = [&](double value) { return plain_number(error->factor * value, 2); };
+  // One record does not show how runs differ.
+  const char* const prior = error->offset_deg_per_h > 0 ? " (a prior: one recording does not show it)" : "";
   return detail_line(
       "another run",
-      fmt::format("1 sigma of the errors to expect: unexplained drift {}, constant offset {}, noise of a "
+      fmt::format("1 sigma of the errors to expect: unexplained drift {}, constant offset {}{}, noise of a "
                   "mean {} {} (from {}; factor {:.2f})",
-                  number(error->nuisance_deg_per_h), number(error->offset_deg_per_h), number(error->noise_deg_per_h),
-                  training::target_unit(trained), source, error->factor));
+                  number(error->nuisance_deg_per_h), number(error->offset_deg_per_h), prior,
+                  number(error->noise_deg_per_h), training::target_unit(trained), source, error->factor));
 }
 
 }  // namespace
