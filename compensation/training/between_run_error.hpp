@@ -19,6 +19,11 @@ inline constexpr double kGuardFactor = 12, kGuardQuantile = 0.99;
 /// Enough samples for the estimate; longer records use every n-th sample.
 inline constexpr Eigen::Index kErrorSamples = 1000;
 
+/// A prior, chosen on simulated gyros (docs/science.md): two runs of a gyro with one recording differ by
+/// compensation::kAssumedOffset of the sd of its bias and, with the composite kernel, by this multiple of the variance
+/// of the drift within the recording.
+inline constexpr double kDaysDiffer = 1.5;
+
 /// Samples of the record, each predicted by a model without its fold; deg/h. Empty if the record is too short.
 struct HeldOutErrors {
   Eigen::VectorXd error;           ///< target − prediction

@@ -33,9 +33,7 @@ bool shows_warm_up(const CompositeSamples& samples) {
 }
 
 CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
-  CompositeSamples samples{data.x, data.y, {}, raw.runs, 1, 0};
-  const Eigen::Index n = data.y.size();
-  if (samples.recording.empty()) samples.recording.assign(static_cast<std::size_t>(n), 0);
+  CompositeSamples samples{data.x, data.y, {}, runs_of(raw), 1, 0};
   samples.recordings = 1 + *std::max_element(samples.recording.begin(), samples.recording.end());
   samples.time_h = time_of(raw);
   if (shows_warm_up(samples)) samples.warm_up = kWarmUpVariance;
@@ -113,10 +111,6 @@ double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
   const double mean = (believed * y.array()).sum() / believed.sum();
   return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
 }
-
-// Prior: how much days differ, in variances of the drift within one record. Chosen on the simulated truths
-// (docs/science.md).
-constexpr double kDaysDiffer = 1.5;
 
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one

@@ -10,6 +10,20 @@
 #include <random>
 
 namespace prism::training {
+namespace {
+
+template <class Number>
+std::vector<int> without_gaps(const std::vector<Number>& numbers) {
+  std::map<Number, int> place;
+  for (const Number number : numbers) place.emplace(number, 0);
+  int next = 0;
+  for (auto& [number, at] : place) at = next++;
+  std::vector<int> result;
+  for (const Number number : numbers) result.push_back(place[number]);
+  return result;
+}
+
+}  // namespace
 
 Folds shuffled_folds(std::size_t n, int k, std::uint64_t seed) {
   std::vector<std::size_t> order(n);
@@ -41,19 +55,16 @@ Folds blocked_folds(const std::vector<int>& runs, int k) {
 }
 
 Result<Folds> folds_from(const std::vector<double>& column) {
-  std::map<double, int> numbers;
   for (const double value : column) {
     if (value != std::floor(value)) return make_error("fold column", fmt::format("found {}, expected integers", value));
-    numbers.emplace(value, 0);
   }
-  if (numbers.size() < 2)
-    return make_error("fold column", fmt::format("found {} folds, expected at least 2", numbers.size()));
-  int next = 0;
-  for (auto& [value, fold] : numbers) fold = next++;
-  Folds folds;
-  for (const double value : column) folds.push_back(numbers[value]);
+  Folds folds = without_gaps(column);
+  if (fold_count(folds) < 2)
+    return make_error("fold column", fmt::format("found {} folds, expected at least 2", fold_count(folds)));
   return folds;
 }
+
+std::vector<int> numbered(const std::vector<int>& numbers) { return without_gaps(numbers); }
 
 int fold_count(const Folds& folds) { return folds.empty() ? 0 : *std::max_element(folds.begin(), folds.end()) + 1; }
 

@@ -23,6 +23,9 @@ Folds blocked_folds(const std::vector<int>& runs, int k);
 /// Fold numbers of a column (any integers) → 0 to k − 1. Errors: fewer than two folds.
 Result<Folds> folds_from(const std::vector<double>& column);
 
+/// Numbers of folds or recordings without gaps, in the same order.
+std::vector<int> numbered(const std::vector<int>& numbers);
+
 int fold_count(const Folds& folds);
 /// Every n-th row, so that at most `most` remain.
 std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most);

@@ -19,9 +19,7 @@ class Judge {
  public:
   explicit Judge(const TrainingData& data)
       : data_(data),
-        parts_(fold_members(blocked_folds(
-            data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs,
-            kHeldOutParts))),
+        parts_(fold_members(blocked_folds(runs_of(data), kHeldOutParts))),
         inputs_(data.inputs.transpose()) {
     for (Eigen::Index i = 0; i < inputs_.cols(); ++i) {
       const double mean = inputs_.col(i).mean();

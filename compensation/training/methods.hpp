@@ -53,6 +53,11 @@ struct Method {
   bool has(MethodUses use) const { return (uses & use) != 0; }
 };
 
+/// train() without its checks and without leaving out gross outliers.
+Result<TrainedModel> train_checked(const TrainingData& data, compensation::ModelInfo info,
+                                   const TrainingSettings& settings, const TuningProgress& progress,
+                                   const std::atomic<bool>* stop);
+
 /// All methods, the default first.
 std::span<const Method* const> methods();
 /// The default; `tuned`: if c, sigma2, a tuning or folds are given.

@@ -65,7 +65,7 @@ double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const Traine
   CompositeSamples samples{normalised_inputs(data.inputs(Eigen::all, some), p.normalisation),
                            (data.target(some) - m(some)) / scale,
                            time_of(data)(some),
-                           data.runs.empty() ? std::vector<int>(some.size(), 0) : taken(data.runs, some),
+                           taken(runs_of(data), some),
                            1,
                            p.variances.warm_up};
   const Eigen::VectorXd theta = composite_theta(p.variances, p.variances.offset > 0);
@@ -90,11 +90,12 @@ Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation:
   const Eigen::VectorXd m = said(*settings.prior, data.inputs);
   TrainingData rest = data;
   rest.target = data.target - m;
-  auto trained = train(rest, info, settings, progress, stop);
+  // train() has left out gross outliers: a second search would number the rows of the rest.
+  auto trained = train_checked(rest, info, settings, progress, stop);
   if (!trained) return trained;
   settings.prior->scale = scale_of(data, m, *trained);
   rest.target = data.target - settings.prior->scale * m;
-  trained = train(rest, std::move(info), settings, progress, stop);
+  trained = train_checked(rest, std::move(info), settings, progress, stop);
   if (!trained) return trained;
   trained->samples.fitted += settings.prior->scale * m;
   const auto square = [](const Eigen::VectorXd& v) { return (v.array() - v.mean()).square().sum(); };

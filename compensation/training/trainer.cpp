@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 
 #include "compensation/training/gross_outliers.hpp"
@@ -89,26 +88,17 @@ void set_domain(const TrainingData& data, compensation::ModelInfo& info) {
   if (info.provenance_json.empty()) info.provenance_json = "{}";
 }
 
+}  // namespace
+
 Result<TrainedModel> train_checked(const TrainingData& data, compensation::ModelInfo info,
                                    const TrainingSettings& settings, const TuningProgress& progress,
                                    const std::atomic<bool>* stop) {
   if (!settings.siblings.empty()) return train_with_siblings(data, std::move(info), settings, progress, stop);
   set_domain(data, info);
-  std::vector<int> runs = data.runs;
-  if (runs.empty()) runs.assign(static_cast<std::size_t>(data.target.size()), 0);
-  return settings.method->train({data, std::move(info), settings, std::move(runs), progress, stop});
+  return settings.method->train({data, std::move(info), settings, runs_of(data), progress, stop});
 }
 
-// Fold or recording numbers without gaps.
-std::vector<int> compact(const std::vector<int>& numbers) {
-  std::map<int, int> place;
-  for (const int number : numbers) place.emplace(number, 0);
-  int next = 0;
-  for (auto& [number, at] : place) at = next++;
-  std::vector<int> result;
-  for (const int number : numbers) result.push_back(place[number]);
-  return result;
-}
+namespace {
 
 SampleDiagnostics with_left_out(const SampleDiagnostics& kept, const std::vector<Eigen::Index>& rest,
                                 const TrainingData& data, const compensation::Model& model) {
@@ -146,10 +136,10 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
                                   far.size(), n, rows_text(far)));
   const std::vector<Eigen::Index> rest = others(far, n);
   TrainingData part{data.names, data.inputs(Eigen::all, rest), data.target(rest), {}, {}};
-  if (!data.runs.empty()) part.runs = compact(taken(data.runs, rest));
+  if (!data.runs.empty()) part.runs = numbered(taken(data.runs, rest));
   if (data.time_s.size() == n) part.time_s = data.time_s(rest);
   TrainingSettings settings = wanted;
-  if (wanted.given_folds) settings.given_folds = compact(taken(*wanted.given_folds, rest));
+  if (wanted.given_folds) settings.given_folds = numbered(taken(*wanted.given_folds, rest));
   auto trained = train_checked(part, std::move(info), settings, progress, stop);
   if (!trained) return trained;
   trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
@@ -160,6 +150,10 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
 }
 
 }  // namespace
+
+std::vector<int> runs_of(const TrainingData& data) {
+  return data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
+}
 
 Folds TrainingJob::folds() const {
   const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
@@ -180,8 +174,7 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
   if (auto good = check(data, settings); !good) return tl::unexpected<Error>(good.error());
   if (settings.method->has(kWeights) && settings.reweight.weight.kind != WeightKind::kNone) {
-    const std::vector<int> one_run(static_cast<std::size_t>(data.target.size()), 0);
-    const auto far = gross_outliers(data.inputs, data.target, data.runs.empty() ? one_run : data.runs);
+    const auto far = gross_outliers(data.inputs, data.target, runs_of(data));
     if (!far.empty()) return train_without(far, data, std::move(info), settings, progress, stop);
   }
   return train_checked(data, std::move(info), settings, progress, stop);

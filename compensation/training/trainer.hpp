@@ -106,6 +106,8 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
 Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
                                          const TrainingSettings& settings, const TuningProgress& progress,
                                          const std::atomic<bool>* stop);
+/// The recording of each sample; 0 if data.runs is empty.
+std::vector<int> runs_of(const TrainingData& data);
 /// Hours of each sample; rows without times are 100 s apart, as in the paper.
 Eigen::VectorXd time_of(const TrainingData& data);
 
