@@ -3,11 +3,11 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|report|inspect|allan|convert|verify|campaign) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|report|inspect|allan|convert|design|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'report --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit') words='s ms us ns' ;;
+    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'report --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
@@ -37,9 +37,10 @@ _prismcal() {
     inspect) words='-h --help --interval --separator --decimal --encoding --header-row --time-format --time-unit --json' ;;
     allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --estimator --confidence --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --quiet' ;;
+    design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --json --quiet' ;;
     verify) words='-h --help --repair --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory --detach' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert verify campaign' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert design verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -22,6 +22,7 @@ void add_report_command(CLI::App& app, int& code);    ///< the paper's experimen
 void add_inspect_command(CLI::App& app, int& code);   ///< shows how a file of another program is understood
 void add_allan_command(CLI::App& app, int& code);     ///< Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< converts a recording to a capture
+void add_design_command(CLI::App& app, int& code);    ///< plans the next recording
 void add_verify_command(CLI::App& app, int& code);    ///< checks prism's files; repaired copies
 /// Trains and evaluates models of hundreds of gyros. `argv`: arguments of the program, to restart it.
 void add_campaign_command(CLI::App& app, int& code, char** argv);

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// The limits of a thermal chamber, the domain that a model must serve, and the profiles to compare.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "tools/prismsim/simulation/chamber_profile.hpp"
+
+namespace prism::design {
+
+struct ChamberLimits {
+  double low_degc = -40, high_degc = 70;  ///< low < high
+  double rate_degc_per_min = 1;           ///< > 0, of a ramp
+  double start_degc = 25;                 ///< of the profile; within the limits
+};
+
+/// A closed range of one input, in the input's unit (features.hpp).
+struct InputRange {
+  std::string input;
+  double low = 0, high = 0;  ///< low < high
+};
+
+/// "rate<=2 degC/min, T=-45:65"; a missing part keeps its default. Errors: an unknown name or unit, a range whose
+/// limits are not in order, a rate that is not positive, a start outside the range.
+Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc);
+
+/// "T=-40:60, dTdt=-1:1 degC/min": NAME=LOW:HIGH and a unit, which slopes need (degC/min or degC/s). Errors: as above,
+/// an input named twice, no range.
+Result<std::vector<InputRange>> parse_domain(const std::string& text);
+
+/// The set-points of a profile, "time_s,temperature_degc": one row per end of a segment, the chamber goes from one to
+/// the next in a straight line.
+std::string set_points_csv(const simulation::ChamberProfile& profile);
+
+/// The paper's cycle within the limits: its plateaus, the ramps as fast as 1 degC/min or the chamber.
+simulation::ChamberProfile paper_within(const ChamberLimits& limits);
+/// Profiles that a user would run without a plan: one slow ramp to each end, the same at full speed with soaks, and a
+/// staircase over the range.
+std::vector<simulation::ChamberProfile> simple_profiles(const ChamberLimits& limits, double hours);
+
+}  // namespace prism::design
