@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "compensation/evaluation/statistics.hpp"
 #include "tests/bench/science/contenders.hpp"
@@ -12,6 +13,9 @@
 
 namespace prism::science {
 namespace {
+
+constexpr int kJudgedWindow_s = 30;
+constexpr std::string_view kJudgedSplits = "branches";
 
 using Rows = std::pair<Eigen::Index, Eigen::Index>;  // [begin, end)
 
@@ -94,6 +98,10 @@ void print_summary(int window_s, const char* kind, std::vector<double> all) {
       "median {:.1f} % -->\n",
       window_s, kind, all.size(), 100 * clipped, 100 * all.front(), below(-0.05), below(-0.25),
       100 * evaluation::median_of(all));
+  if (window_s != kJudgedWindow_s || std::string_view(kind) != kJudgedSplits) return;
+  bar("chamber splits, mean", fmt::format("{:.1f} %", 100 * clipped), "26 %", clipped >= 0.26);
+  bar("chamber splits below -5 %", fmt::format("{}", below(-0.05)), "at most 1", below(-0.05) <= 1);
+  bar("chamber splits, the worst", fmt::format("{:.1f} %", 100 * all.front()), "-12 %", all.front() >= -0.12);
 }
 
 }  // namespace

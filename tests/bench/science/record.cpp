@@ -65,7 +65,7 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
   Blocks blocks(compensation::FeatureDefinition{},
                 {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
   Record record;
-  std::vector<double> thermal;
+  std::vector<double> thermal, repeating;
   double bias = 0;
   int seconds = 0;
   const auto end = static_cast<std::int64_t>(profile.duration_s());
@@ -84,6 +84,7 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
     const bool whole = seconds >= 100;
     if (!blocks.push(second_mean)) continue;
     thermal.push_back(now.causes.thermal);
+    repeating.push_back(now.causes.thermal + now.causes.hysteresis);
     if (whole) record.true_bias_deg_per_h.push_back(bias / seconds);
     bias = 0;
     seconds = 0;
@@ -91,6 +92,8 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
   record.data = blocks.finish();
   record.thermal_deg_per_h =
       Eigen::Map<const Eigen::VectorXd>(thermal.data(), static_cast<Eigen::Index>(thermal.size()));
+  record.repeating_deg_per_h =
+      Eigen::Map<const Eigen::VectorXd>(repeating.data(), static_cast<Eigen::Index>(repeating.size()));
   record.true_bias_deg_per_h.resize(static_cast<std::size_t>(record.data.target.size()), kUnknown);
   return record;
 }
@@ -132,8 +135,34 @@ Result<training::TrainingData> chamber_recording(const std::string& path, const 
   return blocks.finish();
 }
 
+training::TrainingData joined(const std::vector<training::TrainingData>& recordings, bool one_run) {
+  Eigen::Index n = 0;
+  for (const training::TrainingData& r : recordings) n += r.target.size();
+  const training::TrainingData& first = recordings.front();
+  training::TrainingData all{
+      first.names, Eigen::MatrixXd(first.inputs.rows(), n), Eigen::VectorXd(n), {}, Eigen::VectorXd(n)};
+  Eigen::Index at = 0;
+  double begin_s = 0;
+  for (std::size_t k = 0; k < recordings.size(); ++k) {
+    const training::TrainingData& r = recordings[k];
+    const Eigen::Index m = r.target.size();
+    all.inputs.middleCols(at, m) = r.inputs;
+    all.target.segment(at, m) = r.target;
+    all.time_s.segment(at, m) = r.time_s.array() + begin_s;
+    all.runs.insert(all.runs.end(), static_cast<std::size_t>(m), one_run ? 0 : static_cast<int>(k));
+    at += m;
+    if (one_run) begin_s += r.time_s[m - 1] + 100;
+  }
+  return all;
+}
+
 double improvement(const Eigen::VectorXd& before, const Eigen::VectorXd& after) {
   return 1 - after.norm() / before.norm();
+}
+
+double gained(const training::TrainingData& test, const Eigen::VectorXd& prediction) {
+  const Eigen::VectorXd error = test.target - prediction;
+  return improvement(test.target.array() - test.target.mean(), error.array() - error.mean());
 }
 
 }  // namespace prism::science

@@ -16,6 +16,7 @@ struct Record {
   training::TrainingData data;
   std::vector<double> true_bias_deg_per_h;  ///< means of the truth over complete blocks; then kUnknown
   Eigen::VectorXd thermal_deg_per_h;        ///< of it, what T, dT/dt and U cause, at the end of each block
+  Eigen::VectorXd repeating_deg_per_h;      ///< that and the hysteresis: the part that each cycle repeats
 };
 
 /// A cycle of `profile`: 1 s means of the gyro with white rate noise of 0.0064 deg/h in 100 s, 100 s blocks of (T,
@@ -30,7 +31,12 @@ training::TrainingData rows(const training::TrainingData& data, Eigen::Index beg
 /// slopes between ends of 10 s, without the first row.
 Result<training::TrainingData> chamber_recording(const std::string& path, const std::string& axis, int window_s);
 
+/// The recordings of one gyro as runs of one training; `one_run`: as if it were one recording, without a gap.
+training::TrainingData joined(const std::vector<training::TrainingData>& recordings, bool one_run = false);
+
 /// 1 − rms(after)/rms(before).
 double improvement(const Eigen::VectorXd& before, const Eigen::VectorXd& after);
+/// The improvement of the target's 1 sigma by a prediction: both about their mean.
+double gained(const training::TrainingData& test, const Eigen::VectorXd& prediction);
 
 }  // namespace prism::science

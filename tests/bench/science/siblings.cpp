@@ -20,7 +20,7 @@ struct Tally {
   void judge(const compensation::Model& model, const Record& test) {
     const Served served = serve(model, test.data, compensation::Extrapolation::kPreset);
     const Eigen::VectorXd error = test.data.target - served.bias;
-    gain.push_back(improvement(test.data.target.array() - test.data.target.mean(), error.array() - error.mean()));
+    gain.push_back(gained(test.data, served.bias));
     held.push_back(covered(error, served.sd_mean));
   }
 };

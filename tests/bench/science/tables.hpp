@@ -16,6 +16,10 @@ struct Truth {
 };
 std::vector<Truth> truths();
 
+/// Prints a requirement of the model and whether it is met: "bar: NAME: found FOUND, required REQUIRED: met" or
+/// "MISSED".
+void bar(const std::string& name, const std::string& found, const std::string& required, bool met);
+
 /// `count` gyros per truth, with the seeds first_seed, first_seed + 10, … All functions return the exit code.
 int simulated(std::uint64_t first_seed, int count);
 
@@ -34,6 +38,12 @@ int outliers(std::uint64_t first_seed, int count);
 
 /// One to three cycles of each gyro, each with its own switch-on.
 int cycles(std::uint64_t first_seed, int count);
+
+/// Eight hours of a designed profile, of simple ones, and the paper's cycle: judged on the third profile.
+int designs(std::uint64_t first_seed, int count);
+
+/// CPU time of the composite training: a cycle, and 100 000 rows.
+int cost(std::uint64_t first_seed, int count);
 
 /// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
