@@ -16,6 +16,6 @@ Block reduced(Block block);
 
 inline constexpr std::size_t kIntervals = 400, kMostPoints = 700, kMostRows = 400;
 /// Series with fewer points, and tables with fewer rows, are unchanged.
-inline constexpr std::size_t kLongSeries = 2000;
+inline constexpr std::size_t kLongSeries = 1200;
 
 }  // namespace prism::report
