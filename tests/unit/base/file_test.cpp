@@ -145,6 +145,29 @@ TEST_F(File, ReadsLinesAndContinuesAnywhere) {
   }
 }
 
+// A large piece is read without the buffer that lines use.
+TEST_F(File, ReadsLargePiecesBetweenLines) {
+  std::string text = "one\n";
+  for (int i = 0; i < 100'000; ++i) text += std::to_string(i % 10);
+  text += "\n" + std::string(300'000, 'y') + "\nlast\n";
+  ASSERT_TRUE(write_text_file(path("a"), text));
+  auto file = FileReader::open(path("a"));
+  std::string line, piece(250'000, '\0');
+  ASSERT_TRUE(file->read_line(line));
+  ASSERT_EQ(file->read(piece), piece.size());
+  EXPECT_EQ(piece, text.substr(4, piece.size()));
+  EXPECT_EQ(file->offset(), 4 + piece.size());
+  ASSERT_TRUE(file->read_line(line));
+  EXPECT_EQ(line, std::string(4 + 100'001 + 300'000 - 250'004, 'y'));
+  file->seek(100'000);
+  EXPECT_EQ(file->read(piece), piece.size());
+  EXPECT_EQ(piece, text.substr(100'000, piece.size()));
+  EXPECT_EQ(file->read(piece), text.size() - 350'000) << "the end";
+  EXPECT_EQ(file->offset(), text.size());
+  EXPECT_EQ(file->read(piece), 0u);
+  EXPECT_TRUE(file->finish());
+}
+
 TEST_F(File, LimitsTheLengthOfALine) {
   ASSERT_TRUE(write_text_file(path("a"), "first\n" + std::string(kMaxLineBytes + 1, 'x') + "\n"));
   auto file = FileReader::open(path("a"));
