@@ -26,6 +26,7 @@ TEST(ChamberLimits, NameWhatIsWrong) {
   EXPECT_EQ(error("rate<=2 K/min"), "--chamber: found unit \"K/min\", expected degC/min or degC/s");
   EXPECT_EQ(error("rate<=0"), "--chamber: found a rate of 0 degC/min, expected a positive one");
   EXPECT_EQ(error("rate=2"), "--chamber: found \"rate=2\", expected \"rate<=2 degC/min\" or \"T=-45:65\"");
+  EXPECT_EQ(error("T=-500:60000"), "--chamber: T: found -500:60000, expected limits within -200 to 300 degC");
   EXPECT_EQ(error("T=30:40"), "--start: found 25 degC, expected 30 to 40, the limits of the chamber");
 }
 

@@ -16,6 +16,7 @@ namespace prism::design {
 namespace {
 
 constexpr double kHour_s = 3600, kMinute_s = 60;
+constexpr double kColdest_degc = -200, kHottest_degc = 300;  // of any chamber
 constexpr const char* kRate = "rate";
 
 std::string_view trimmed(std::string_view text) {
@@ -119,6 +120,9 @@ Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) 
   if (!(limits.rate_degc_per_min > 0))
     return make_error(kWhere,
                       fmt::format("found a rate of {} degC/min, expected a positive one", limits.rate_degc_per_min));
+  if (limits.low_degc < kColdest_degc || limits.high_degc > kHottest_degc)
+    return make_error(kWhere, fmt::format("T: found {}:{}, expected limits within {} to {} degC", limits.low_degc,
+                                          limits.high_degc, kColdest_degc, kHottest_degc));
   if (start_degc < limits.low_degc || start_degc > limits.high_degc)
     return make_error("--start", fmt::format("found {} degC, expected {} to {}, the limits of the chamber", start_degc,
                                              limits.low_degc, limits.high_degc));

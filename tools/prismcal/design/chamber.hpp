@@ -23,7 +23,8 @@ struct InputRange {
 };
 
 /// "rate<=2 degC/min, T=-45:65"; a missing part keeps its default. Errors: an unknown name or unit, a range whose
-/// limits are not in order, a rate that is not positive, a start outside the range.
+/// limits are not in order, a rate that is not positive, a range beyond −200 to
+/// 300 degC, a start outside the range.
 Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc);
 
 /// "T=-40:60, dTdt=-1:1 degC/min": NAME=LOW:HIGH and a unit, which slopes need (degC/min or degC/s). Errors: as above,
