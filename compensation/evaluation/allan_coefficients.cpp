@@ -9,35 +9,12 @@
 #include <numbers>
 #include <utility>
 
+#include "compensation/evaluation/allan_strength.hpp"
+
 namespace prism::evaluation {
 namespace {
 
 constexpr double kDetermined = 3;  ///< standard deviations between 0 and a coefficient that is determined
-
-/// Probability that a standard normal number exceeds z.
-double exceeds(double z) { return 0.5 * std::erfc(z / std::numbers::sqrt2); }
-
-/// The mean of a normal number of sd 1 that was observed because it exceeded kDetermined, such that a larger one has
-/// this probability.
-double mean_if_exceeded(double observed, double probability) {
-  double low = -30, high = observed + 10;
-  for (int step = 0; step < 60; ++step) {
-    const double mean = 0.5 * (low + high);
-    const double share = exceeds(observed - mean) / exceeds(kDetermined - mean);
-    (share < probability ? low : high) = mean;
-  }
-  return 0.5 * (low + high);
-}
-
-/// Distances of the ends of an interval from the best fit.
-struct Distances {
-  double low = 0, high = 0;
-};
-
-Distances distances(double observed, double probability) {
-  const double tail = 0.5 * (1 - probability);
-  return {observed - mean_if_exceeded(observed, tail), observed - mean_if_exceeded(observed, 1 - tail)};
-}
 
 /// Coefficient of a strength, in the units of AllanCoefficients.
 double coefficient_of(NoiseType type, double strength, double tau0_s) {
@@ -103,30 +80,30 @@ class Extraction {
         probability_(probability),
         z_(boost::math::quantile(boost::math::normal(), 0.5 * (1 + probability))) {}
 
-  /// Sets `at_most`; returns the coefficient if it is determined. `type`: not R.
-  std::optional<AllanCoefficient> of(NoiseType type, double& at_most) const {
+  /// Sets the ends of the interval; returns the coefficient if it is determined. `type`: not R.
+  std::optional<AllanCoefficient> of(NoiseType type, double& at_least, double& at_most) const {
     const auto value = [&](double strength) { return coefficient_of(type, strength, curve_.tau0_s); };
+    const StrengthInterval interval = strength_interval(model_, type, probability_);
+    at_least = value(interval.low);
+    at_most = value(interval.high);
     const double best = model_.best()(static_cast<Eigen::Index>(type));
-    const double from_0 = best > 0 ? model_.distance(type, 0) : 0;
-    const Distances ends = from_0 >= kDetermined ? distances(from_0, probability_) : Distances{z_, -z_};
-    at_most = value(model_.strength_at(type, -z_));
-    if (from_0 < kDetermined) return std::nullopt;
+    if (!(best > 0) || model_.distance(type, 0) < kDetermined) return std::nullopt;
     if (type == NoiseType::kBiasInstability && model_.misfit() > 0 && !has_plateau(curve_)) return std::nullopt;
     AllanCoefficient found;
     found.value = value(best);
-    found.low = value(model_.strength_at(type, ends.low));
-    found.high = at_most = ends.high < 0 ? value(model_.strength_at(type, ends.high)) : found.value;
+    found.low = at_least;
+    found.high = at_most;
     finish(found, type);
     return found;
   }
 
-  std::optional<AllanCoefficient> ramp(double& at_most) const {
+  std::optional<AllanCoefficient> ramp(double& at_least, double& at_most) const {
     const double per_h = 3600 / curve_.tau0_s, slope = std::abs(model_.slope()) * per_h, sd = model_.slope_sd() * per_h;
     at_most = slope + z_ * sd;
     if (!model_.ramp_is_certain()) return std::nullopt;
     AllanCoefficient found;
     found.value = slope;
-    found.low = std::max(0.0, slope - z_ * sd);
+    found.low = at_least = std::max(0.0, slope - z_ * sd);
     found.high = at_most;
     finish(found, NoiseType::kRateRamp);
     return found;
@@ -165,8 +142,9 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const Al
   }
   const Extraction extraction(curve, model, probability);
   AllanCoefficients result;
+  const auto at_least = [&](NoiseType type) -> double& { return result.at_least[static_cast<std::size_t>(type)]; };
   const auto at_most = [&](NoiseType type) -> double& { return result.at_most[static_cast<std::size_t>(type)]; };
-  result.rate_ramp_deg_per_h_h = extraction.ramp(at_most(NoiseType::kRateRamp));
+  result.rate_ramp_deg_per_h_h = extraction.ramp(at_least(NoiseType::kRateRamp), at_most(NoiseType::kRateRamp));
   result.misfit = model.misfit();
   result.floor = find_floor(curve, model, probability);
   if (!((model.best().array() > 0).head(kNoiseTypes - 1).any())) return result;  // a ramp without noise
@@ -174,7 +152,7 @@ Result<AllanCoefficients> extract_coefficients(const AllanCurve& curve, const Al
                                           {NoiseType::kAngleRandomWalk, &result.angle_random_walk_deg_per_sqrt_h},
                                           {NoiseType::kBiasInstability, &result.bias_instability_deg_per_h},
                                           {NoiseType::kRateRandomWalk, &result.rate_random_walk_deg_per_h_sqrt_h}})
-    *coefficient = extraction.of(type, at_most(type));
+    *coefficient = extraction.of(type, at_least(type), at_most(type));
   return result;
 }
 

@@ -29,15 +29,16 @@ struct AllanFloor {
   double low_deg_per_h = 0, high_deg_per_h = 0;  ///< interval of the minimum's point
 };
 
-/// A coefficient that this record does not determine is nullopt; at_most is then the upper end of its interval.
+/// Every coefficient but R has an interval, which may begin at 0; one that is not determined has no value (nullopt). R
+/// has an interval only if it is determined; at_most is then an upper end without a lower one.
 struct AllanCoefficients {
   std::optional<AllanCoefficient> quantisation_arcsec;
   std::optional<AllanCoefficient> angle_random_walk_deg_per_sqrt_h;
   std::optional<AllanCoefficient> bias_instability_deg_per_h;
   std::optional<AllanCoefficient> rate_random_walk_deg_per_h_sqrt_h;
   std::optional<AllanCoefficient> rate_ramp_deg_per_h_h;
-  std::array<double, kNoiseTypes> at_most{};  ///< upper end of each interval, in the order of NoiseType
-  double misfit = 0;                          ///< AllanModel::misfit()
+  std::array<double, kNoiseTypes> at_least{}, at_most{};  ///< ends of each interval, in the order of NoiseType
+  double misfit = 0;                                      ///< AllanModel::misfit()
   AllanFloor floor;
 };
 
@@ -49,10 +50,9 @@ inline constexpr double kAllanFlicker = 0.6642824703;
 /// N² is the two-sided power spectral density of the rate noise (IEEE Std 952-1997, annex C: S(f) = N²), and
 /// σ(tau) = N / sqrt(tau); white_noise_density() has other definitions.
 ///
-/// An interval holds the coefficients whose quasi-likelihood ratio (AllanModel::distance) is within the quantiles of
-/// `probability`, whatever the other noises are. A coefficient is determined if 0 is three standard deviations away;
-/// the quantiles are then those of a normal number that is known to exceed three, so that the intervals that are given
-/// hold the truth with their probability. R: the slope and its standard deviation; determined if
+/// Intervals: strength_interval(). They are given whether or not the noise is found, so that they hold the truth with
+/// their probability, which is 0 for a noise that the rate does not have. A coefficient is determined if 0 is three
+/// standard deviations away (AllanModel::distance). R: the slope and its standard deviation; determined if
 /// AllanModel::ramp_is_certain. B, if the noises do not describe the curve (misfit): only with three octave points
 /// whose slopes are below 0.1 and which are not above both ends of the curve (noise with one correlation time).
 ///

@@ -114,46 +114,52 @@ AllanModel::AllanModel(const AllanCurve& curve) {
   const Eigen::ArrayXd left = data_.cube_roots.array() / as_measured.cube_roots.array();
   constexpr double kRounding = 1e-4;
   if (left.maxCoeff() <= kRounding) {  // a ramp without noise
-    best_(kRamp) = around_ramp_(kRamp) = slope_ * slope_;
-    ramp_ = ramp_is_certain_ = true;
+    printed_(kRamp) = around_ramp_(kRamp) = slope_ * slope_;
+    ramp_is_probable_ = ramp_is_certain_ = true;
     return;
   }
-  if (data_.cube_roots.minCoeff() > 0) find_ramp(curve, as_measured);
-  if (ramp_) return;
-  data_ = std::move(as_measured);
-  find_best();
+  const bool ramp = data_.cube_roots.minCoeff() > 0 && find_ramp(curve, as_measured);
+  if (ramp) {
+    printed_ = best_;
+    printed_(kRamp) = slope_ * slope_;
+    printed_misfit_ = misfit_;
+  }
+  if (!ramp_is_probable_) {
+    data_ = std::move(as_measured);
+    find_best();
+  }
+  if (ramp) return;
+  printed_ = best_;
+  printed_misfit_ = misfit_;
 }
 
-void AllanModel::find_ramp(const AllanCurve& curve, const Data& as_measured) {
+bool AllanModel::find_ramp(const AllanCurve& curve, const Data& as_measured) {
   find_best();
   const double size = static_cast<double>(curve.points.back().m);
   const NoiseSquares of_mean = as_measured.covariance.back().col(kRamp);
   const auto sd = [&](const NoiseSquares& squares) { return std::sqrt(2 * of_mean.dot(squares)) / (size * size); };
   slope_sd_ = sd(best_);
-  ramp_ = std::abs(slope_) >= 2 * slope_sd_;
-  if (!ramp_) return;
+  if (std::abs(slope_) < 2 * slope_sd_) return false;
   around_ramp_ = shrunk();
   slope_sd_ = sd(around_ramp_);
+  around_ramp_(kRamp) = slope_ * slope_;
   const NoiseType walk = NoiseType::kRateRandomWalk;
-  ramp_is_certain_ = std::abs(slope_) >= 3 * sd(fit_with(walk, strength_at(walk, -1)));
-  best_(kRamp) = around_ramp_(kRamp) = slope_ * slope_;
+  const double most = sd(fit_with(walk, strength_at(walk, -1)));
+  ramp_is_probable_ = std::abs(slope_) >= 3 * most;
+  ramp_is_certain_ = std::abs(slope_) >= 4 * most;
+  return true;
 }
 
-/// Chance alone makes B or K positive in most records without them, and so the uncertainty of a ramp too large. Each
-/// counts as far as the fit without it is worse than chance (as the positive-part estimate of James and Stein 1961).
+/// Chance alone makes B or K positive in most records without them, and so the uncertainty of a ramp too large. They
+/// count as far as the fit without both is worse than chance (as the estimate of James and Stein 1961).
 NoiseSquares AllanModel::shrunk() const {
-  constexpr unsigned kFlicker = 1U << static_cast<unsigned>(NoiseType::kBiasInstability),
-                     kWalk = 1U << static_cast<unsigned>(NoiseType::kRateRandomWalk);
-  NoiseSquares result = best_;
-  for (const unsigned without : {kWalk, kWalk | kFlicker}) {
-    NoiseSquares from = start(kRandom & ~without);
-    const NoiseSquares fewer = solve(from, kRandom & ~without);
-    const State at = state(fewer);
-    const double worse = at.whitened(data_.cube_roots - at.mean).squaredNorm() - cost(at, best_);
-    const double kept = worse > 1 ? 1 - 1 / worse : 0;
-    result = kept * result + (1 - kept) * fewer;
-  }
-  return result;
+  constexpr unsigned kFast =
+      1U << static_cast<unsigned>(NoiseType::kQuantisation) | 1U << static_cast<unsigned>(NoiseType::kAngleRandomWalk);
+  const NoiseSquares fewer = solve(start(kFast), kFast);
+  const State at = state(fewer);
+  const double worse = at.whitened(data_.cube_roots - at.mean).squaredNorm() - cost(at, best_);
+  const double kept = worse > 2 ? 1 - 2 / worse : 0;
+  return kept * best_ + (1 - kept) * fewer;
 }
 
 AllanModel::State AllanModel::state(const NoiseSquares& squares) const {
@@ -179,6 +185,10 @@ AllanModel::State AllanModel::state(const NoiseSquares& squares) const {
   return state;
 }
 
+Eigen::MatrixXd AllanModel::jacobian(const State& at) const {
+  return (at.mean.array() / (3 * at.variance.array())).matrix().asDiagonal() * data_.design;
+}
+
 NoiseSquares AllanModel::solve(NoiseSquares squares, unsigned free, const std::optional<Fixed>& fixed) const {
   NoiseSquares given = squares;
   given(kRamp) = 0;
@@ -188,8 +198,8 @@ NoiseSquares AllanModel::solve(NoiseSquares squares, unsigned free, const std::o
   const double ramp = squares(kRamp);
   for (int pass = 0; pass < 30; ++pass) {
     const State at = state(squares);
-    // u ≈ mean + J (x − x0), J = mean / (3 variance) · design, and J x0 = mean / 3.
-    const Eigen::MatrixXd jacobian = (at.mean.array() / (3 * at.variance.array())).matrix().asDiagonal() * data_.design;
+    // u ≈ mean + J (x − x0), and J x0 = mean / 3.
+    const Eigen::MatrixXd jacobian = this->jacobian(at);
     const Eigen::MatrixXd j = at.whitened(jacobian);
     const Eigen::VectorXd target = at.whitened(data_.cube_roots - at.mean * (2.0 / 3) - jacobian * given);
     NoiseMatrix normal = j.transpose() * j;
@@ -225,12 +235,24 @@ NoiseSquares AllanModel::fit_with(NoiseType noise, double strength) const {
   const unsigned free = kRandom & ~(1U << at);
   NoiseSquares from = strength > 0 ? best_ : start(free);
   from(at) = strength;
-  from(kRamp) = best_(kRamp);
   return solve(from, free);
 }
 
+AllanModel::Linear AllanModel::linear(const NoiseSquares& strengths) const {
+  return linear(strengths, data_.cube_roots);
+}
+
+AllanModel::Linear AllanModel::linear(const NoiseSquares& strengths, const Eigen::VectorXd& cube_roots) const {
+  State at = state(strengths);
+  Linear result{strengths, jacobian(at), at.whitened(cube_roots - at.mean), {}, {}};
+  result.jacobian = at.whitened(result.jacobian);
+  result.mean = std::move(at.mean);
+  result.factor = std::move(at.factor);
+  return result;
+}
+
 NoiseSquares AllanModel::noise_through(double m, double variance) const {
-  if (ramp_) return around_ramp_;
+  if (ramp_is_probable_) return around_ramp_;
   return solve(best_, kRandom, Fixed{unit_variances(m), variance});
 }
 

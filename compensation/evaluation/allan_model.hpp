@@ -21,26 +21,28 @@ namespace prism::evaluation {
 /// chance explains in one of 1 000 records, each variance gets a common relative error in addition: misfit().
 ///
 /// A ramp R is estimated from the mean of the second differences. If it exceeds twice its standard deviation, the other
-/// noises are fitted to the points without the mean; else R is 0.
+/// noises are fitted to the points without the mean; else R is 0. Intervals follow from the points without the mean
+/// only if the ramp is probable, so that they do not take a random walk for a ramp.
 class AllanModel {
  public:
   /// Errors: a curve that is not overlapping or has no point; a deviation of 0 (the rate does not vary).
   static Result<AllanModel> fit(const AllanCurve& curve, const std::string& where);
 
-  /// The strengths that describe the curve.
-  const NoiseSquares& noise() const { return ramp_ ? around_ramp_ : best_; }
+  /// The strengths from which the intervals of the points follow.
+  const NoiseSquares& noise() const { return ramp_is_probable_ ? around_ramp_ : best_; }
 
   /// The most likely strengths, each 0 or more.
-  const NoiseSquares& best() const { return best_; }
+  const NoiseSquares& best() const { return printed_; }
 
   /// Relative error of the variances, beyond chance, with which the noises describe the curve; 0 if they do.
-  double misfit() const { return misfit_; }
+  double misfit() const { return printed_misfit_; }
 
   /// Slope of the rate per sample, and its standard deviation for the noises of noise().
   double slope() const { return slope_; }
   double slope_sd() const { return slope_sd_; }
 
-  /// The slope differs from 0 by three standard deviations, even with the largest K of the interval of one sigma.
+  /// The slope differs from 0 by four standard deviations, even with the largest K of the interval of one sigma. With
+  /// three it is probable.
   bool ramp_is_certain() const { return ramp_is_certain_; }
 
   /// Signed root of the quasi-likelihood ratio of `strength` against the best fit: nearly standard normal if `strength`
@@ -49,6 +51,22 @@ class AllanModel {
 
   /// The strength of `noise`, not R, at which distance() is `distance`; 0 if the distance of 0 is less.
   double strength_at(NoiseType noise, double distance) const;
+
+  /// The most likely strengths if that of `noise`, not R, is given.
+  NoiseSquares fit_with(NoiseType noise, double strength) const;
+
+  /// The cube roots near some strengths: mean + F (J (x − strengths) + e), with e normal, independent, of sd 1.
+  struct Linear {
+    NoiseSquares strengths;
+    Eigen::MatrixXd jacobian;  ///< J, one column per noise
+    Eigen::VectorXd residual;  ///< F⁻¹ (cube roots − mean)
+    Eigen::VectorXd mean;
+    Eigen::MatrixXd factor;  ///< F, lower triangle
+  };
+  Linear linear(const NoiseSquares& strengths) const;
+
+  /// The same if the cube roots of the points were these.
+  Linear linear(const NoiseSquares& strengths, const Eigen::VectorXd& cube_roots) const;
 
   /// Noise at a cluster size of m if the Allan variance there is `variance`: the other points still count.
   NoiseSquares noise_through(double m, double variance) const;
@@ -72,17 +90,21 @@ class AllanModel {
   State state(const NoiseSquares& squares) const;
   NoiseSquares start(unsigned free) const;
   NoiseSquares solve(NoiseSquares from, unsigned free, const std::optional<Fixed>& fixed = std::nullopt) const;
-  NoiseSquares fit_with(NoiseType noise, double strength) const;
+  Eigen::MatrixXd jacobian(const State& at) const;
   double cost(const State& at, const NoiseSquares& squares) const;
   void find_best();
-  void find_ramp(const AllanCurve& curve, const Data& as_measured);
+  bool find_ramp(const AllanCurve& curve, const Data& as_measured);
   NoiseSquares shrunk() const;
 
+  // For intervals.
   Data data_;
   double misfit_ = 0;
   NoiseSquares best_ = NoiseSquares::Zero(), around_ramp_ = NoiseSquares::Zero();
-  bool ramp_ = false, ramp_is_certain_ = false;
+  bool ramp_is_probable_ = false, ramp_is_certain_ = false;
   double slope_ = 0, slope_sd_ = 0;
+  // Estimates.
+  double printed_misfit_ = 0;
+  NoiseSquares printed_ = NoiseSquares::Zero();
 };
 
 }  // namespace prism::evaluation

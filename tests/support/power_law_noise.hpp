@@ -77,16 +77,22 @@ class Flicker {
     for (auto& root : roots_) root = std::sqrt(std::max(0.0, root.real()) / static_cast<double>(size));
   }
 
-  std::vector<double> operator()(NormalPairs& normal) const {
+  std::vector<double> operator()(NormalPairs& normal) const { return two(normal).first; }
+
+  /// Two independent records, for the price of one.
+  std::pair<std::vector<double>, std::vector<double>> two(NormalPairs& normal) const {
     std::vector<std::complex<double>> values(roots_.size());
     for (std::size_t k = 0; k < values.size(); ++k) {
       const double real = normal(), imaginary = normal();
       values[k] = roots_[k] * std::complex<double>(real, imaginary);
     }
     fourier_transform(values);
-    std::vector<double> rates(count_);
-    for (std::size_t i = 1; i < count_; ++i) rates[i] = rates[i - 1] + values[i].real();
-    return rates;
+    std::vector<double> first(count_), second(count_);
+    for (std::size_t i = 1; i < count_; ++i) {
+      first[i] = first[i - 1] + values[i].real();
+      second[i] = second[i - 1] + values[i].imag();
+    }
+    return {std::move(first), std::move(second)};
   }
 
  private:

@@ -149,12 +149,14 @@ TEST_F(AllanText, PrintsIntervalsDefinitionsAndUpperEnds) {
   const std::string shown = analysis::allan_text(analysis, series, "x");
   EXPECT_THAT(shown, HasSubstr("N of IEEE Std 952"));
   EXPECT_THAT(shown, HasSubstr("(rad/s)/sqrt(Hz): the same"));
-  EXPECT_THAT(shown, HasSubstr("bias instability B     not determined: at most "));
+  EXPECT_THAT(shown, HasSubstr("bias instability B     at most "));
   const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "x"))["coefficients"];
   const auto& n = json["angle_random_walk_deg_per_sqrt_h"];
   EXPECT_LT(n["low"].get<double>(), n["value"].get<double>());
   EXPECT_GT(n["high"].get<double>(), n["value"].get<double>());
   EXPECT_TRUE(json["bias_instability_deg_per_h"].is_null());
+  EXPECT_EQ(json["at_least"]["bias_instability_deg_per_h"], 0);
+  EXPECT_EQ(json["at_least"]["angle_random_walk_deg_per_sqrt_h"], n["low"]);
   EXPECT_EQ(json["at_most"]["bias_instability_deg_per_h"], json["minimum"]["bias_instability_upper_bound_deg_per_h"]);
 }
 

@@ -41,8 +41,20 @@ std::vector<Entry> entries(const evaluation::AllanCoefficients& c) {
           {"rate ramp R", "rate_ramp_deg_per_h_h", "(deg/h)/h", NoiseType::kRateRamp, &c.rate_ramp_deg_per_h_h}};
 }
 
+double at_least(const evaluation::AllanCoefficients& c, evaluation::NoiseType type) {
+  return c.at_least[static_cast<std::size_t>(type)];
+}
+
 double at_most(const evaluation::AllanCoefficients& c, evaluation::NoiseType type) {
   return c.at_most[static_cast<std::size_t>(type)];
+}
+
+/// The interval of a coefficient without a value. Only R may have none.
+std::string only_interval_text(const Entry& e, const evaluation::AllanCoefficients& all) {
+  const double low = at_least(all, e.type), high = at_most(all, e.type);
+  if (low > 0) return fmt::format("{:.4g} to {:.4g} {} (too uncertain for one value)\n", low, high, e.unit);
+  const bool ramp = e.type == evaluation::NoiseType::kRateRamp;
+  return fmt::format("{}at most {:.4g} {}\n", ramp ? "not determined: " : "", high, e.unit);
 }
 
 std::string gaps_text(const evaluation::AllanCurve& curve) {
@@ -54,7 +66,7 @@ std::string gaps_text(const evaluation::AllanCurve& curve) {
 std::string entry_text(const Entry& e, const evaluation::AllanCoefficients& all) {
   std::string text = fmt::format("{:<22} ", e.name);
   const auto& c = *e.coefficient;
-  if (!c) return text + fmt::format("not determined: at most {:.4g} {}\n", at_most(all, e.type), e.unit);
+  if (!c) return text + only_interval_text(e, all);
   text += fmt::format("{:.4g} {}, {:.4g} to {:.4g} (1 sigma {:.2g} %; largest noise from {:g} to {:g} s)\n", c->value,
                       e.unit, c->low, c->high, 100 * c->relative_sd, c->from_tau_s, c->to_tau_s);
   if (e.type != evaluation::NoiseType::kAngleRandomWalk) return text;
@@ -94,12 +106,14 @@ Json coefficient_json(const Entry& e) {
 }
 
 Json coefficients_json(const evaluation::AllanCoefficients& c) {
-  Json json = Json::object(), limits = Json::object();
+  Json json = Json::object(), lowest = Json::object(), highest = Json::object();
   for (const Entry& e : entries(c)) {
     json[e.key] = coefficient_json(e);
-    limits[e.key] = at_most(c, e.type);
+    lowest[e.key] = at_least(c, e.type);
+    highest[e.key] = at_most(c, e.type);
   }
-  json["at_most"] = limits;
+  json["at_least"] = lowest;
+  json["at_most"] = highest;
   json["misfit"] = c.misfit;
   json["minimum"] = {{"deviation_deg_per_h", c.floor.minimum_deg_per_h},
                      {"low_deg_per_h", c.floor.low_deg_per_h},

@@ -53,7 +53,7 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
   if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
-  // If B is not determined, the upper end of its interval is compared instead.
+  // If B has no value, the upper end of its interval is compared instead.
   if (allan) {
     instability = allan->bias_instability_deg_per_h
                       ? allan->bias_instability_deg_per_h->value

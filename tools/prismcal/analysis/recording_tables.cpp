@@ -32,7 +32,7 @@ std::vector<Cell> summary_row(const char* name, const evaluation::SummaryStatist
           fixed_cell(summary.peak_to_peak, 5)};
 }
 
-/// The value, or the upper end of the interval of a coefficient that is not determined.
+/// The value, or the upper end of the interval of a coefficient without one.
 Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient, double at_most) {
   if (coefficient) return general_cell(coefficient->value, 4);
   return text_cell(fmt::format("≤ {:.4g}", at_most), report::Emphasis::kMuted);
@@ -227,7 +227,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
   table.caption =
       "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
-      "times show the chamber. ≤: not determined by this record; upper end of the 68 % interval.";
+      "times show the chamber. ≤: too uncertain for a value; upper end of the 68 % interval.";
   table.columns = {{"", "", false},
                    {"quantisation", "arcsec"},
                    {"angle random walk", "deg/√h"},
