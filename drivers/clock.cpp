@@ -30,6 +30,8 @@ Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
       axes_(description_->axes.size()),
       rate_check_(description_->rate_tolerance) {
   tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
+  const double milliticks = 1000 * (description_->counter ? description_->counter->ticks_per_s : description_->rate_hz);
+  if (std::round(milliticks) == milliticks) milliticks_per_s_ = std::llround(milliticks);
   byte_time_ns_ = description_->wire.byte_time_ns();
   status_.period_s = description_->period_s();
   const double gyro_types =
@@ -80,7 +82,7 @@ void Clock::start(const wire::DecodedMessage& reading) {
   status_.period_is_estimated = false;
 }
 
-// Integer ticks over integer milli-ticks per second: exact, so that one day of fast replay ends on the nanosecond.
+// Integer ticks over integer milliticks per second: exact, so that one day of fast replay ends on the nanosecond.
 std::optional<std::int64_t> Clock::stamp_device(const wire::DecodedMessage& reading, const CounterStep& step) {
   using Verdict = DeviceTimeCheck::Verdict;
   const double x = (ticks_ + step.ticks) * tick_s_;
@@ -100,11 +102,12 @@ std::optional<std::int64_t> Clock::stamp_device(const wire::DecodedMessage& read
   ticks_ += step.ticks;
   x_ = x;
   if (verdict == Verdict::kUncertain) return std::nullopt;
-  const double ticks_per_s = description_->counter ? description_->counter->ticks_per_s : description_->rate_hz;
-  const auto milli = static_cast<__int128>(std::llround(1000 * ticks_per_s));
-  if (static_cast<double>(milli) != 1000 * ticks_per_s) return origin_ns_ + std::llround(1e9 * x_);
-  const __int128 since_ns = (static_cast<__int128>(ticks_) * 1'000'000'000'000 + milli / 2) / milli;
-  return origin_ns_ + static_cast<std::int64_t>(since_ns);
+  if (milliticks_per_s_ == 0) return origin_ns_ + std::llround(1e9 * x_);
+  constexpr std::int64_t kUnit = 1'000'000'000'000;
+  const auto ticks = static_cast<std::int64_t>(ticks_);
+  const std::int64_t milli = milliticks_per_s_, whole = ticks / milli, rest = ticks % milli;
+  return origin_ns_ + whole * kUnit +
+         static_cast<std::int64_t>((static_cast<__int128>(rest) * kUnit + milli / 2) / milli);
 }
 
 /// True if the line no longer explains the arrivals; see the class.

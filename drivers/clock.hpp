@@ -103,7 +103,8 @@ class Clock {
   ClockSettings settings_;
   CounterUnwrapper steps_;
   ClockStatus status_;
-  double tick_s_ = 0;  ///< nominal
+  double tick_s_ = 0;                  ///< nominal
+  std::int64_t milliticks_per_s_ = 0;  ///< of the device clock; 0: not an integer
   double byte_time_ns_ = 0;
 
   bool running_ = false;

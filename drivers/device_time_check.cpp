@@ -17,11 +17,12 @@ constexpr double kChunkS = 0.1;
 }  // namespace
 
 bool DeviceTimeCheck::leads(double x, double y) const {
+  const double most_s = kRateTolerance * (y - anchor_.y) + kToleranceS;
+  if (last_.y < kToleranceS || x - anchor_.x <= std::max(1.0, rate_) * most_s) return false;
   const double known_s = last_.y - anchor_.y;
-  if (last_.y < kToleranceS) return false;
   const double now = known_s >= kToleranceS ? (last_.x - anchor_.x) / known_s : 0;
   const double rate = std::max({1.0, rate_, now});
-  return x - anchor_.x > rate * (kRateTolerance * (y - anchor_.y) + kToleranceS);
+  return x - anchor_.x > rate * most_s;
 }
 
 DeviceTimeCheck::Verdict DeviceTimeCheck::after_gap(double x, double y) {
