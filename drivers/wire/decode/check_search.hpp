@@ -15,9 +15,9 @@ namespace prism::wire {
 /// there are fewer than ten, a check fits, or the frames are stuffed. Uses at most 64 candidates.
 std::string explain_checks(const FrameDescription& description, std::span<const std::uint8_t> bytes);
 
-/// The same for one complete frame: "; sync and length fit, the check does not: …". Variants are tried only for checks of
-/// 16 bits or more, because shorter ones fit by chance. Empty if another rule fails, the checks fit, or the frames are
-/// stuffed.
+/// The same for one complete frame: "; sync and length fit, the check does not: …". Variants are tried only for checks
+/// of 16 bits or more, because shorter ones fit by chance. Empty if another rule fails, the checks fit, or the frames
+/// are stuffed.
 std::string explain_check(const FrameDescription& description, const MessageType& kind,
                           std::span<const std::uint8_t> frame);
 
