@@ -6,7 +6,7 @@ pid=$(property MainPID)
 inside systemctl kill --kill-whom=main --signal=SEGV "$unit"
 contains "a client that connects during the restart gets its response" "$(ask version 2>&1)" '"prismd"'
 becomes 5 "crash: systemd restarts the daemon" 1/active restarts_and_state
-check "the process is new" test "$(property MainPID)" -ne "$pid"
+becomes 5 "the process is new" active state_after "$pid" "$unit"
 becomes 5 "the new process receives data of the gyro" receiving line_state
 pid=$(property MainPID)
 inside systemctl kill --kill-whom=main --signal=STOP "$unit"

@@ -59,8 +59,9 @@ rights=$(inside sh -c "grep -E '^(NoNewPrivs|Seccomp|CapBnd|CapEff):' /proc/$(pr
 same "the relay: no capabilities, no new privileges, system calls filtered" "$rights" "0000000000000000 0000000000000000 1 2"
 inside systemctl kill --signal=STOP "$relay"
 inside systemctl kill --signal=CONT "$relay"
+killed=$(property MainPID "$relay")
 inside systemctl kill --signal=KILL "$relay"
-becomes 10 "systemd restarts the killed relay" active property ActiveState "$relay"
+becomes 10 "systemd restarts the killed relay" active state_after "$killed" "$relay"
 inside systemctl start "$unit"
 before=$(ledger 'SELECT count(*) FROM prism.rows')
 becomes 20 "the restarted relay sends rows" yes ledger_has_more_than "$before"

@@ -35,8 +35,9 @@ sleep 3
 same "prismweb does not start the gyro" "$(property ActiveState)" inactive
 rights=$(inside sh -c "grep -E '^(NoNewPrivs|Seccomp|CapBnd|CapEff):' /proc/$(property MainPID "$page")/status" | awk '{print $2}' | xargs)
 same "prismweb: no capabilities, no new privileges, system calls filtered" "$rights" "0000000000000000 0000000000000000 1 2"
+killed=$(property MainPID "$page")
 inside systemctl kill --signal=KILL "$page"
-becomes 10 "systemd restarts the killed prismweb" active property ActiveState "$page"
+becomes 10 "systemd restarts the killed prismweb" active state_after "$killed" "$page"
 inside systemctl start "$unit"
 check "prismweb stops" inside systemctl stop "$page"
 same "prismweb stopped without an error" "$(property Result "$page")" success

@@ -6,6 +6,8 @@ address=/run/prismd/gyro1.sock
 
 property() { inside systemctl show --property="$1" --value "${2:-$unit}"; }
 restarts_and_state() { echo "$(property NRestarts)/$(property ActiveState)"; }
+# state_after PID UNIT: prints the state of the unit once its process is another one: until systemd notices a death, the state is old.
+state_after() { [ "$(property MainPID "$2")" != "$1" ] && property ActiveState "$2"; }
 line_state() { property StatusText | cut -d' ' -f1; }
 journal() { inside journalctl --quiet --no-pager --output=cat --unit="${1:-$unit}"; }
 # drop_in LINE...: replaces the test's additions to [Service] of the unit; effective from the next start.

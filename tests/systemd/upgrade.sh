@@ -61,8 +61,7 @@ check "the log of 0.1 is copied" inside cp -a "$log" /old/log
 
 check "the new packages upgrade it" inside dpkg --install /new-prism.deb /new-prism-tools.deb
 refuse "the installed version has changed" test "$(version)" = "$old"
-becomes 5 "the instance is active" active property ActiveState
-check "the process is new" test "$(property MainPID)" -ne "$pid"
+becomes 10 "the instance is active, with a new process" active state_after "$pid" "$unit"
 becomes 5 "the gyro sends data again" receiving line_state
 same "configuration and models are unchanged" "$(sums)" "$configuration"
 same "no configuration file of 0.1 is obsolete" \
