@@ -66,12 +66,9 @@ void strip_offset(std::string_view& text, Line& line) {
   text.remove_prefix(std::min(text.size(), end + 1));
   line.offset = offset;
   line.dumped = true;
-  if (const std::size_t bar = text.find('|'); bar != std::string_view::npos) {
-    text = text.substr(0, bar);
-  } else if (colon) {
-    const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
-    text = text.substr(0, text.find("  ", begin));
-  }
+  std::size_t stop = text.find('|');  // hexdump -C; among the characters of xxd, a bar is one of them
+  if (colon) stop = std::min(stop, text.find("  ", std::min(text.find_first_not_of(' '), text.size())));
+  text = text.substr(0, stop);
 }
 
 int direction_of(std::string_view word) {

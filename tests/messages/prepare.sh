@@ -38,6 +38,7 @@ def write(name, changed):
         file.write("\n".join(changed))
 write("short.csv", lines[:4] + [""])
 write("empty.csv", [])
+write("units.csv", ["t,T,U,y [deg/h]"] + lines[1:])
 write("names.csv", lines[:1] + [""])
 write("text.csv", lines[:10] + ["900,warm,5,0.1"] + lines[11:])
 write("missing.csv", lines[:10] + ["900,21.5"] + lines[11:])

@@ -53,6 +53,9 @@ void read_valid(const Section& s, FrameDescription& description, std::size_t fir
   for (const Section& rule : s.one_or_more_objects("valid")) {
     const std::uint64_t mask = rule.bits("mask", ~std::uint64_t{0});
     const std::uint64_t value = rule.bits("value");
+    if ((value & ~mask) != 0)
+      rule.fail("value",
+                fmt::format("found {}, expected bits of the mask {}: (field & mask) is compared", value, mask));
     assign(rule, "field", {rule.text("field")}, description, [&](MessageFields& roles, int field) {
       for (std::size_t i = first; i < end; ++i) roles.axes[i].valid.push_back({field, mask, value});
     });

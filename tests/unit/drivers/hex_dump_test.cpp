@@ -39,6 +39,7 @@ TEST(HexDump, ReadsTheFormsOfPrograms) {
       dump([](std::size_t, const std::string& b) { return b + "\r"; }),
       dump([](std::size_t, const std::string& b) { return "0x" + b; }, ", 0x"),
       dump([](std::size_t i, const std::string& b) { return fmt::format("{:08x}: {}  .Z.a 12 34 ..", i, b); }),
+      dump([](std::size_t i, const std::string& b) { return fmt::format("{:08x}: {}  .Z|a 12 |4 ..", i, b); }),
       dump([](std::size_t i, const std::string& b) { return fmt::format("{:08x}  {}  |.Z|a 12 ..|", i, b); }) +
           "00000060\n",
       dump([](std::size_t i, const std::string& b) {

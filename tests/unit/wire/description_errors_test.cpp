@@ -125,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": \"1/0\"",
              "f.json:/kinds/0/fields/rate/scale: found \"1/0\", expected a number, or a text such as \"1/16777216\", "
              "\"2^-24\", \"250/2^23\""},
+        Slip{"\"axes\": {\"z\"", "\"valid\": {\"field\": \"flags\", \"mask\": 2, \"value\": 1}, \"axes\": {\"z\"",
+             "f.json:/gyro/valid/value: found 1, expected bits of the mask 2: (field & mask) is compared"},
         Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0",
              "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
         Slip{"\"field\": \"low\"", "\"field\": \"n\"",

@@ -107,6 +107,7 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
         return make_error("--map",
                           fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known_units("")));
       mapped.column = entry.substr(equals + 1, colon - equals - 1);
+      mapped.is_scaled = scale_at != std::string::npos;
       if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
         return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     }
@@ -117,9 +118,22 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
   return map;
 }
 
+// A unit at the end of a name may be a part of the name, so it counts only for the same quantity.
+static bool contradicts(const tables::Header& header, const tables::Unit& unit) {
+  if (!header.unit || (!header.stated && header.unit->quantity != unit.quantity)) return false;
+  return header.unit->quantity != unit.quantity || header.unit->factor != unit.factor ||
+         header.unit->offset != unit.offset;
+}
+
 Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
                                              const tables::Header& header) {
-  if (mapped.unit) return mapped.unit;
+  if (mapped.unit) {
+    if (mapped.is_scaled || !contradicts(header, *mapped.unit)) return mapped.unit;
+    return make_error("--map", fmt::format("found {}={}:{}, but the header \"{}\" states {}; expected that unit, or "
+                                           "{}={}:{}*1 if the header is wrong",
+                                           quantity, mapped.column, mapped.unit->name, header.text, header.unit->name,
+                                           quantity, mapped.column, mapped.unit->name));
+  }
   if (header.unit && header.unit->quantity == quantity) return header.unit;
   return make_error("--map", fmt::format("found {}={} without a unit, and none in the header \"{}\", expected {}",
                                          quantity, mapped.column, header.text, known_units(quantity)));

@@ -17,13 +17,14 @@ struct MappedColumn {
   std::string column;
   const tables::Unit* unit = nullptr;  ///< null: by the column's header
   double scale = 1, offset = 0;        ///< file value · scale + offset is in `unit`
+  bool is_scaled = false;              ///< scale or offset is stated: the unit may differ from the header's
 };
 using QuantityMap = std::map<std::string, MappedColumn>;
 
 /// Parses "QUANTITY=COLUMN[:UNIT[*SCALE][+OFFSET]]" entries. Errors: the grammar, an unknown unit, no rate.
 Result<QuantityMap> parse_map(const std::vector<std::string>& entries);
 
-/// The unit of a quantity: of the map, else of the header. Errors: neither states one.
+/// The unit of a quantity: of the map, else of the header. Errors: neither states one, or they contradict.
 Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
                                              const tables::Header& header);
 
