@@ -15,6 +15,7 @@ FAULTS = {  # name: (rate and temperature of a row, exit code of train, text tha
     "minus-999": (lambda i, t, r, c: (r, -999 if 5000 <= t < 5005 else c), 0, "temperature: 10 of 28800 values implausible, the first in line 10001: found -999 degC"),
     "hot": (lambda i, t, r, c: (r, 300 if i % 20 == 0 else c), 1, "found 300 degC, expected -90 to 200; expected at most 1 %"),
     "jump": (lambda i, t, r, c: (r, c + 50 if 7000 <= t < 7001 else c), 0, "temperature: 2 of 28800 values implausible"),
+    "jump-stays": (lambda i, t, r, c: (r, c + 20 if t >= 7000 else c), 0, "degC in line 14001 and stays: a fault, or true?"),
     "kelvin": (lambda i, t, r, c: (r, c + 273.15), 1, "looks like kelvin: --map temperature=COLUMN:K"),
     "outlier": (lambda i, t, r, c: (1000 if 7000 < t <= 7001 else r, c), 0, "outlier at 7001 s: 1000 deg/h"),
     "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33), 0, "temperature stays at 33 degC from 5001 s to 14400 s"),

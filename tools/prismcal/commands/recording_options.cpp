@@ -53,14 +53,18 @@ void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
 }
 
 void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
-  command.add_option("--latitude", options.latitude_deg, "site latitude, deg (default: from the log)")
-      ->check(tools::within(-90, 90));
-  command.add_option("--elevation", options.elevation_deg, "elevation of the input axis above the horizon, deg")
-      ->check(tools::within(-90, 90));
+  auto* latitude = command.add_option("--latitude", options.latitude_deg, "site latitude, deg (default: from the log)")
+                       ->check(tools::within(-90, 90));
+  auto* elevation =
+      command.add_option("--elevation", options.elevation_deg, "elevation of the input axis above the horizon, deg")
+          ->check(tools::within(-90, 90));
   command.add_option("--azimuth", options.azimuth_deg, "azimuth of the input axis from north towards east, deg")
       ->check(tools::within(-360, 360));
-  command.add_flag("--no-earth-rate", options.no_earth_rate,
-                   "do not subtract the Earth rate: means become offsets, sigmas do not change");
+  command
+      .add_flag("--no-earth-rate", options.no_earth_rate,
+                "do not subtract the Earth rate: means become offsets, sigmas do not change")
+      ->excludes(latitude)
+      ->excludes(elevation);
   command.add_flag("--accept-unit", options.accept_unit,
                    "use a recording whose mean rate is the Earth rate in another unit");
 }

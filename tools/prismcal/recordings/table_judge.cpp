@@ -48,6 +48,7 @@ void TableJudge::push(Sample& sample, std::size_t line) {
     if (std::isnan(value)) return;
     ++count.values;
     count.like_kelvin += value > 230 && value < 375;
+    follow_jump(count, quantity, value, bad, why, line);
     if (!bad) return;
     if (++count.implausible == 1) {
       count.first_line = line;
@@ -58,6 +59,23 @@ void TableJudge::push(Sample& sample, std::size_t line) {
   judge(0, sample.rate_deg_per_h, implausible.rate, rejections.rate);
   judge(1, sample.temperature_degc, implausible.temperature, rejections.temperature);
   judge(2, sample.uhfo_v, implausible.uhfo, rejections.uhfo);
+}
+
+void TableJudge::follow_jump(Count& count, std::size_t quantity, double value, bool bad,
+                             const compensation::Rejection& why, std::size_t line) {
+  if (bad) {
+    if (why.reason != compensation::Rejection::Reason::kTooFast) return;
+    if (std::isnan(count.before)) count.before = (why.low + why.high) / 2, count.jump_line = line;
+    count.after = why.found;
+    return;
+  }
+  const bool stays = std::fabs(value - count.after) < std::fabs(value - count.before);
+  if (stays && count.question.empty())
+    count.question = fmt::format(
+        "{} jumps from {:.6g} to {:.6g} {} in line {} and stays: a fault, or true? If it is a "
+        "fault, train without the rows after it",
+        kNames[quantity], count.before, value, kUnitNames[quantity], count.jump_line);
+  count.before = count.after = kUnknown;
 }
 
 Result<std::vector<std::string>> TableJudge::finish(const std::string& path) const {
@@ -71,6 +89,7 @@ Result<std::vector<std::string>> TableJudge::finish(const std::string& path) con
       return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
     if (100 * count.implausible > count.values) return make_error(path, text + "; expected at most 1 %");
     notes.push_back(text + "; left out");
+    if (!count.question.empty()) notes.push_back(count.question);
   }
   if (repeated_ > 0)
     notes.push_back(fmt::format("{} repeats the row before it with its time, the first in line {}",

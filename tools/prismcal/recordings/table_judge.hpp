@@ -20,14 +20,20 @@ class TableJudge {
 
   /// Makes implausible values of the sample unknown, by the same limits as for a line, and counts them.
   void push(Sample& sample, std::size_t line);
-  /// Notes on what was left out. Errors: more than 1 % of a quantity is implausible.
+  /// Notes on what was left out, and on jumps that stay, which may be faults or true. Errors: more than 1 % of a
+  /// quantity is implausible.
   Result<std::vector<std::string>> finish(const std::string& path) const;
 
  private:
   struct Count {
     std::size_t values = 0, implausible = 0, first_line = 0, like_kelvin = 0;
     std::string why;
+    double before = kUnknown, after = kUnknown;  ///< of a jump whose values are still rejected
+    std::size_t jump_line = 0;
+    std::string question;  ///< the first jump that stayed
   };
+  static void follow_jump(Count& count, std::size_t quantity, double value, bool bad,
+                          const compensation::Rejection& why, std::size_t line);
   compensation::Plausibility plausibility_;
   std::array<Count, 3> counts_;
   std::size_t repeated_ = 0, first_repeated_line_ = 0;
