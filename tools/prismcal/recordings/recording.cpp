@@ -38,7 +38,7 @@ bool is_foreign(const std::string& path) {
   return !line.starts_with("# prism ");
 }
 
-/// What to do with a table of another program: the finished command line if its header states a rate.
+/// Advice for a table of another program. If its header states a rate, it is a command line to copy.
 Error without_map(const std::string& path, const SourceOptions& options) {
   const auto table = tables::open_table(path, options.table);
   if (!table) return table.error();
