@@ -12,7 +12,6 @@
 namespace prism::pipeline {
 namespace {
 
-using compensation::Rejection;
 using compensation::SecondMean;
 
 // Means of the same number in another number of samples differ by rounding.
@@ -52,36 +51,33 @@ void SensorQuestions::watch_jump(std::size_t i, const compensation::CompensatedW
                                  std::vector<Notice>& notices) {
   const AxisSensor& sensor = kAxisSensors[i];
   const SecondMean& now = row.window.second_mean;
-  const Rejection& rejection = row.rejections.*sensor.rejection;
-  Jump& jump = rejected_[i];
   if (now.implausible.*sensor.in_set) {
-    if (rejection.reason != Rejection::Reason::kTooFast) return;
-    if (std::isnan(jump.before))
-      jump = {(rejection.low + rejection.high) / 2, kUnknown, now.second, {}, last_[i], last_sensors_};
-    jump.after = rejection.found;
-  } else if (!std::isnan(jump.before) && std::isfinite(now.*sensor.value)) {
-    decide_jump(i, now.*sensor.value, now.second, notices);
-    jump = {};
+    const bool was_rejecting = watch_[i].is_rejecting();
+    watch_[i].reject(row.rejections.*sensor.rejection);
+    if (!was_rejecting && watch_[i].is_rejecting()) latest_[i] = {{}, now.second, {}, last_[i], last_sensors_};
+  } else if (std::isfinite(now.*sensor.value)) {
+    if (const auto jump = watch_[i].accept(now.*sensor.value)) ask_about_jump(i, *jump, now.second, notices);
   }
 }
 
-// The value is plausible again: it returned, or it stayed until it could have reached it slowly.
-void SensorQuestions::decide_jump(std::size_t i, double value, std::int64_t second, std::vector<Notice>& notices) {
+// It stayed, or it ends an earlier jump.
+void SensorQuestions::ask_about_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second,
+                                     std::vector<Notice>& notices) {
   const AxisSensor& sensor = kAxisSensors[i];
-  Jump &jump = rejected_[i], &open = open_[i];
-  if (is_nearer(value, jump.before, jump.after)) return;
-  if (!open.question.empty() && is_nearer(value, open.before, open.after)) {
+  Jump &jump = latest_[i], &open = open_[i];
+  const bool was_open = !open.question.empty();
+  if (was_open && is_nearer(values.after, open.values.before, open.values.after)) {
     return end(open.question,
-               fmt::format("{} jumped back to {:.6g} {}: its values from {} to {} are doubtful", sensor.name, value,
-                           sensor.unit, utc_text(open.second), utc_text(second)),
+               fmt::format("{} jumped back to {:.6g} {}: its values from {} to {} are doubtful", sensor.name,
+                           values.after, sensor.unit, utc_text(open.second), utc_text(second)),
                notices);
   }
-  if (!open.question.empty()) jump.before = open.before;  // the last value without a question
-  jump.after = value;
+  jump.values = {was_open ? open.values.before : values.before,
+                 values.after};  // from the last value without a question
   jump.question = fmt::format(
       "{} jumped from {:.6g} to {:.6g} {} at {} and stayed: a fault, or true? Corrections use it. If it is true: "
       "prismctl acknowledge",
-      sensor.name, jump.before, value, sensor.unit, utc_text(jump.second));
+      sensor.name, jump.values.before, jump.values.after, sensor.unit, utc_text(jump.second));
   open = std::move(jump);
   notices.push_back({true, open.question});
 }
@@ -96,7 +92,7 @@ void SensorQuestions::seek_agreement(std::size_t i, const SecondMean& now, std::
   for (std::size_t k = 0; k < sensors.size(); ++k) {
     const double before = jump.sensors_before[k], after = now.sensors[k];
     const bool is_itself = same(before, jump.mean_before) && same(after, now.*sensor.value);
-    const double part = (after - before) / (jump.after - jump.before);
+    const double part = (after - before) / (jump.values.after - jump.values.before);
     if (sensors[k].unit != sensor.unit || is_itself || !(part >= 0.5)) continue;
     return end(jump.question,
                fmt::format("the jump of {} is true: {} changed from {:.6g} to {:.6g} {}", sensor.name, sensors[k].name,

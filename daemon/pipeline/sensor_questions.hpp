@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compensation/compensated.hpp"
+#include "compensation/jump_watch.hpp"
 #include "daemon/pipeline/axis_sensors.hpp"
 #include "daemon/pipeline/notice.hpp"
 
@@ -34,9 +35,8 @@ class SensorQuestions {
   std::vector<std::string> acknowledge();
 
  private:
-  /// A jump: of values that are still rejected, or an open question.
   struct Jump {
-    double before = kUnknown, after = kUnknown;
+    compensation::JumpWatch::Jump values;
     std::int64_t second = 0;
     std::string question;                ///< empty: not open
     double mean_before = kUnknown;       ///< the last second's before the jump
@@ -49,12 +49,14 @@ class SensorQuestions {
   };
 
   void watch_jump(std::size_t i, const compensation::CompensatedWindow& row, std::vector<Notice>& notices);
-  void decide_jump(std::size_t i, double value, std::int64_t second, std::vector<Notice>& notices);
+  void ask_about_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second,
+                      std::vector<Notice>& notices);
   void seek_agreement(std::size_t i, const compensation::SecondMean& now, std::vector<Notice>& notices);
   static void watch_stillness(Stillness& still, double value, const char* name, const char* unit, int least_s,
                               std::vector<Notice>& notices);
 
-  std::array<Jump, kAxisSensors.size()> rejected_, open_;
+  std::array<compensation::JumpWatch, kAxisSensors.size()> watch_;
+  std::array<Jump, kAxisSensors.size()> latest_, open_;
   std::array<double, kAxisSensors.size()> last_{kUnknown, kUnknown, kUnknown};  ///< plausible means
   std::vector<double> last_sensors_;
   std::vector<Stillness> still_;  ///< kAxisSensors, then the sensors of the list

@@ -64,18 +64,15 @@ void TableJudge::push(Sample& sample, std::size_t line) {
 void TableJudge::follow_jump(Count& count, std::size_t quantity, double value, bool bad,
                              const compensation::Rejection& why, std::size_t line) {
   if (bad) {
-    if (why.reason != compensation::Rejection::Reason::kTooFast) return;
-    if (std::isnan(count.before)) count.before = (why.low + why.high) / 2, count.jump_line = line;
-    count.after = why.found;
-    return;
+    if (!count.jump.is_rejecting()) count.jump_line = line;
+    return count.jump.reject(why);
   }
-  const bool stays = std::fabs(value - count.after) < std::fabs(value - count.before);
-  if (stays && count.question.empty())
+  const auto jump = count.jump.accept(value);
+  if (jump && count.question.empty())
     count.question = fmt::format(
         "{} jumps from {:.6g} to {:.6g} {} in line {} and stays: a fault, or true? If it is a "
         "fault, train without the rows after it",
-        kNames[quantity], count.before, value, kUnitNames[quantity], count.jump_line);
-  count.before = count.after = kUnknown;
+        kNames[quantity], jump->before, jump->after, kUnitNames[quantity], count.jump_line);
 }
 
 Result<std::vector<std::string>> TableJudge::finish(const std::string& path) const {

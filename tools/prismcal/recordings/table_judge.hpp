@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "compensation/jump_watch.hpp"
 #include "compensation/plausibility.hpp"
 #include "compensation/second_averager.hpp"
 
@@ -28,7 +29,7 @@ class TableJudge {
   struct Count {
     std::size_t values = 0, implausible = 0, first_line = 0, like_kelvin = 0;
     std::string why;
-    double before = kUnknown, after = kUnknown;  ///< of a jump whose values are still rejected
+    compensation::JumpWatch jump;
     std::size_t jump_line = 0;
     std::string question;  ///< the first jump that stayed
   };
