@@ -14,6 +14,6 @@ on_a_shimmed_disk() {
   wait_for 10 field_above .log.rows status "$1"
 }
 # sanitized: succeeds if prismd was built with a sanitizer; its memory use is then not checked.
-sanitized() { ldd "$PRISM_BIN/daemon/prismd" | grep -q 'lib[atu]b*san'; }
+sanitized() { grep -q "lib[atu]b*san" <<<"$(ldd "$PRISM_BIN/daemon/prismd")"; }
 # long QUICK LONG: prints QUICK, or LONG in the long form (PRISM_ENDURANCE=1).
 long() { [ -n "${PRISM_ENDURANCE:-}" ] && echo "$2" || echo "$1"; }

@@ -13,7 +13,7 @@ record() { # DIRECTORY PROFILE SEED
 }
 left() { # INPUTS: prints the remaining drift on the other profile, deg/h
   prismcal train one --inputs "$1" --method stepwise --quiet --out model.json >/dev/null || fail "training on $1"
-  prismcal evaluate model.json other | awk '$1 == "after" {print $3; exit}'
+  prismcal evaluate model.json other | awk '$1 == "after" {print $3}'
 }
 for pair in 1 2 3 4 5; do
   record one fast $pair
