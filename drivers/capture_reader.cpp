@@ -120,7 +120,7 @@ struct CaptureReader::File {
     const std::size_t got = std::fread(first.data(), 1, first.size(), stream);
     std::rewind(stream);
     std::string_view text(first.data(), got);
-    if (got == first.size()) text = text.substr(0, text.rfind('\n') + 1);
+    if (got == first.size()) text = whole_part(text);
     const auto bytes_of = bytes_of_hex_dump(text) ? &bytes_of_hex_dump : &bytes_of_text_log;
     if (!bytes_of(text)) return {};
     const auto all = read_text_file(path, kMaxModelBytes);

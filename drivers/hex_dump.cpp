@@ -151,4 +151,10 @@ std::optional<Bytes> bytes_of_hex_dump(std::string_view text) {
   return std::move(most);
 }
 
+std::string_view whole_part(std::string_view first) {
+  if (const std::size_t end = first.rfind('\n'); end != std::string_view::npos) return first.substr(0, end + 1);
+  if (const std::size_t end = first.find_last_of(" \t,;"); end != std::string_view::npos) return first.substr(0, end);
+  return first.substr(0, first.size() / 2 * 2);
+}
+
 }  // namespace prism::drivers

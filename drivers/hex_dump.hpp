@@ -14,4 +14,8 @@ namespace prism::drivers {
 /// one with more bytes counts. nullopt: the text is something else. `text` may end within a line.
 std::optional<std::vector<std::uint8_t>> bytes_of_hex_dump(std::string_view text);
 
+/// The first bytes of a longer text without its last line, which they may cut; of a text in one line without the last
+/// word, or without the last digit of an odd number of digits.
+std::string_view whole_part(std::string_view first);
+
 }  // namespace prism::drivers

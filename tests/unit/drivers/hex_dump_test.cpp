@@ -76,6 +76,19 @@ TEST(HexDump, KeepsTheDirectionWithMoreBytes) {
   EXPECT_EQ(*bytes, truth());
 }
 
+TEST(HexDump, IsKnownByTheFirstBytesOfOneLongLine) {
+  const Bytes all = truth();
+  for (const char* separator : {" ", "", ", "}) {
+    const std::string line = hex(truth(), 0, 96, separator);
+    for (std::size_t size = 80; size < 90; ++size) {
+      const auto bytes = bytes_of_hex_dump(whole_part(std::string_view(line).substr(0, size)));
+      ASSERT_TRUE(bytes) << "'" << separator << "', " << size;
+      EXPECT_EQ(*bytes, Bytes(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(bytes->size())));
+    }
+  }
+  EXPECT_EQ(whole_part("A5 5A\nA5 5"), "A5 5A\n");
+}
+
 TEST(HexDump, LeavesOtherTextsAlone) {
   EXPECT_FALSE(bytes_of_hex_dump("10 20 30\n11 21 31\n12 22 32\n13 23 33\n14 24 34\n15 25 35\n"));
   EXPECT_FALSE(bytes_of_hex_dump("$GYRO,1.25,20.0*5A\r\n$GYRO,1.26,20.0*5B\r\n$GYRO,1.25,20.0*5A\r\n"));

@@ -10,9 +10,6 @@
 
 namespace prism::commands {
 
-/// "capture", "bytes" or "hex dump"; empty: probably a table. Errors: those of FileReader::open().
-Result<std::string> kind_of_bytes(const std::string& path);
-
 /// The shipped and installed descriptions that fit the whole file, the best first. Errors: those of CaptureReader.
 Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path);
 

@@ -15,6 +15,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/inspect_bytes.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/table_summary.hpp"
 
@@ -147,7 +148,8 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   const auto fitting = fitting_descriptions(choice.file);
   if (!fitting) return tl::unexpected<Error>(fitting.error());
   nlohmann::ordered_json json = {{"file", choice.file}, {"kind", kind}, {"fits", nlohmann::ordered_json::array()}};
-  if (!choice.json) fmt::print("{}: {}; {} fit\n", choice.file, kind, counted(fitting->size(), "frame description"));
+  if (!choice.json)
+    fmt::print("{}: {}; it fits {}\n", choice.file, kind, counted(fitting->size(), "frame description"));
   for (const wire::SniffScore& score : *fitting) {
     json["fits"].push_back(
         {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
@@ -155,9 +157,14 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   }
   if (!choice.json && !fitting->empty())
     fmt::print(
-        "\nWrite a configuration with \"frames\": \"{}\"; then prismcal train {} --config CONFIGURATION --out "
-        "model.json\n",
-        fitting->front().description->name, choice.file);
+        "\nTo train on it, write gyro.json, with your values:\n"
+        "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, \"site\": {{\"latitude_deg\": LATITUDE, "
+        "\"elevation_deg\": ELEVATION}}}}\n"
+        "then: prismcal train {} --config gyro.json --out model.json\n{}",
+        fitting->front().description->name, recordings::shell_word(choice.file),
+        kind == "capture" ? ""
+                          : "The file has no arrival times: time comes from the description's rate (rate_hz), or from "
+                            "its counter with \"clock\": \"device\".\n");
   if (!choice.json && fitting->empty())
     fmt::print("\nDescribe its frames (docs/frames.md, part 1); then prismd --sniff {} DESCRIPTION.json\n",
                recordings::shell_word(choice.file));
@@ -166,7 +173,7 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
 }
 
 Result<int> run(const InspectChoice& choice) {
-  const auto kind = kind_of_bytes(choice.file);
+  const auto kind = recordings::bytes_kind(choice.file);
   if (!kind) return tl::unexpected<Error>(kind.error());
   if (!kind->empty()) return run_bytes(choice, *kind);
   const auto summary = recordings::summarise_table(choice.file, choice.table);

@@ -3,15 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
-#include "base/file.hpp"
 #include "base/sha256.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
@@ -21,17 +17,6 @@
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {
-
-bool is_capture(const std::string& path) {
-  auto in = FileReader::open(path);
-  std::array<char, 4> magic{};
-  if (!in || in->read(magic) != magic.size()) return false;
-  std::uint32_t value = 0;
-  std::memcpy(&value, magic.data(), sizeof value);
-  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
-  return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 ||
-         value == 0x0a0d0d0a;
-}
 
 // Index of the wanted axis in the frame description.
 Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& wanted) {
@@ -57,8 +42,6 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
 }
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
-  if (options.config.empty())
-    return make_error(path, "is a capture; expected --config PRISMD.JSON, which names its frame description");
   pipeline::Overrides overrides;
   overrides.without_models = true;
   auto setup = pipeline::load_setup(options.config, overrides);

@@ -15,6 +15,7 @@
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "daemon/pipeline/segment_index.hpp"
+#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {

@@ -3,14 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <sstream>
+#include <string_view>
 
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
 #include "compensation/earth_rate.hpp"
+#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/log_segment.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
@@ -33,9 +36,10 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
 bool is_foreign(const std::string& path) {
   std::error_code error;
   auto in = FileReader::open(path);
-  std::string line;
-  if (std::filesystem::is_directory(path, error) || !in || !in->read_line(line)) return false;
-  return !line.starts_with("# prism ");
+  if (std::filesystem::is_directory(path, error) || !in) return false;
+  std::array<char, 8> first{};
+  const std::size_t got = in->read(first);
+  return got > 0 && std::string_view(first.data(), got) != "# prism ";
 }
 
 /// Advice for a table of another program. If its header states a rate, it is a command line to copy.
@@ -88,14 +92,22 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
   if (!options.map.empty()) return read_mapped(path, options, consumer);
-  if (is_capture(path)) return read_capture(path, options, consumer);
-  if (is_foreign(path)) return tl::unexpected<Error>(without_map(path, options));
+  if (is_foreign(path)) {
+    const auto kind = bytes_kind(path);
+    if (!kind) return tl::unexpected<Error>(kind.error());
+    if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
+    if (!options.config.empty()) return read_capture(path, options, consumer);
+    return make_error(
+        path, fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismcal inspect "
+                          "{} finds the description",
+                          *kind, shell_word(path)));
+  }
   return read_log(path, options, consumer);
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {
   if (!options.map.empty()) return std::vector<std::string>();
-  return is_capture(path) ? axes_of_capture(options) : axes_of_log(path);
+  return is_foreign(path) ? axes_of_capture(options) : axes_of_log(path);
 }
 
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options) {

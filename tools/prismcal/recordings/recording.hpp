@@ -96,8 +96,7 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 // The readers, one source file each.
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
 Result<Recording> read_log(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
-/// Returns true if the first bytes are those of pcap or pcapng.
-bool is_capture(const std::string& path);
+/// Reads a capture, raw bytes or a text of bytes (bytes_kind.hpp) with the frame description of options.config.
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/file.hpp"
+#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::verification {

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recordings/bytes_kind.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "base/file.hpp"
+#include "drivers/hex_dump.hpp"
+#include "drivers/text_log.hpp"
+#include "tools/prismcal/tables/containers.hpp"
+#include "tools/prismcal/tables/text_lines.hpp"
+
+namespace prism::recordings {
+
+bool is_capture(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::array<char, 4> magic{};
+  if (!in || in->read(magic) != magic.size()) return false;
+  std::uint32_t value = 0;
+  std::memcpy(&value, magic.data(), sizeof value);
+  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
+  return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 ||
+         value == 0x0a0d0d0a;
+}
+
+Result<std::string> bytes_kind(const std::string& path) {
+  if (is_capture(path)) return std::string("capture");
+  const auto container = tables::container_of(path);
+  if (!container) return tl::unexpected<Error>(container.error());
+  if (container->is_mat || !container->refusal.empty()) return std::string();
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
+  std::array<char, 4096> bytes{};
+  std::string_view first(bytes.data(), in->read(bytes));
+  const bool wide =
+      tables::detect_encoding(first).starts_with("UTF-16") || tables::detect_encoding(first).starts_with("UTF-32");
+  const auto control = std::count_if(first.begin(), first.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t' && c != '\f';
+  });
+  if (!wide && control > 0 && static_cast<std::size_t>(control) * 20 > first.size()) return std::string("bytes");
+  if (first.size() == bytes.size()) first = drivers::whole_part(first);
+  if (drivers::bytes_of_hex_dump(first)) return std::string("hex dump");
+  return std::string(drivers::is_text_log(first) ? "log of sentences" : "");
+}
+
+}  // namespace prism::recordings
