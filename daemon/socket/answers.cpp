@@ -194,6 +194,18 @@ ordered_json status_answer(const Sources& sources) {
   return json;
 }
 
+// The inputs of the model in use, at the last window.
+ordered_json inputs_json(const compensation::ModelPtr& model, const Current& now) {
+  ordered_json json = ordered_json::object();
+  if (!model) return json;
+  const compensation::FeatureDefinition& features = model->info().features;
+  for (const std::string& name : model->info().inputs) {
+    const double value = now.window ? compensation::input_value(now.window->window, features, name) : kUnknown;
+    json[name] = {{"value", known(value)}, {"unit", compensation::unit_of_input(features, name)}};
+  }
+  return json;
+}
+
 ordered_json bias_answer(const Sources& sources, std::size_t axis) {
   const pipeline::Setup::Axis& own = sources.acquisition.setup().axes[axis];
   const Current now = current(sources, axis);
@@ -218,6 +230,7 @@ ordered_json bias_answer(const Sources& sources, std::size_t axis) {
   json["model"] = own.model ? ordered_json(own.model->info().id) : ordered_json();
   const auto& by = correction.quality & compensation::kFallback ? own.fallback : own.model;
   json["sd"] = by ? ordered_json(sd_of(*by)) : ordered_json();
+  json["inputs"] = inputs_json(by, now);
   return json;
 }
 

@@ -39,19 +39,20 @@ std::string measured(const json& s) {
 }
 
 // Names and values in lines of at most 80 columns.
-std::string sensors_text(const json& sensors) {
+std::string values_text(const char* label, const json& values) {
   constexpr std::size_t kWidth = 80 - 13;
   std::string text, row;
-  for (const auto& [name, sensor] : sensors.items()) {
+  for (const auto& [name, value] : values.items()) {
+    const std::string unit = text_of(at(value, "unit"));
     const std::string one =
-        printable(name) + " " + value_text(at(sensor, "value"), 3, (" " + text_of(at(sensor, "unit"))).c_str());
+        printable(name) + " " + value_text(at(value, "value"), unit.ends_with("/s") ? 6 : 3, (" " + unit).c_str());
     if (!row.empty() && row.size() + 2 + one.size() > kWidth) {
-      text += labelled(text.empty() ? "sensors" : "", row + ",");
+      text += labelled(text.empty() ? label : "", row + ",");
       row.clear();
     }
     row += (row.empty() ? "" : ", ") + one;
   }
-  return row.empty() ? text : text + labelled(text.empty() ? "sensors" : "", row);
+  return row.empty() ? text : text + labelled(text.empty() ? label : "", row);
 }
 
 // "gyro-….csv (86400 rows) in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB"; empty if no deletion is expected.
@@ -134,7 +135,7 @@ std::string status_view(const json& status) {
     text += labelled(printable(name).c_str(), line_state(own));
     text += labelled("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
   }
-  text += sensors_text(at(s, "sensors"));
+  text += values_text("sensors", at(s, "sensors"));
   if (const json& log = at(s, "log"); log.is_object()) {
     text += labelled("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
                                         count_text(at(log, "rows")), count_text(at(log, "dropped"))));
@@ -163,7 +164,11 @@ std::string bias_view(const json& result) {
   text += labelled(
       "inputs", fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
                             value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
-  return text + labelled("model", first_bytes(text_of(at(b, "model"), "none"), 12));
+  json others = at(b, "inputs");  // of the model, besides those shown
+  for (const char* shown : {"T", "dTdt", "U"}) {
+    if (others.is_object()) others.erase(shown);
+  }
+  return text + values_text("", others) + labelled("model", first_bytes(text_of(at(b, "model"), "none"), 12));
 }
 
 // Missing frames that were counted by arrival times, not by the gyro's counter.

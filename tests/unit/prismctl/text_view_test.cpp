@@ -98,6 +98,14 @@ TEST(BiasView, ShowsMeansAndNotOneFrame) {
   EXPECT_THAT(text, Not(HasSubstr("19.5")));
 }
 
+TEST(BiasView, ShowsTheOtherInputsOfTheModel) {
+  const json bias = json::parse(R"({"temperature_degc": 25, "slope_degc_per_s": 0.0001, "uhfo_v": 5, "inputs": {
+    "T": {"value": 25, "unit": "degC"}, "case-T": {"value": 0.41, "unit": "degC"},
+    "dcase/dt": {"value": 0.000125, "unit": "degC/s"}, "lag1": {"value": null, "unit": "degC"}}})");
+  EXPECT_THAT(bias_view(bias), HasSubstr("inputs       T 25.000 degC, dT/dt 0.000100 degC/s, U 5.0000 V\n"
+                                         "             case-T 0.410 degC, dcase/dt 0.000125 degC/s, lag1 -\n"));
+}
+
 TEST(Words, ATimeIsSaidInTheTwoUnitsThatTell) {
   EXPECT_EQ(span_text(-1), "0.0 s");
   EXPECT_EQ(span_text(0.44), "0.4 s");
@@ -114,8 +122,9 @@ json with_text(const json& value, const std::string& text) {
   if (!value.is_structured()) return value;
   json changed = value;
   for (auto& [key, below] : changed.items()) below = with_text(below, text);
-  for (const char* names : {"axes", "sensors", "sensor_lines", "provenance"}) {
-    if (changed.is_object() && changed.contains(names)) changed[names][text] = *changed[names].begin();
+  for (const char* names : {"axes", "sensors", "sensor_lines", "inputs", "provenance"}) {
+    if (changed.is_object() && changed.contains(names) && changed[names].is_object())
+      changed[names][text] = *changed[names].begin();
   }
   return changed;
 }
