@@ -297,6 +297,16 @@ def check_traps(path, text):
             yield line_of(text, match.start()), "a trap hides the exit code: expected at_exit of tests/system/lib.sh"
 
 
+LEAVES_EARLY = re.compile(r"\bprism(?:cal|d) [^|\n]*\| *(?:head\b|grep -\w*q|awk [^|\n]*\bexit\b|sed [^|\n]*\dq)")
+
+
+def check_pipes(path, text):
+    """A reader that leaves before the program has written all kills it, and under pipefail the test: on a loaded machine only."""
+    if re.match(r"tests/.*\.sh$", path):
+        for match in LEAVES_EARLY.finditer(text):
+            yield line_of(text, match.start()), "the reader of this pipe leaves early: expected one that reads to the end"
+
+
 def check_names(path, text):
     if is_code(path):
         for offset, message in house_names.check_namespaces(path, without_comments_and_texts(text)):
@@ -320,7 +330,7 @@ class UniqueTypes:
 
 
 RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
-         check_words, check_decisions, check_size, check_waiting, check_traps, check_names]
+         check_words, check_decisions, check_size, check_waiting, check_traps, check_pipes, check_names]
 
 
 def files_of(root):
