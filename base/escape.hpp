@@ -36,6 +36,9 @@ std::string valid_utf8(std::string_view text);
 /// (OWASP, CSV injection).
 std::string csv_cell(std::string_view text);
 
+/// One word of a command line for a POSIX shell: in quotes if it needs them.
+std::string shell_word(std::string_view text);
+
 /// JSON text of a value (any nlohmann type). Never throws: bytes that are not UTF-8 become U+FFFD, NaN becomes null.
 template <class AnyJson>
 std::string json_text(const AnyJson& value, int indent = -1) {

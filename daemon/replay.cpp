@@ -215,7 +215,7 @@ class Replay {
         "{}: found no frame of \"{}\" in {} bytes, expected at least one; prismd --sniff {} prints which description "
         "fits",
         fmt::join(options_.replay, ", "), s.setup().frames->name, s.pipeline().decoder().counters().bytes,
-        options_.replay.front());
+        shell_word(options_.replay.front()));
   }
 
   void summarise(double seconds) const {

@@ -102,6 +102,16 @@ TEST(Escape, PreventsFormulasInCells) {
   for (const auto& [text, cell] : cells) EXPECT_EQ(csv_cell(text), cell) << text;
 }
 
+TEST(Escape, AWordForAShellIsInQuotesIfItNeedsThem) {
+  const std::vector<std::pair<std::string, std::string>> words = {{"/lab/gyro-1.csv", "/lab/gyro-1.csv"},
+                                                                  {"rate=Gx:deg/s", "rate=Gx:deg/s"},
+                                                                  {"", "''"},
+                                                                  {"a b", "'a b'"},
+                                                                  {"$(reboot)", "'$(reboot)'"},
+                                                                  {"it's", "'it'\\''s'"}};
+  for (const auto& [text, word] : words) EXPECT_EQ(shell_word(text), word);
+}
+
 TEST(Escape, JsonNeverThrows) {
   EXPECT_EQ(json_text(nlohmann::json{{"a\xff", "b\xc3"}}), "{\"a\xef\xbf\xbd\":\"b\xef\xbf\xbd\"}");
 }

@@ -8,9 +8,6 @@
 
 namespace prism::campaign {
 
-/// Quotes `text` as one word of a POSIX shell.
-std::string shell_quoted(const std::string& text);
-
 /// Returns the command that runs task `id` on any machine with the files under the same paths. `program`: path of
 /// prismcal.
 std::string task_command(const CampaignFile& file, const std::string& program, const std::string& id);

@@ -94,7 +94,7 @@ void print(const TableSummary& summary, const std::string& path) {
         "\nNo column has the unit of a rate; state the columns (name or number) and units, as in\n"
         "prismcal train {} --map rate=COLUMN:deg/h --map temperature=COLUMN:degC --map time=COLUMN:s --no-earth-rate "
         "--inputs T,dTdt --out model.json\n",
-        printable(recordings::shell_word(path)));
+        printable(shell_word(path)));
   else
     fmt::print("\n{}\n", printable(summary.command));
 }
@@ -161,13 +161,13 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
         "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, \"site\": {{\"latitude_deg\": LATITUDE, "
         "\"elevation_deg\": ELEVATION}}}}\n"
         "then: prismcal train {} --config gyro.json --out model.json\n{}",
-        fitting->front().description->name, recordings::shell_word(choice.file),
+        fitting->front().description->name, shell_word(choice.file),
         kind == "capture" ? ""
                           : "The file has no arrival times: time comes from the description's rate (rate_hz), or from "
                             "its counter with \"clock\": \"device\".\n");
   if (!choice.json && fitting->empty())
     fmt::print("\nDescribe its frames (docs/frames.md, part 1); then prismd --sniff {} DESCRIPTION.json\n",
-               recordings::shell_word(choice.file));
+               shell_word(choice.file));
   if (choice.json) fmt::print("{}\n", json_text(json, 2));
   return fitting->empty() ? 1 : 0;
 }

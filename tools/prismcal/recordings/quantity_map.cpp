@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "base/escape.hpp"
+
 namespace prism::recordings {
 namespace {
 
@@ -154,14 +156,6 @@ std::string train_command(const tables::TableSource& table, const tables::TableO
   text += " --no-earth-rate";
   if (!inputs.empty()) text += " --inputs " + inputs.substr(1);
   return text + " --out model.json";
-}
-
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=,+@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 }  // namespace prism::recordings

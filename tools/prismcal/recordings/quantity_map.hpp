@@ -32,7 +32,4 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
 /// units and names of the columns, with the stated options; empty if no rate is recognised.
 std::string train_command(const tables::TableSource& table, const tables::TableOptions& options);
 
-/// A word for a POSIX shell: in quotes if it needs them.
-std::string shell_word(const std::string& word);
-
 }  // namespace prism::recordings

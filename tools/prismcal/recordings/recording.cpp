@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
 #include "compensation/earth_rate.hpp"
