@@ -48,12 +48,12 @@ std::string quality_text(std::uint32_t quality) {
   return std::string(text, put_quality(text, quality));
 }
 
-std::uint32_t parse_quality(const std::string& text) {
+std::uint32_t parse_quality(std::string_view text) {
   std::uint32_t quality = kGood;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find('+', begin), text.size());
     for (const auto& [bit, name] : kNames) {
-      if (text.compare(begin, end - begin, name) == 0) quality |= bit;
+      if (text.substr(begin, end - begin) == name) quality |= bit;
     }
     begin = end + 1;
   }

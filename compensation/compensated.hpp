@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "compensation/features.hpp"
 #include "compensation/plausibility.hpp"
@@ -36,7 +37,7 @@ inline constexpr int kQualityChars = 144;
 char* put_quality(char* at, std::uint32_t quality);
 
 /// The bits of a text from quality_text(); ignores unknown names.
-std::uint32_t parse_quality(const std::string& text);
+std::uint32_t parse_quality(std::string_view text);
 
 /// The bias in force and its uncertainty. bias_deg_per_h is kUnknown if no correction is possible.
 struct Correction {

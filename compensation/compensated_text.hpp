@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,12 +33,18 @@ class CsvLayout {
   /// The layout of any log, of this or another version. Errors: a duplicate name; a missing column of format 1; a
   /// missing column of `sensors`, which the metadata lists. Skips columns with unknown names.
   static Result<CsvLayout> parse(std::string_view columns, std::string_view where, SensorList sensors = nullptr);
+  /// The value of a row that this layout has filled; nullptr if the field is not a plain number of a known column.
+  const double* real(std::size_t field, const CompensatedWindow& row) const;
+  /// For readers that use only the second mean of a row, and the field `also`: other numbers are checked, which is
+  /// faster, and their values and the state of the window are undefined.
+  void use_second_means(std::optional<std::size_t> also);
 
  private:
-  friend Result<CompensatedWindow> parse_csv(std::string_view, std::string_view, const CsvLayout&);
+  friend Result<void> read_csv(std::string_view, std::string_view, const CsvLayout&, CompensatedWindow&);
   static constexpr std::size_t kPassedOver = SIZE_MAX;
   /// For each field: index of its column in append_csv(), or kSensors + index of the sensor.
   std::vector<std::size_t> known_;
+  std::vector<int> checked_decimals_;  ///< for each field: not 0 if its number is checked only
   static constexpr std::size_t kSensors = 1000;
   SensorList sensors_;
 };
@@ -45,6 +52,9 @@ class CsvLayout {
 /// Reads one row (line end optional); fields without a column keep their defaults. `where` names the line in errors.
 Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view where,
                                     const CsvLayout& layout = CsvLayout());
+
+/// The same into a row that is as constructed, or that this function has filled by this layout: without allocations.
+Result<void> read_csv(std::string_view line, std::string_view where, const CsvLayout& layout, CompensatedWindow& row);
 
 /// Maximum length of the output of put_json().
 inline constexpr std::size_t kJsonChars = 640;

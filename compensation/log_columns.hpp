@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "compensation/compensated.hpp"
 
@@ -45,26 +46,36 @@ struct ColumnInfo {
 struct LogColumn : ColumnInfo {
   /// Appends nothing if the value is unknown.
   void (*append)(std::string& text, const CompensatedWindow& row);
-  /// Returns false if the field is invalid.
-  bool (*parse)(std::string_view field, CompensatedWindow& row);
+  /// Sets the value, whatever it was before. Returns false if the field is invalid. `before`: bytes before the field
+  /// that may be read.
+  bool (*parse)(std::string_view field, std::size_t before, CompensatedWindow& row);
+  /// The value of a row; null if the type is not kReal.
+  const double& (*value)(const CompensatedWindow& row) = nullptr;
+  int decimals = 0;            ///< of kReal
+  bool of_second_mean = true;  ///< of kReal: the value is part of the row's SecondMean
 };
 
 /// How columns that are not plain numbers are written and read.
 namespace column {
 void append_utc(std::string& text, const CompensatedWindow& row);
 void append_second(std::string& text, const CompensatedWindow& row);
-bool parse_second(std::string_view field, CompensatedWindow& row);
+bool parse_second(std::string_view field, std::size_t before, CompensatedWindow& row);
 void append_arrival(std::string& text, const CompensatedWindow& row);
-bool parse_arrival(std::string_view field, CompensatedWindow& row);
+bool parse_arrival(std::string_view field, std::size_t before, CompensatedWindow& row);
 void append_quality(std::string& text, const CompensatedWindow& row);
-bool parse_quality(std::string_view field, CompensatedWindow& row);
+bool parse_quality(std::string_view field, std::size_t before, CompensatedWindow& row);
 void append_partial(std::string& text, const CompensatedWindow& row);
-bool parse_partial(std::string_view field, CompensatedWindow& row);
+bool parse_partial(std::string_view field, std::size_t before, CompensatedWindow& row);
 
 void append(std::string& text, double value, int decimals);
 void append(std::string& text, std::uint32_t value);
-bool parse(std::string_view field, double& value);
-bool parse(std::string_view field, std::uint32_t& value);
+bool parse(std::string_view field, std::size_t before, double& value, int decimals);
+bool parse(std::string_view field, std::size_t before, std::uint32_t& value);
+
+template <class Class, class Value>
+constexpr bool is_member_of_second(Value Class::* /*member*/) {
+  return std::is_same_v<Class, SecondMean>;
+}
 
 /// `path`: pointers to members, from the row to the value.
 template <int decimals, auto... path>
@@ -72,14 +83,21 @@ constexpr LogColumn real(std::string_view name, std::string_view unit, std::stri
                          InSample in_sample) {
   return {{name, unit, meaning, ColumnType::kReal, json, in_sample},
           [](std::string& text, const CompensatedWindow& row) { append(text, (row.*....*path), decimals); },
-          [](std::string_view field, CompensatedWindow& row) { return parse(field, (row.*....*path)); }};
+          [](std::string_view field, std::size_t before, CompensatedWindow& row) {
+            return parse(field, before, (row.*....*path), decimals);
+          },
+          [](const CompensatedWindow& row) -> const double& { return (row.*....*path); },
+          decimals,
+          (is_member_of_second(path) || ...)};
 }
 
 template <auto... path>
 constexpr LogColumn count(std::string_view name, ColumnType type, std::string_view meaning, int json) {
   return {{name, "", meaning, type, json, InSample::kNo},
           [](std::string& text, const CompensatedWindow& row) { append(text, (row.*....*path)); },
-          [](std::string_view field, CompensatedWindow& row) { return parse(field, (row.*....*path)); }};
+          [](std::string_view field, std::size_t before, CompensatedWindow& row) {
+            return parse(field, before, (row.*....*path));
+          }};
 }
 
 template <int decimals, auto member>
@@ -102,7 +120,7 @@ inline constexpr std::array kLogColumns = [] {
   using Row = CompensatedWindow;
   // clang-format off
   return std::array{
-      LogColumn{{"time_utc", "", "", kTime, 0, kNo}, append_utc, [](std::string_view, Row&) { return true; }},
+      LogColumn{{"time_utc", "", "", kTime, 0, kNo}, append_utc, [](std::string_view, std::size_t, Row&) { return true; }},
       LogColumn{{"time_s", "s", "time of the data", kTime, 1, kSame}, append_second, parse_second},
       count_of_second<&SecondMean::samples>("samples", kInteger, "frames in the second", 2),
       count_of_second<&SecondMean::missing_frames>("missing", kUnsigned, "frames missing in the second", 3),

@@ -174,6 +174,49 @@ TEST(Csv, AnInvalidFieldIsReportedByItsColumn) {
   }
 }
 
+// The same row is read into again and again: no value of the row before may remain.
+TEST(Csv, ARowThatIsReadIntoAgainIsAsNew) {
+  CsvLayout layout;
+  CompensatedWindow row;
+  const std::string implausible = with_field(16, "implausible+clocks_differ");
+  for (const std::string& line : {kFullLine, csv(CompensatedWindow{}), implausible, kFullLine, with_field(19, "1"),
+                                  with_field(18, ""), with_field(12, "x"), csv(CompensatedWindow{})}) {
+    const auto alone = parse_csv(line, "g.csv:7");
+    const auto good = read_csv(line, "g.csv:7", layout, row);
+    ASSERT_EQ(good.has_value(), alone.has_value());
+    if (!alone) continue;
+    EXPECT_EQ(csv(row), csv(*alone));
+    EXPECT_EQ(row.window.state, alone->window.state);
+    EXPECT_EQ(row.window.second_mean.implausible, alone->window.second_mean.implausible);
+    EXPECT_EQ(row.window.second_mean.all_implausible, alone->window.second_mean.all_implausible);
+    EXPECT_EQ(row.window.second_mean.clocks_differ, alone->window.second_mean.clocks_differ);
+  }
+}
+
+// Fields whose values are not used are checked by the same rule.
+TEST(Csv, AReaderOfSecondMeansFindsTheSameErrors) {
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  CsvLayout layout;
+  layout.use_second_means(12);
+  CompensatedWindow row;
+  for (std::size_t field = 0; field < 20; ++field) {
+    for (const char* text : {"", "0", "1", "1.5", "-0.016667", "-0.01666667", "12.34567", "nan", "1.2.3", "0.00-100",
+                             "1e3", "1e999", " 1", "-", "1795425060.004", "good", "goo"}) {
+      const std::string line = with_field(field, text);
+      const auto all = parse_csv(line, "g.csv:7");
+      const auto good = read_csv(line, "g.csv:7", layout, row);
+      ASSERT_EQ(good.has_value(), all.has_value()) << line;
+      if (!all) {
+        EXPECT_EQ(good.error().text(), all.error().text());
+        continue;
+      }
+      EXPECT_TRUE(same(row.window.second_mean.rate_deg_per_h, all->window.second_mean.rate_deg_per_h)) << line;
+      EXPECT_TRUE(same(*layout.real(12, row), all->correction.bias_deg_per_h)) << line;
+      EXPECT_EQ(layout.real(1, row), nullptr);
+    }
+  }
+}
+
 CsvLayout layout_of(const std::string& columns) {
   const auto layout = CsvLayout::parse(columns, "g.csv:6");
   EXPECT_TRUE(layout) << layout.error().text();

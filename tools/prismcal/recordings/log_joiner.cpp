@@ -186,14 +186,21 @@ std::vector<std::string> LeftOut::lines() const {
 
 Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::ReadMeter& meter) {
   RowJoiner joiner(folder, on_row);
-  for (LogSegment& segment : folder.segments) {
-    const bool used = joiner.begin(segment);
-    const auto add = [&](LogRow& row) { return used ? joiner.add(segment, row) : Result<void>(); };
-    if (auto done = read_log_rows(segment, add, meter); !done) return tl::unexpected<Error>(done.error());
+  const LogSegment* now = nullptr;
+  bool used = false;
+  SegmentVisitor visitor;
+  visitor.begin = [&](const LogSegment& segment) {
+    now = &segment;
+    used = joiner.begin(segment);
+  };
+  visitor.row = [&](LogRow& row) { return used ? joiner.add(*now, row) : Result<void>(); };
+  visitor.end = [&](const LogSegment& segment) -> Result<void> {
     if (segment.read_failed && !folder.salvaging)
       return make_error(fmt::format("{}:{}", segment.path, segment.damaged.back().line), segment.damaged.back().why);
     joiner.end(segment, used);
-  }
+    return {};
+  };
+  if (auto done = read_log_rows(folder.segments, visitor, meter); !done) return tl::unexpected<Error>(done.error());
   auto left_out = joiner.finish();
   if (left_out) left_out->damaged = damage_lines(folder);
   return left_out;

@@ -20,8 +20,23 @@ struct LogRowLayout {
   std::size_t head_bytes = 0, head_lines = 0;  ///< up to the first row
 };
 
-/// One row, without its line and number. Errors, with an empty place: a field that is not valid.
-Result<LogRow> parse_log_row(std::string_view line, const LogRowLayout& layout);
+/// Parses rows of one layout, one after the other, in the same memory.
+class LogRowParser {
+ public:
+  /// `layout` must outlive the parser.
+  explicit LogRowParser(const LogRowLayout& layout) : layout_(layout) {}
+
+  /// Errors, with an empty place: a field that is not valid.
+  Result<void> parse(std::string_view line);
+  /// Of the row that was parsed.
+  const compensation::SecondMean& second_mean() const { return row_.window.second_mean; }
+  double value() const { return value_; }  ///< of the requested column
+
+ private:
+  const LogRowLayout& layout_;
+  compensation::CompensatedWindow row_;
+  double value_ = kUnknown;
+};
 
 /// Iterates over the complete lines of a text; skips a last line without a line end.
 class LogLines {

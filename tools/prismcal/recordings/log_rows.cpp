@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <functional>
 #include <iterator>
 #include <optional>
@@ -17,23 +18,12 @@
 #include "base/sha256.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/log_lines.hpp"
+#include "tools/prismcal/recordings/log_pieces.hpp"
 #include "tools/prismcal/recordings/ordered_jobs.hpp"
 #include "tools/prismcal/tables/read_meter.hpp"
 
 namespace prism::recordings {
 namespace {
-
-constexpr std::size_t kPieceBytes = 1u << 19;
-
-/// Complete lines of a file.
-struct Piece {
-  std::vector<char> bytes;
-  std::size_t first = 0, size = 0;  ///< of the bytes that are the lines
-  std::size_t begin = 0;            ///< offset of the first line in the file
-  Sha256 before;                    ///< hash of all bytes before it
-
-  std::string_view text() const { return std::string_view(bytes.data(), size).substr(first); }
-};
 
 /// A line that is not a readable row.
 struct OddLine {
@@ -57,6 +47,7 @@ void parse(ParsedPiece& parsed, const LogRowLayout& layout) {
   parsed.rows.clear();
   parsed.odd.clear();
   parsed.rows.reserve(piece.size / 100);
+  LogRowParser parser(layout);
   LogLines lines(piece.text());
   while (lines.next()) {
     const std::string_view line = lines.line();
@@ -64,71 +55,24 @@ void parse(ParsedPiece& parsed, const LogRowLayout& layout) {
       parsed.odd.push_back({type, parsed.rows.size(), lines.number(), piece.begin + lines.begin(),
                             piece.begin + lines.next_begin(), std::move(text)});
     };
-    if (line.starts_with(kLogEndMark)) {
-      odd(OddLine::Type::kEnd, std::string(line.substr(kLogEndMark.size())));
-    } else if (line.empty() || line.front() == '#') {
-      odd(OddLine::Type::kComment, "");
-    } else if (auto row = parse_log_row(line, layout)) {
-      row->line = lines.number();
-      parsed.rows.push_back(std::move(*row));
+    if (line.empty() || line.front() == '#') {
+      if (line.starts_with(kLogEndMark))
+        odd(OddLine::Type::kEnd, std::string(line.substr(kLogEndMark.size())));
+      else
+        odd(OddLine::Type::kComment, "");
+    } else if (auto good = parser.parse(line)) {
+      parsed.rows.push_back({parser.second_mean(), parser.value(), lines.number(), 0});
     } else {
-      odd(OddLine::Type::kDamaged, std::move(row.error().what));
+      odd(OddLine::Type::kDamaged, std::move(good.error().what));
     }
   }
   parsed.lines = lines.number();
 }
 
-/// Reads a file in pieces that end with a line, and hashes it.
-class PieceReader {
- public:
-  PieceReader(FileReader in, tables::ReadMeter& meter) : in_(std::move(in)), meter_(meter) {}
-
-  /// The next lines; the first piece has at least `least` bytes. Returns false if no complete line is left.
-  bool next(Piece& piece, std::size_t least) {
-    std::size_t filled = rest_.size(), end = std::string::npos;
-    piece.bytes.resize(std::max(piece.bytes.size(), filled + kPieceBytes));
-    std::copy(rest_.begin(), rest_.end(), piece.bytes.begin());
-    while (end == std::string::npos || end + 1 < least) {
-      piece.bytes.resize(std::max(piece.bytes.size(), filled + kPieceBytes));
-      const std::size_t got = in_.read(std::span(piece.bytes).subspan(filled, kPieceBytes));
-      filled += got;
-      meter_.add_bytes(got);
-      if (got == 0) break;
-      end = std::string_view(piece.bytes.data(), filled).rfind('\n');
-    }
-    piece.first = 0;
-    piece.size = end == std::string::npos ? 0 : end + 1;
-    rest_.assign(piece.bytes.data() + piece.size, filled - piece.size);
-    if (piece.size == 0) return false;
-    piece.begin = begin_;
-    piece.before = hash_;
-    hash_.add(piece.text());
-    begin_ += piece.size;
-    return true;
-  }
-  /// Hashes all bytes that are left.
-  void finish() {
-    for (Piece piece; next(piece, 0);) continue;
-    hash_.add(rest_);
-    begin_ += rest_.size();
-    rest_.clear();
-  }
-  std::size_t bytes() const { return begin_; }  ///< in all pieces, and after finish() in the file
-  std::string sha256() const { return hash_.hex(); }
-  const std::optional<Error>& error() const { return in_.error(); }
-
- private:
-  FileReader in_;
-  tables::ReadMeter& meter_;
-  std::string rest_;
-  Sha256 hash_;
-  std::size_t begin_ = 0;
-};
-
 /// Takes the parsed pieces in order, and finds where the good rows end.
 class SegmentReader {
  public:
-  SegmentReader(LogSegment& segment, const std::function<Result<void>(LogRow&)>& on_row)
+  SegmentReader(LogSegment& segment, const OnSegmentRow& on_row)
       : segment_(segment),
         on_row_(on_row),
         good_(segment.layout->head_bytes),
@@ -201,7 +145,7 @@ class SegmentReader {
   }
 
   LogSegment& segment_;
-  const std::function<Result<void>(LogRow&)>& on_row_;
+  const OnSegmentRow& on_row_;
   std::size_t good_, good_lines_;       ///< end of the last good line
   std::size_t lines_before_;            ///< lines of the file before the piece
   std::size_t number_ = 0;              ///< rows so far, also damaged ones
@@ -209,75 +153,146 @@ class SegmentReader {
   bool ended_ = false;
 };
 
+/// A segment whose pieces are read.
+struct OpenSegment {
+  LogSegment* segment = nullptr;
+  bool locked = false;               ///< checked before reading: a segment that ends meanwhile is read to its end
+  std::optional<PieceReader> bytes;  ///< nullopt: the file cannot be opened
+  FileHash hash;
+  std::size_t head = 0;     ///< bytes before the first row, if they are not read
+  std::size_t running = 0;  ///< pieces that are being parsed
+  bool all_read = false;
+};
+
+/// Reads the pieces of all segments in order, also those of the next segments while the last ones of a segment are
+/// parsed, and takes their rows in order.
+class SegmentQueue {
+ public:
+  SegmentQueue(std::span<LogSegment> segments, const SegmentVisitor& visitor, tables::ReadMeter& meter)
+      : segments_(segments), visitor_(visitor), meter_(meter) {}
+
+  Result<void> read() {
+    for (LogSegment& segment : segments_) {
+      if (visitor_.begin) visitor_.begin(segment);
+      if (auto done = read(segment); !done) return done;
+      if (!visitor_.end) continue;
+      if (auto done = visitor_.end(segment); !done) return done;
+    }
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kMostOpen = 8;
+
+  Result<void> read(LogSegment& segment) {
+    if (opened_.empty()) open_next();
+    OpenSegment& opened = opened_.front();
+    if (opened.bytes && segment.layout) {
+      SegmentReader rows(segment, visitor_.row);
+      for (;;) {
+        while (!jobs_.full() && start_piece()) continue;
+        if (opened.running == 0) break;
+        if (auto done = take_piece(opened, rows); !done) return done;
+      }
+      opened.bytes->finish(opened.hash);
+      rows.finish(opened.locked, opened.bytes->bytes(), opened.bytes->error());
+    } else if (opened.bytes) {
+      opened.bytes->finish(opened.hash);
+      segment.end = opened.locked ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
+      segment.truncated_bytes = opened.bytes->bytes();
+      segment.truncated_line = 1;
+    }
+    if (opened.bytes) segment.sha256 = opened.hash.hex();
+    opened_.pop_front();
+    return {};
+  }
+
+  void open_next() {
+    LogSegment& segment = segments_[next_++];
+    OpenSegment& opened = opened_.emplace_back();
+    opened.segment = &segment;
+    opened.locked = is_locked(segment.path);
+    opened.head = segment.layout ? segment.layout->head_bytes : 0;
+    auto in = FileReader::open(segment.path);
+    opened.all_read = !in || !segment.layout;
+    if (in) {
+      opened.bytes.emplace(std::move(*in), meter_);
+    } else {
+      segment.damaged.push_back({segment.path, 0, in.error().what});
+      segment.read_failed = true;
+    }
+  }
+
+  /// Returns false if all segments are read, or enough are open.
+  bool start_piece() {
+    while (opened_.back().all_read) {
+      if (next_ == segments_.size() || opened_.size() == kMostOpen) return false;
+      open_next();
+    }
+    OpenSegment& last = opened_.back();
+    ParsedPiece parsed;
+    if (!spare_.empty()) {
+      parsed = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    if (!last.bytes->next(parsed.piece, last.head)) {
+      spare_.push_back(std::move(parsed));
+      last.all_read = true;
+      return start_piece();
+    }
+    if (last.head > 0) {
+      parsed.piece.first = parsed.piece.begin = last.head;
+      last.head = 0;
+    }
+    jobs_.start([&layout = *last.segment->layout, &hash = last.hash, parsed = std::move(parsed)]() mutable {
+      hash.add(parsed.piece);  // first, so that the next job waits only for this
+      parse(parsed, layout);
+      return std::move(parsed);
+    });
+    ++last.running;
+    return true;
+  }
+
+  Result<void> take_piece(OpenSegment& opened, SegmentReader& rows) {
+    ParsedPiece parsed = jobs_.take();
+    --opened.running;
+    if (!rows.ended()) {
+      const std::size_t before = opened.segment->rows;
+      if (auto done = rows.take(parsed); !done) return done;
+      meter_.add_rows(opened.segment->rows - before);
+      opened.all_read = opened.all_read || rows.ended();
+    }
+    spare_.push_back(std::move(parsed));
+    return {};
+  }
+
+  const std::span<LogSegment> segments_;
+  const SegmentVisitor& visitor_;
+  tables::ReadMeter& meter_;
+  std::size_t next_ = 0;            ///< of segments_, to open
+  std::deque<OpenSegment> opened_;  ///< the first one is the segment whose rows are taken
+  std::vector<ParsedPiece> spare_;  ///< their memory is used again
+  OrderedJobs<ParsedPiece> jobs_;   ///< last: it ends before the memory that it uses
+};
+
 }  // namespace
 
-Result<LogRow> parse_log_row(std::string_view line, const LogRowLayout& layout) {
-  auto row = compensation::parse_csv(line, {}, layout.columns);
-  if (!row) return tl::unexpected<Error>(std::move(row.error()));
-  LogRow log_row{std::move(row->window.second_mean), kUnknown, 0, 0};
-  if (layout.column) {
-    const std::string_view field = csv_field(line, ',', *layout.column).value_or("");
-    const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
-    if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
-    log_row.value = *value;
+Result<void> LogRowParser::parse(std::string_view line) {
+  if (auto good = compensation::read_csv(line, {}, layout_.columns, row_); !good) return good;
+  if (!layout_.column) return {};
+  if (const double* const value = layout_.columns.real(*layout_.column, row_)) {
+    value_ = *value;
+    return {};
   }
-  return log_row;
+  const std::string_view field = csv_field(line, ',', *layout_.column).value_or("");
+  const auto value = field.empty() ? std::optional(kUnknown) : csv_number(field);
+  if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
+  value_ = *value;
+  return {};
 }
 
-Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>(LogRow& row)>& on_row,
-                           tables::ReadMeter& meter) {
-  const bool open =
-      is_locked(segment.path);  // checked before reading: a segment that ends meanwhile is read to its end
-  auto in = FileReader::open(segment.path);
-  if (!in) {
-    segment.damaged.push_back({segment.path, 0, in.error().what});
-    segment.read_failed = true;
-    return {};
-  }
-  PieceReader reader(std::move(*in), meter);
-  if (!segment.layout) {
-    reader.finish();
-    segment.sha256 = reader.sha256();
-    segment.end = open ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
-    segment.truncated_bytes = reader.bytes();
-    segment.truncated_line = 1;
-    return {};
-  }
-  const LogRowLayout& layout = *segment.layout;
-  SegmentReader rows(segment, on_row);
-  OrderedJobs<ParsedPiece> jobs;
-  std::vector<ParsedPiece> spare;
-  bool left = true;
-  for (std::size_t head = layout.head_bytes; left || !jobs.empty();) {
-    if (left && !jobs.full()) {
-      ParsedPiece parsed = spare.empty() ? ParsedPiece() : std::move(spare.back());
-      if (!spare.empty()) spare.pop_back();
-      left = reader.next(parsed.piece, head);
-      if (!left) continue;
-      if (head > 0) {
-        parsed.piece.before.add(parsed.piece.text().substr(0, head));
-        parsed.piece.first = parsed.piece.begin = head;
-        head = 0;
-      }
-      jobs.start([&layout, parsed = std::move(parsed)]() mutable {
-        parse(parsed, layout);
-        return std::move(parsed);
-      });
-      continue;
-    }
-    if (jobs.empty()) continue;
-    ParsedPiece parsed = jobs.take();
-    if (rows.ended()) continue;
-    const std::size_t before = segment.rows;
-    if (auto done = rows.take(parsed); !done) return done;
-    meter.add_rows(segment.rows - before);
-    if (rows.ended()) left = false;
-    spare.push_back(std::move(parsed));
-  }
-  reader.finish();
-  segment.sha256 = reader.sha256();
-  rows.finish(open, reader.bytes(), reader.error());
-  return {};
+Result<void> read_log_rows(std::span<LogSegment> segments, const SegmentVisitor& visitor, tables::ReadMeter& meter) {
+  return SegmentQueue(segments, visitor, meter).read();
 }
 
 }  // namespace prism::recordings

@@ -119,6 +119,7 @@ Result<LogRowLayout> read_columns(const LogLines& lines, LogSegment& segment, co
                         fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
     index = static_cast<std::size_t>(found - names.begin());
   }
+  layout->use_second_means(index);
   return LogRowLayout{std::move(*layout), index, lines.next_begin(), lines.number()};
 }
 
@@ -154,11 +155,12 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.layout = std::make_shared<const LogRowLayout>(std::move(*layout));
   in->seek(segment.layout->head_bytes);
+  LogRowParser parser(*segment.layout);
   for (std::string line; !segment.first_second && in->read_line(line) && in->line_ended();) {
     if (line.starts_with(kLogEndMark)) break;
     if (line.ends_with('\r')) line.pop_back();
     if (line.empty() || line.starts_with('#')) continue;
-    if (const auto row = parse_log_row(line, *segment.layout)) segment.first_second = row->second_mean.second;
+    if (parser.parse(line)) segment.first_second = parser.second_mean().second;
   }
   return segment;
 }

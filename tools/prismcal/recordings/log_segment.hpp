@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,11 +72,20 @@ bool is_log(const std::string& path);
 /// (an empty field is kUnknown). Errors, with file and line: not a log of prismd, a newer format, an unknown column.
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column = {});
 
-/// Reads the rows, calls `on_row` with each readable one in order, and completes the segment. An incomplete end, as
-/// after a power failure, and damaged rows are not errors but are listed. Parses on all cores, in constant memory.
-/// Errors: only those of `on_row`, which end the reading.
-Result<void> read_log_rows(LogSegment& segment, const std::function<Result<void>(LogRow& row)>& on_row,
-                           tables::ReadMeter& meter);
+/// Called with each readable row of a segment in order.
+using OnSegmentRow = std::function<Result<void>(LogRow& row)>;
+
+/// Members may be empty.
+struct SegmentVisitor {
+  std::function<void(LogSegment&)> begin = {};  ///< before the rows of a segment
+  OnSegmentRow row = {};
+  std::function<Result<void>(LogSegment&)> end = {};  ///< the segment is complete
+};
+
+/// Reads the rows of segments in order, and completes each segment. An incomplete end, as after a power failure, and
+/// damaged rows are not errors but are listed. Parses on all cores, in constant memory. Errors: only those of `row` and
+/// `end`, which end the reading.
+Result<void> read_log_rows(std::span<LogSegment> segments, const SegmentVisitor& visitor, tables::ReadMeter& meter);
 
 /// Returns the text of a segment with only the rows `kept` (line numbers, in order), all comments, and a new end line
 /// (format 2). Adds "# repaired: `remark`" to the metadata. Errors: the file cannot be read.

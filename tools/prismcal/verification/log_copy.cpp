@@ -3,6 +3,7 @@
 
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -49,11 +50,12 @@ std::vector<std::size_t> kept_lines(const LogSegment& segment, const std::set<st
   kept.reserve(segment.rows);
   LogSegment again = segment;
   tables::ReadMeter meter;
-  const auto add = [&](const recordings::LogRow& row) {
+  recordings::SegmentVisitor visitor;
+  visitor.row = [&](const recordings::LogRow& row) {
     if (!without.contains(row.line)) kept.push_back(row.line);
     return Result<void>();
   };
-  (void)recordings::read_log_rows(again, add, meter);  // the errors are those of `add`
+  (void)recordings::read_log_rows(std::span(&again, 1), visitor, meter);  // the errors are those of the visitor
   return kept;
 }
 
