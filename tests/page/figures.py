@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Measures time and memory of the page in Debian's Chromium. A benchmark, not a test: it has no limits.
 
-usage: figures.py [paint | work | memory | days] [--programs BUILD]
---programs: prismsim, prismd and prismweb of this build directory; default: the fake server (not for days)
+usage: figures.py [paint | work | memory | days | year] [--programs BUILD]
+--programs: prismsim, prismd and prismweb of this build directory; default: the fake server (not for days and year)
 paint: time from the request of the page until an hour of one gyro is drawn, and from the key "30 d" until 30 days are; five times each
 work: CPU time of the renderer's main thread during one minute of a view of an hour, per task and per second
 memory: heap and elements every five minutes: two hours with the programs, of which the first fills the charts; or one hour of data
 from the fake server, at 20 times the speed, with full charts
-days: with 30 days in prismd's log: time to build prismweb's minutes, their size, time of `range`, time from the key "30 d" until drawn
+days: with 30 days in prismd's log: time to build prismweb's minutes, their size, time of `range`, time from the key "30 d" until drawn,
+and from a click on the button
+year: the same with 365 days (5 GB in TMPDIR, 15 minutes), and of the key "365 d"; the log is simulated, as its header states
 """
 import argparse
 import asyncio
@@ -26,6 +28,7 @@ from worlds import Real, StandIn
 
 OBSERVE = """window.spent = []; new PerformanceObserver((list) => window.spent.push(...list.getEntries().map((e) => [e.name, e.startTime, e.duration])))
   .observe({type: "measure"})"""
+DAYS = {"days": 30, "year": 365}  # of prismd's log
 DRAWN = "return window.spent.filter((entry) => entry[0] === 'prism-drawn')[0]?.[2] ?? null"
 
 
@@ -106,51 +109,61 @@ def memory(browser, url, name, axis, speed, minutes):
             time.sleep(300 / speed)
 
 
-def thirty_days_drawn(browser):
-    """Returns the time from the key "30 d" until the rows are drawn, in ms."""
+def span_drawn(browser, span, act):
+    """Returns the time from act() until the rows of a span, as "30 d", are drawn, in ms."""
     browser.run("window.spent = []; window.begin = performance.now()")
-    key(browser, "8")
-    drawn = lambda: "30 d until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
-    browser.wait("30 days", drawn, 20)
+    act()
+    drawn = lambda: f"{span} until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
+    browser.wait(span, drawn, 60)
     return drawn() - browser.run("return window.begin")
 
 
-def ranges(world):
-    """Prints the time of `range` over 30 days, from hours and from minutes."""
+def thirty_days_drawn(browser):
+    return span_drawn(browser, "30 d", lambda: key(browser, "8"))
+
+
+def click_span(browser, name):
+    next(button for button in browser.all(".spans button") if button.text == name).click()
+
+
+def ranges(world, days):
+    """Prints the time of `range` over these days, from hours and from minutes."""
     port = urllib.parse.urlsplit(world.url).port
     with open(f"{world.path}/prismweb-{port}.token") as file:
         header = {"Authorization": f"Bearer {file.read().strip()}"}
-    for source, points in ("hours", 1000), ("minutes", 5000):
+    for source, points in (("hours", 1000), ("minutes", 5000)) if days == 30 else (("hours", 600), ("hours", 5000)):
         times = []
         for _ in range(20):
             begin = time.monotonic()
-            with urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/api/gyro1/range?seconds=2592000&points={points}", headers=header)) as answer:
+            with urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/api/gyro1/range?seconds={86400 * days}&points={points}", headers=header)) as answer:
                 found = json.load(answer)
             times.append(1000 * (time.monotonic() - begin))
         assert found["source"] == source, found["source"]
-        told(f"range of 30 days, {len(found['rows'])} steps of {source}", times)
+        told(f"range of {days} days, {len(found['rows'])} steps of {source}", times)
 
 
-def days(browser, world):
+def days(browser, world, count):
     begin = time.monotonic()
     world.url = world.start_prismweb()
     watch(browser)
     browser.open(world.url)
     open_gyro(browser, "gyro1", "z")
-    key(browser, "8")
+    key(browser, "8" if count == 30 else "9")
     said = {browser.wait("the progress", lambda: browser.text(".busy"))}
     while "log read" in (browser.text(".busy") or ""):
         said.add(browser.text(".busy"))
         time.sleep(0.2)
     print(f"minutes of {world.rows()} rows: built after {time.monotonic() - begin:.1f} s, {world.stored_bytes() / 1024:.0f} KiB; "
           f"the page showed {len(said)} progress texts")
-    ranges(world)
-    times = []
-    for _ in range(5):
-        browser.driver.refresh()
-        browser.wait("charts", lambda: browser.run(DRAWN), 20)
-        times.append(thirty_days_drawn(browser))
-    told("30 days with the programs", times)
+    ranges(world, count)
+    for span, digit in [("30 d", "8"), ("365 d", "9")] if count == 365 else [("30 d", "8")]:
+        for name, act in [("key", lambda: key(browser, digit)), ("click", lambda: click_span(browser, span))]:
+            times = []
+            for _ in range(5):
+                browser.driver.refresh()
+                browser.wait("charts", lambda: browser.run(DRAWN), 60)
+                times.append(span_drawn(browser, span, act))
+            told(f"{span} with the programs, {name}: {browser.one('.chart').get_attribute('aria-label').split(', ')[-1]}", times)
 
 
 def hour_of_rows(programs):
@@ -164,22 +177,22 @@ def hour_of_rows(programs):
 def world_of(what, programs):
     if not programs:
         return StandIn("--speed", "20" if what == "memory" else "1")
-    if what == "days":
-        return Real(programs, days=30)
+    if what in DAYS:
+        return Real(programs, days=DAYS[what])
     return Real(programs) if what == "memory" else hour_of_rows(programs)
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", nargs="?", choices=["paint", "work", "memory", "days"])
+    parser.add_argument("what", nargs="?", choices=["paint", "work", "memory", *DAYS])
     parser.add_argument("--programs")
     options = parser.parse_args()
     for what in [options.what] if options.what else ["paint", "work", "memory"]:
         world = world_of(what, options.programs)
         browser = Browser()
         try:
-            if what == "days":
-                days(browser, world)
+            if what in DAYS:
+                days(browser, world, DAYS[what])
                 continue
             act = {"paint": paint, "work": work, "memory": functools.partial(memory, **({"speed": 1, "minutes": 120} if options.programs else {"speed": 20, "minutes": 60}))}[what]
             act(browser, world.url, "gyro1" if options.programs else "gyro2", "z")

@@ -20,4 +20,4 @@ export const kCharts = [
 /** The two averaging times that the rate chart can plot. */
 export const kMeans = { window: { raw: "raw", corrected: "corrected" }, second: { raw: "raw_1s", corrected: "corrected_1s" } };
 
-export const kSpans = [[60, "1 min"], [300, "5 min"], [1200, "20 min"], [3600, "1 h"], [21600, "6 h"], [86400, "24 h"], [604800, "7 d"], [2592000, "30 d"]];
+export const kSpans = [[60, "1 min"], [300, "5 min"], [1200, "20 min"], [3600, "1 h"], [21600, "6 h"], [86400, "24 h"], [604800, "7 d"], [2592000, "30 d"], [31536000, "365 d"]];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The time range of the charts: it ends now, or where the user moved it.
-export const kMin_s = 10, kMax_s = 31 * 86400;
+export const kMin_s = 10, kMax_s = 366 * 86400;
 
 export class TimeView {
   /** `now()`: current time of the data, seconds since 1970. `changed()` is called after each change. */
@@ -17,7 +17,7 @@ export class TimeView {
     return [to_s - this.span_s, to_s];
   }
 
-  /** Shows `from_s` to `to_s`, limited to 10 s to 31 days. A range that ends after now ends now and becomes live. */
+  /** Shows `from_s` to `to_s`, limited to 10 s to 366 days. A range that ends after now ends now and becomes live. */
   zoom(from_s, to_s) {
     const middle_s = (from_s + to_s) / 2, now_s = this.now();
     this.span_s = Math.min(kMax_s, Math.max(kMin_s, to_s - from_s));
