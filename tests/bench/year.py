@@ -12,11 +12,11 @@ import time
 
 
 def measured(arguments):
-    """Exit code, seconds and peak memory in MB of a command."""
+    """Exit code, seconds, CPU seconds and peak memory in MB of a command."""
     begin = time.monotonic()
     process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
-    return os.waitstatus_to_exitcode(status), time.monotonic() - begin, usage.ru_maxrss / 1024
+    return os.waitstatus_to_exitcode(status), time.monotonic() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
 def make_log(binaries, days, folder):
@@ -57,9 +57,9 @@ def main():
             "train": [log, "--inputs", "T,dTdt,U", "--method", choice.method, "--force", "--no-earth-rate", "--out", model],
             "evaluate": [model, log, "--in-sample", "--no-earth-rate", "--out", os.path.join(out, "report")],
             "compare": [model, model, "--on", log, "--no-earth-rate"]}.items():
-        code, seconds, peak = measured([prismcal, name, *arguments])
+        code, seconds, cpu_s, peak = measured([prismcal, name, *arguments])
         note = "" if code == 0 else f", exit code {code}"
-        print(f"{name:<9} {seconds:7.1f} s  {rows / seconds / 1e6:5.2f} million rows/s  {peak:7.0f} MB"
+        print(f"{name:<9} {seconds:7.1f} s  {rows / seconds / 1e6:5.2f} million rows/s  {cpu_s:7.1f} CPU s  {peak:7.0f} MB"
               f"  {peak * 1048576 / rows:6.1f} bytes a row{note}", flush=True)
     for name in ("report.html", "report.json"):
         print(f"{name}: {os.path.getsize(os.path.join(out, 'report', name)) / 1e6:.2f} MB")
