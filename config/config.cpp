@@ -114,6 +114,7 @@ Config read_config(Section& top, const fs::path& file) {
   config.line = read_line(top.object("line"), base);
   read_sensor_lines(top, base, config);
   config.frames = find_data_file(top.text("frames", "trplg"), "frames", base);
+  if (top.has("rate_hz")) config.rate_hz = top.number("rate_hz", {0.01, 100'000});
   config.device_clock = top.choice("clock", kClocks, 0) == 1;
   config.accept_clock = top.boolean("accept_clock", config.accept_clock);
   config.latitude_deg = top.object("site").number("latitude_deg", {-90, 90}, config.latitude_deg);

@@ -93,7 +93,8 @@ struct Config {
   std::vector<AxisConfig> axes;  ///< served axes: at least one
   bool by_axes = false;          ///< true with "axes": each axis has its own log and its own model inputs
   LineConfig line;
-  std::string frames;  ///< path of the frame description
+  std::string frames;             ///< path of the frame description
+  std::optional<double> rate_hz;  ///< of this gyro's set-up; default: from the frame description
   std::vector<SensorLineConfig> sensor_lines;
   bool device_clock = false;
   bool accept_clock = false;      ///< no alarm if frames arrive at another rate than described

@@ -208,6 +208,9 @@ int check_document(const std::string& path) {
   if (auto proved = wire::run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
   for (const std::string& bytes : wire::unnamed_bytes(**description)) fmt::print("note: {}\n", bytes);
+  if (const std::string file = fs::path(path).stem().string(); file != (*description)->name)
+    fmt::print("note: a configuration finds it by its file, \"{}\"; its name \"{}\" is in logs and messages\n",
+               printable(file), (*description)->name);
   fmt::print("{}: good: {}\n", printable(path), wire::proof_text(**description));
   return kExitDone;
 }

@@ -27,6 +27,7 @@ Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config)
   wire::GyroChoice choice;
   choice.axes.clear();
   choice.sensors = config.by_axes;
+  choice.rate_hz = config.rate_hz;
   for (const config::AxisConfig& axis : config.axes)
     choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
   Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, config.path + ":/frames", choice, config.line);

@@ -37,6 +37,12 @@ explained 'poly: "0x8005", from: 2, init: "0x0000"' '"from": 0, "poly": "0x1021"
 plain | jq '.kinds[0].checks = {kind: "sum", width: 16, from: 0, to: -2, at: -2} | del(.vectors)' >"$dir/v.json"
 contains "another kind of check" "$(prismd --sniff "$dir/v.pcap" "$dir/v.json")" "no usual variant fits"
 contains "no vectors" "$(prismd --check "$dir/v.json")" "no test vector: nothing is proved"
+contains "another name than the file's" "$(prismd --check "$dir/v.json")" 'finds it by its file, "v"; its name "trplg" is in logs'
+# The rate of a gyro that is set up for another one than its description, also if it sends increments.
+for frames in trplg trplg-increment; do
+  echo "{\"line\": {\"device\": \"/dev/null\"}, \"frames\": \"$frames\", \"rate_hz\": 10}" >"$dir/r.json"
+  contains "rate_hz of $frames" "$(prismd --check "$dir/r.json")" "frames $frames (10 Hz)"
+done
 # Exponents, hexadecimal digits, stuffing: the descriptions for tests and their captures.
 for file in "$PRISM_SOURCE"/tests/replay/frames/described/*.json; do
   name=$(basename "$file" .json)

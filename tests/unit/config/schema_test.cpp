@@ -25,7 +25,7 @@ constexpr const char* kWhole = R"({
            "retry_min_s": 0.5, "retry_max_s": 5.5, "allow_send": true, "again_when_silent": true,
            "start": [{"send": "A", "expect": "B", "within_ms": 5}, {"send_hex": "41", "expect_hex": "42"}, {"wait_ms": 5}],
            "stop": [{"send": "A"}]},
-  "frames": "trplg", "clock": "host", "accept_clock": true, "model": "m", "fallback_model": "n",
+  "frames": "trplg", "rate_hz": 10, "clock": "host", "accept_clock": true, "model": "m", "fallback_model": "n",
   "correction": {"max_bias_deg_per_h": 5.5, "extrapolation": "clamp", "slew_limit": true, "max_slew_deg_per_h_per_s": 0.5},
   "plausibility": {
     "rate": {"range_deg_per_s": [-400, 400.5], "stuck_s": 10},
