@@ -62,6 +62,13 @@ TEST(HtmlPage, ContainsAndEscapesAllTexts) {
   EXPECT_THAT(page, Not(HasSubstr("SIMULATED")));
 }
 
+// The files and settings preceded the result.
+TEST(HtmlPage, BeginsWithTheConclusion) {
+  const std::string page = html_page(sample());
+  EXPECT_LT(page.find("Well."), page.find("a,b.csv"));
+  EXPECT_THAT(page, HasSubstr("<a href=\"#facts\">Data and settings</a>"));
+}
+
 // The Content-Security-Policy also prevents network access by the script.
 TEST(HtmlPage, NeedsNothingFromTheNetwork) {
   const std::string page = html_page(sample());

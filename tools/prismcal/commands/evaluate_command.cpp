@@ -151,12 +151,6 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   std::vector<std::pair<std::string, const Loaded*>> all;
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
-  report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
-  for (const auto& [role, loaded] : all) {
-    for (const std::string& text : loaded->recording.deletions)
-      report.sections.back().blocks.push_back(
-          report::Paragraph{loaded->recording.name + ": " + text + ".", report::Emphasis::kNone});
-  }
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -164,6 +158,12 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
                                                  &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
     report.sections.push_back(
         recording_section(recording, cases[i].overlap, *limits, choice.common, evaluation.within_limits));
+  }
+  report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
+  for (const auto& [role, loaded] : all) {
+    for (const std::string& text : loaded->recording.deletions)
+      report.sections.back().blocks.push_back(
+          report::Paragraph{loaded->recording.name + ": " + text + ".", report::Emphasis::kNone});
   }
   evaluation.report = std::move(report);
   evaluation.cases = std::move(cases);

@@ -12,6 +12,8 @@
 namespace prism::report {
 namespace {
 
+constexpr const char* kFactsHeading = "Data and settings";
+
 const char* css_class(Emphasis emphasis) {
   switch (emphasis) {
     case Emphasis::kNone:
@@ -79,6 +81,7 @@ class Page {
       for (const Block& block : section.blocks) std::visit([this](const auto& b) { add(b); }, block);
       text_ += "</section>\n";
     }
+    facts();
     text_ += fmt::format("<footer>{}</footer>\n", html_text(report_.tool));
     if (charts_ > 0) text_ += fmt::format("<script>{}</script>\n", kChartScript);
     text_ += "</body>\n</html>\n";
@@ -101,11 +104,18 @@ class Page {
     for (const Section& s : report_.sections) {
       text_ += fmt::format("<a href=\"#{}\">{}</a>\n", id_or_number(s.id, "section", ++number), html_text(s.heading));
     }
-    text_ += "</nav>\n</header>\n<table class=\"facts\">\n";
+    if (!report_.facts.empty()) text_ += fmt::format("<a href=\"#facts\">{}</a>\n", kFactsHeading);
+    text_ += "</nav>\n</header>\n";
+  }
+
+  /// Last: the conclusion comes first.
+  void facts() {
+    if (report_.facts.empty()) return;
+    text_ += fmt::format("<section id=\"facts\">\n<h2>{}</h2>\n<table class=\"facts\">\n", kFactsHeading);
     for (const auto& [name, value] : report_.facts) {
       text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(name), html_text(value));
     }
-    text_ += "</table>\n";
+    text_ += "</table>\n</section>\n";
   }
 
   /// "Table 3. Title. Caption", and "Simulated data." if it is.
