@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/plain_text.hpp"
 #include "compensation/evaluation/bias_stability.hpp"
 
 namespace prism::evaluation {
@@ -150,22 +151,86 @@ Finding find(const char* name, double value, const char* unit, const Threshold& 
   return finding;
 }
 
+/// The blocks that are not gross outliers.
+struct Rest {
+  std::vector<std::size_t> block, outliers;  ///< numbers of these blocks, and of the outliers
+  std::vector<double> rate, temperature_degc;
+  std::vector<bool> follows;
+};
+
+Rest rest_of(std::span<const double> rate, std::span<const double> temperature_degc, const std::vector<bool>& follows,
+             const std::vector<bool>& is_outlier) {
+  Rest rest;
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    if (is_outlier[i]) {
+      rest.outliers.push_back(i);
+      continue;
+    }
+    rest.follows.push_back(i > 0 && !is_outlier[i - 1] && (follows.empty() || follows[i]));
+    rest.block.push_back(i);
+    rest.rate.push_back(rate[i]);
+    rest.temperature_degc.push_back(temperature_degc[i]);
+  }
+  return rest;
+}
+
+/// Leaves out the blocks further from their neighbours than `far`. Two bad blocks side by side shift the prediction for
+/// those next to them, so each pass leaves out only the furthest within three blocks.
+Rest without_outliers(std::span<const double> rate, std::span<const double> temperature_degc,
+                      const std::vector<bool>& follows, double far) {
+  constexpr int kPasses = 8;
+  std::vector<bool> is_outlier(rate.size(), false);
+  Rest rest = rest_of(rate, temperature_degc, follows, is_outlier);
+  for (int pass = 0; pass < kPasses && far > 0 && 2 * rest.rate.size() > rate.size(); ++pass) {
+    std::vector<double> deviations;
+    for (std::size_t i = 0; i < rest.rate.size(); ++i) deviations.push_back(deviation_at(rest.rate, i));
+    bool any = false;
+    for (std::size_t i = 0; i < deviations.size(); ++i) {
+      if (deviations[i] <= far) continue;
+      const auto begin = deviations.begin() + static_cast<std::ptrdiff_t>(i - std::min<std::size_t>(i, 3));
+      const auto end = deviations.begin() + static_cast<std::ptrdiff_t>(std::min(deviations.size(), i + 4));
+      if (*std::max_element(begin, end) > deviations[i]) continue;
+      is_outlier[rest.block[i]] = any = true;
+    }
+    if (!any) break;
+    rest = rest_of(rate, temperature_degc, follows, is_outlier);
+  }
+  return rest;
+}
+
+/// Three times the sensitivity of the complete record per degree: a transient may be steeper than the soaks.
+double sensitivity_of(std::span<const double> temperature_degc, double sd, const DataQualitySettings& settings) {
+  return 3 * sd /
+         std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
+}
+
 /// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
-void add_noise_findings(std::span<const double> rate, std::span<const double> temperature_degc,
-                        const std::vector<bool>& follows, double sd, double noise, double quantiser,
-                        const DataQualitySettings& settings, std::vector<Finding>& findings) {
-  // Three times the sensitivity of the complete record per degree: a transient may be steeper than the soaks.
-  const double sensitivity =
-      3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
-  const Step step = largest_step(rate);
+void add_noise_findings(std::span<const double> rate, const std::vector<bool>& follows, const Rest& rest, double sd,
+                        double rest_sd, double noise, double quantiser, const DataQualitySettings& settings,
+                        std::vector<Finding>& findings) {
+  const Step step = largest_step(rest.rate);
   const bool moved = step.size > kStandsOut * noise;
-  findings.push_back(find("moved", moved ? step.size / sd : 0, "sd", settings.max_step, false,
+  findings.push_back(find("moved", moved ? step.size / rest_sd : 0, "sd", settings.max_step, false,
                           "the rate has a permanent step: was the gyro moved, or did its temperature jump?"));
-  if (moved) findings.back().block = step.block;
-  const auto disturbed = disturbed_blocks(rate, temperature_degc, sensitivity, noise);
+  if (moved) findings.back().block = rest.block[step.block];
+  std::vector<std::size_t> disturbed = rest.outliers;
+  for (const std::size_t i : disturbed_blocks(rest.rate, rest.temperature_degc,
+                                              sensitivity_of(rest.temperature_degc, rest_sd, settings), noise))
+    disturbed.push_back(rest.block[i]);
   findings.push_back(find("disturbed", static_cast<double>(disturbed.size()) / static_cast<double>(rate.size()), "",
                           settings.max_disturbed, false, "many blocks differ from their neighbours"));
-  if (!disturbed.empty()) findings.back().block = disturbed.front();
+  if (!disturbed.empty()) findings.back().block = *std::min_element(disturbed.begin(), disturbed.end());
+  const double share = rest.outliers.empty() ? 0 : 1 - rest_sd * rest_sd / (sd * sd);
+  if (share > settings.max_outliers.warn) {
+    const std::string meaning =
+        fmt::format("share of the variance in {} far from the others, the first at {:.4g} deg/h",
+                    counted(rest.outliers.size(), "block"), rate[rest.outliers.front()]);
+    findings.push_back(find("outliers", share, "", settings.max_outliers, false, meaning.c_str()));
+    findings.back().block = rest.outliers.front();
+    while (findings.back().run < rest.outliers.size() &&
+           rest.outliers[findings.back().run] == rest.outliers.front() + findings.back().run)
+      ++findings.back().run;
+  }
   if (rate.size() < 2 * kEnoughForPart) return;
   const NoiseRatio ratio = noise_ratio(rate, follows, quantiser);
   if (ratio.value == 0) return;
@@ -203,10 +268,14 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (!rate) return tl::unexpected(rate.error());
 
   const double span_degc = temperature->peak_to_peak;
-  const double floor = noise_floor(rate_deg_per_h, follows).value_or(rate->sd);
   const double step = quantiser_step(rate_deg_per_h), quantiser = step / std::sqrt(12.0);
   const double noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
-  const double explainable = rate->sd > 0 ? std::max(0.0, 1 - floor * floor / (rate->sd * rate->sd)) : 0;
+  const double far = std::max(kStandsOut * noise, 5 * robust_sd({rate_deg_per_h.begin(), rate_deg_per_h.end()}));
+  const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, follows, count < kEnoughForNoise ? 0 : far);
+  const auto rest_rate = summarise(rest.rate, Divisor::kNMinus1, where + ", rate");
+  if (!rest_rate) return tl::unexpected(rest_rate.error());
+  const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate->sd);
+  const double explainable = rest_rate->sd > 0 ? std::max(0.0, 1 - floor * floor / (rest_rate->sd * rest_rate->sd)) : 0;
   const bool still = span_degc < settings.still_temperature_degc;
 
   DataQuality report;
@@ -221,7 +290,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (count < kEnoughForNoise) {
     findings[1].text += "; the noise cannot be evaluated";
   } else if (noise > 0) {
-    add_noise_findings(rate_deg_per_h, temperature_degc, follows, rate->sd, noise, quantiser, settings, findings);
+    add_noise_findings(rate_deg_per_h, follows, rest, rate->sd, rest_rate->sd, noise, quantiser, settings, findings);
     if (step > noise) {  // a smaller step is below the noise
       findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =

@@ -25,13 +25,16 @@ struct DataQualitySettings {
   Threshold min_temperature_span_degc{25, 10};  ///< a chamber cycle spans 60 or more
   /// A record with a smaller temperature span contains no visible thermal drift.
   double still_temperature_degc = 1;
-  /// Fraction of the variance of the blocks above their noise floor: 1 − floor² / sd².
+  /// Fraction of the variance of the blocks above their noise floor: 1 − floor² / sd². Without gross outliers.
   Threshold min_explainable{0.5, 0.3};
   /// Largest sharp and permanent step of at least eight noise sds, in sds of all blocks (a step alone is 2): the gyro
   /// was moved, so that the Earth rate in the record changed.
   Threshold max_step{0.25, 1};
   /// Fraction of the blocks further than eight noise sds from their neighbours' median: shocks, people, trucks.
   Threshold max_disturbed{0.02, 0.10};
+  /// Fraction of the variance that gross outliers make: more than eight noise sds and five robust sds of all blocks
+  /// from their neighbours.
+  Threshold max_outliers{0.5, 0.7};
   /// Noise of the noisiest quarter of the record over that of the quietest (fewer parts if a quarter has fewer than 12
   /// blocks); no noise counts as less than the quantiser's.
   Threshold max_noise_ratio{3, 10};
@@ -39,7 +42,7 @@ struct DataQualitySettings {
 
 /// The result of one check.
 struct Finding {
-  std::string name;  ///< temperature_span, length, explainable, moved, disturbed, noise, quantised
+  std::string name;  ///< temperature_span, length, explainable, moved, disturbed, outliers, noise, quantised
   Verdict verdict = Verdict::kPass;
   double value = 0;
   std::string unit;
@@ -47,13 +50,14 @@ struct Finding {
   bool at_least = true;                ///< the value should be at least (else at most) the threshold
   std::string text{};                  ///< one human-readable line
   std::optional<std::size_t> block{};  ///< the first block concerned, if any
+  std::size_t run = 1;                 ///< outliers: consecutive blocks from it
 };
 
 struct DataQuality {
   Verdict verdict = Verdict::kPass;    ///< the worst of the findings
   bool nothing_to_compensate = false;  ///< no thermal drift above the noise
   std::vector<Finding> findings;  ///< in the order above; without moved and disturbed below 8 blocks, without noise
-                                  ///< below 24; quantised only if the rate's steps exceed the noise
+                                  ///< below 24; outliers and quantised only if they do not pass
 };
 
 /// Blocks of one record: means of temperature and rate, as for training. `follows[i]`: block i begins at the end of

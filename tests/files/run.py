@@ -160,7 +160,7 @@ def check_words(folder):
     """What a user sees: the finished command line, and silence with --quiet."""
     path = os.path.join(DATA, "plain.csv")
     code, _, err = run("train", path, "--out", os.path.join(folder, "m.json"))
-    line = f"prismcal train {path} --map rate=rate_deg_per_h:deg/h --map temperature=T_degC:degC --map time=t_s:s --no-earth-rate --inputs T,dTdt --out model.json"
+    line = f"prismcal train {path} --map rate=rate_deg_per_h:deg/h --map temperature=T_degC:degC --map time=t_s:s --latitude DEG --elevation DEG --inputs T,dTdt --out model.json"
     if code != 1 or line not in err:
         faults.append(f"plain.csv: train without --map: exit code {code}, expected \"{line}\", found \"{err.strip()}\"")
     code, out, _ = run("inspect", path)

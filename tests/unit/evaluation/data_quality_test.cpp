@@ -77,6 +77,18 @@ TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
   EXPECT_EQ(named(record.check(), "disturbed").verdict, Verdict::kWarn);
 }
 
+// Thirty seconds of a code for "no value" in one block ended as "nothing to compensate".
+TEST(DataQualityCheck, NamesOutliersAndJudgesTheRestWithoutThem) {
+  Record record;
+  const double explainable = named(record.check(), "explainable").value;
+  record.rate_deg_per_h[500] += 3000;
+  const DataQuality report = record.check();
+  EXPECT_EQ(named(report, "outliers").verdict, Verdict::kRefuse);
+  EXPECT_EQ(named(report, "outliers").block, std::optional<std::size_t>(500));
+  EXPECT_NEAR(named(report, "explainable").value, explainable, 0.01);
+  EXPECT_FALSE(report.nothing_to_compensate);
+}
+
 TEST(DataQualityCheck, DetectsChangingAndMissingNoise) {
   Record record;
   const std::vector<double> loud = test::white_noise(924, 0.1, 42);

@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "compensation/training/methods.hpp"
 
@@ -68,8 +70,9 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   training::TrainedModel trained;
   trained.samples.fitted = data.target;
   evaluation::DataQuality quality;
+  std::vector<std::string> questions;
   const auto sentence = [&](bool held_out = false) {
-    return first_sentence(judge(trained, expected, quality, held_out), expected, quality,
+    return first_sentence(judge(trained, expected, quality, held_out, questions), expected, quality,
                           "prismcal evaluate m.json ANOTHER-RECORDING --out report");
   };
   EXPECT_THAT(sentence(), StartsWith("ready: explains 75 % of held-out variation, expected improvement 50 % ("));
@@ -83,6 +86,9 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   quality.verdict = evaluation::Verdict::kRefuse;
   EXPECT_THAT(sentence(), StartsWith("not ready: the data quality fails, --force was given: "));
   quality = {};
+  questions = {"temperature jumped from 25.0 to 45.0 degC at 7001 s and stayed: a fault, or true?"};
+  EXPECT_THAT(sentence(), StartsWith("doubtful: temperature jumped from 25.0 to 45.0 degC at 7001 s and stayed: "));
+  questions.clear();
   expected->improvement->low = -0.1;
   EXPECT_THAT(sentence(), StartsWith("doubtful: it may also be no improvement: "));
   expected->explained = -0.05;

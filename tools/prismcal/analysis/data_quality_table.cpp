@@ -3,6 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/prismcal/recordings/leave_out.hpp"
+
 namespace prism::analysis {
 
 using report::Emphasis;
@@ -15,6 +22,22 @@ Emphasis emphasis_of(evaluation::Verdict verdict) {
                                                  : Emphasis::kBad;
 }
 
+bool is_disturbance(const std::string& name) { return name == "moved" || name == "disturbed" || name == "outliers"; }
+
+/// The place of the first block of a finding; of outliers with the option that leaves them out.
+std::string place_text(const recordings::BlockTable& table, double hours, const evaluation::Finding& finding) {
+  constexpr std::int64_t kDates = 100'000'000;  // seconds since 1970: later than 1973
+  std::string text = fmt::format(" (first at block {}, which ends {:.2f} h after the start", *finding.block + 1, hours);
+  const std::int64_t first = table.blocks.second(*finding.block) - table.features.length_s + 1,
+                     last = table.blocks.second(*finding.block + finding.run - 1);
+  const auto time = [](std::int64_t second) {
+    return second < kDates ? fmt::format("{}", second + 1) : recordings::end_of_second(second, true);
+  };
+  if (finding.name == "outliers")
+    text += fmt::format("; --leave-out {}..{} leaves {} out", time(first), time(last), finding.run > 1 ? "them" : "it");
+  return text + ")";
+}
+
 }  // namespace
 
 Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
@@ -25,8 +48,7 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
   const std::vector<double> hours = table.hours();
   for (evaluation::Finding& finding : quality->findings) {
     if (finding.block && finding.verdict != evaluation::Verdict::kPass)
-      finding.text += fmt::format(" (first at block {}, which ends {:.2f} h after the start)", *finding.block + 1,
-                                  hours[*finding.block]);
+      finding.text += place_text(table, hours[*finding.block], finding);
   }
   return quality;
 }
@@ -72,11 +94,16 @@ std::string data_quality_words(const evaluation::DataQuality& quality) {
 }
 
 std::string data_quality_error(const evaluation::DataQuality& quality) {
-  if (quality.nothing_to_compensate)
+  const bool disturbed = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& f) {
+    return f.verdict == evaluation::Verdict::kRefuse && is_disturbance(f.name);
+  });
+  if (quality.nothing_to_compensate && !disturbed)
     return "nothing to compensate: changes of the bias with temperature are within its noise.";
   if (quality.verdict != evaluation::Verdict::kRefuse) return {};
+  std::vector<evaluation::Finding> findings = quality.findings;  // a disturbance may be the reason of the others
+  std::stable_partition(findings.begin(), findings.end(), [](const auto& f) { return is_disturbance(f.name); });
   std::string why;
-  for (const evaluation::Finding& finding : quality.findings) {
+  for (const evaluation::Finding& finding : findings) {
     if (finding.verdict == evaluation::Verdict::kRefuse)
       why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
   }

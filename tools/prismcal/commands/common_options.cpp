@@ -169,6 +169,7 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
     facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
   }
   for (const std::string& note : recording.notes) facts.emplace_back(role + ", left out", note);
+  for (const std::string& question : recording.questions) facts.emplace_back(role + ", question", question);
   const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
   std::string gyro = "serial " + (serial.empty() ? "not stated" : serial);
   for (const char* key : {"frames", "axis"}) {

@@ -117,6 +117,7 @@ void add_convert_command(CLI::App& app, int& code) {
   command->add_option("--frames", choice->frames, "frame description with one frame per second, by name or path")
       ->capture_default_str();
   add_source_options(*command, choice->source);
+  accept_site_options(*command);  // a capture has the rate as it was measured
   command->add_flag("--quiet", choice->quiet, "no remarks on stderr");
   tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
   command->callback([choice, &code] {

@@ -166,6 +166,7 @@ void add_design_command(CLI::App& app, int& code) {
   command->add_option("--report", choice->report.out,
                       "folder for report.html with the figures, report.csv, report.json");
   add_source_options(*command, choice->source);
+  accept_site_options(*command);  // the bias does not matter
   command->add_flag("--json", choice->report.json, "print the report as JSON");
   command->add_flag("--quiet", choice->report.quiet, "no remarks on stderr");
   tools::add_examples(

@@ -92,11 +92,12 @@ void print(const TableSummary& summary, const std::string& path) {
   if (summary.command.empty())
     fmt::print(
         "\nNo column has the unit of a rate; state the columns (name or number) and units, as in\n"
-        "prismcal train {} --map rate=COLUMN:deg/h --map temperature=COLUMN:degC --map time=COLUMN:s --no-earth-rate "
+        "prismcal train {} --map rate=COLUMN:deg/h --map temperature=COLUMN:degC --map time=COLUMN:s {} "
         "--inputs T,dTdt --out model.json\n",
-        printable(shell_word(path)));
+        printable(shell_word(path)), recordings::kSiteOptions);
   else
     fmt::print("\n{}\n", printable(summary.command));
+  fmt::print("{}\n", recordings::kSiteAdvice);
 }
 
 nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& path) {

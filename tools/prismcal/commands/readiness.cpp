@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -55,6 +56,34 @@ bool serves_the_mean(const training::TrainedModel& trained) {
   return compensation::evidence_of(trust.skill, trust.overlap) <= compensation::kNoSkill;
 }
 
+/// Of the model and the data quality.
+Judgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
+                      const evaluation::DataQuality& quality, bool held_out) {
+  if (held_out) return {Readiness::kNotReady, "trained without the held-out part: train again without --hold-out"};
+  if (quality.nothing_to_compensate)
+    return {Readiness::kNotReady,
+            "the bias changes with temperature by less than its noise: record larger temperature changes"};
+  if (quality.verdict == evaluation::Verdict::kRefuse)
+    return {Readiness::kNotReady, "the data quality fails, --force was given: record a cycle without these faults"};
+  if (!expected)
+    return {Readiness::kNotReady,
+            fmt::format("{} samples are too few to test the model on parts of the recording: record a longer cycle",
+                        trained.samples.fitted.size())};
+  if (serves_the_mean(trained))
+    return {Readiness::kNotReady,
+            "the halves of the recording contradict each other, so prismd would correct only the mean: record a longer "
+            "or wider cycle"};
+  if (expected->explained <= 0)
+    return {
+        Readiness::kNotReady,
+        "held-out parts of the recording get worse with it: record a longer or wider cycle, or add inputs (--inputs "
+        "auto)"};
+  if (expected->improvement && expected->improvement->low <= 0)
+    return {Readiness::kDoubtful,
+            "it may also be no improvement: judge it on another recording, or record a longer or wider cycle"};
+  return {};
+}
+
 }  // namespace
 
 std::optional<Expectation> expectation_of(const training::HeldOutErrors& held_out, const training::TrainingData& data) {
@@ -93,30 +122,14 @@ const char* readiness_text(Readiness readiness) {
 }
 
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out) {
-  if (held_out) return {Readiness::kNotReady, "trained without the held-out part: train again without --hold-out"};
-  if (quality.nothing_to_compensate)
-    return {Readiness::kNotReady,
-            "the bias changes with temperature by less than its noise: record larger temperature changes"};
-  if (quality.verdict == evaluation::Verdict::kRefuse)
-    return {Readiness::kNotReady, "the data quality fails, --force was given: record a cycle without these faults"};
-  if (!expected)
-    return {Readiness::kNotReady,
-            fmt::format("{} samples are too few to test the model on parts of the recording: record a longer cycle",
-                        trained.samples.fitted.size())};
-  if (serves_the_mean(trained))
-    return {Readiness::kNotReady,
-            "the halves of the recording contradict each other, so prismd would correct only the mean: record a longer "
-            "or wider cycle"};
-  if (expected->explained <= 0)
-    return {
-        Readiness::kNotReady,
-        "held-out parts of the recording get worse with it: record a longer or wider cycle, or add inputs (--inputs "
-        "auto)"};
-  if (expected->improvement && expected->improvement->low <= 0)
-    return {Readiness::kDoubtful,
-            "it may also be no improvement: judge it on another recording, or record a longer or wider cycle"};
-  return {};
+                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions) {
+  Judgement judgement = judge_model(trained, expected, quality, held_out);
+  if (questions.empty()) return judgement;
+  // A fault of the data may be the reason of the rest.
+  judgement.readiness = std::max(judgement.readiness, Readiness::kDoubtful);
+  const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";
+  judgement.reason = questions.front() + others + (judgement.reason.empty() ? "" : "; " + judgement.reason);
+  return judgement;
 }
 
 std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,

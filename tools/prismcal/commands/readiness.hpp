@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "compensation/evaluation/data_quality.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
@@ -31,7 +32,7 @@ nlohmann::ordered_json expectation_json(const std::optional<Expectation>& expect
 
 enum class Readiness {
   kReady,
-  kDoubtful,  ///< the improvement is not distinguishable from none
+  kDoubtful,  ///< the improvement is not distinguishable from none, or the data may be faulty
   kNotReady,
 };
 
@@ -42,9 +43,10 @@ struct Judgement {
   std::string reason;  ///< and what to do; empty if ready
 };
 
-/// `held_out`: a part of the recordings was left out of the training, so that the model is for tests only.
+/// `held_out`: a part of the recordings was left out of the training, so that the model is for tests only. `questions`:
+/// on the data that was used (Recording::questions).
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out);
+                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions);
 
 /// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:
 /// prismcal evaluate …". One line with its end. `next`: the command that tests the model.

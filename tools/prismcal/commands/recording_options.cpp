@@ -50,6 +50,11 @@ void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
   add_table_options(command, options.table);
   command.add_option("--config", options.config, "captures: configuration of the prismd that recorded them");
   command.add_option("--axis", options.axis, "axis to use, if the recording has several");
+  command
+      .add_option("--leave-out", options.leave_out,
+                  "FROM..TO: times not to use, as dates, or s of a table's time or since the start; repeatable")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
@@ -67,6 +72,14 @@ void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
       ->excludes(elevation);
   command.add_flag("--accept-unit", options.accept_unit,
                    "use a recording whose mean rate is the Earth rate in another unit");
+}
+
+void accept_site_options(CLI::App& command) {
+  const auto unused = std::make_shared<recordings::SiteOptions>();
+  CLI::App* group = command.add_option_group("site", "");
+  group->group("");
+  add_site_options(*group, *unused);
+  group->callback([unused] {});  // keeps the options' values
 }
 
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {

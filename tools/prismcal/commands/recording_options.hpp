@@ -13,11 +13,15 @@ namespace prism::commands {
 /// options.progress to print on stderr.
 void add_table_options(CLI::App& command, tables::TableOptions& options);
 
-/// --map, --interval, --config, --axis, and those of add_table_options().
+/// --map, --interval, --config, --axis, --leave-out, and those of add_table_options().
 void add_source_options(CLI::App& command, recordings::SourceOptions& options);
 
 /// --latitude, --elevation, --azimuth, --no-earth-rate.
 void add_site_options(CLI::App& command, recordings::SiteOptions& options);
+
+/// The same without effect and without help, for commands that do not need the Earth rate: the options of a file are
+/// the same for all commands.
+void accept_site_options(CLI::App& command);
 
 /// Those above, and --window, --slope, --end-mean, --max-gap, --lag, --hold-out.
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& options);

@@ -115,7 +115,7 @@ void add_train_command(CLI::App& app, int& code) {
   add_train_options(*command, *choice);
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
-      "--no-earth-rate --inputs T,dTdt --out model.json";
+      "--latitude 48.1 --elevation 90 --inputs T,dTdt --out model.json";
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",

@@ -27,6 +27,24 @@
 namespace prism::commands {
 namespace {
 
+/// Errors: an input has the same value in all samples.
+Result<void> check_inputs_change(const training::TrainingData& data) {
+  std::vector<std::string> changing;
+  std::optional<Error> constant;
+  for (std::size_t d = 0; d < data.names.size(); ++d) {
+    const auto row = data.inputs.row(static_cast<Eigen::Index>(d));
+    const double value = row.minCoeff();
+    if (value != row.maxCoeff()) {
+      changing.push_back(data.names[d]);
+    } else if (!constant) {
+      constant = Error{"input " + data.names[d], fmt::format("always {:.6g}: it cannot explain anything", value)};
+    }
+  }
+  if (!constant) return {};
+  if (!changing.empty()) constant->what += fmt::format("; use --inputs {}", fmt::join(changing, ","));
+  return tl::unexpected<Error>(*constant);
+}
+
 // Checks the data quality of all recordings, and returns the worst. Adds the results to set.facts and prints those that
 // do not pass.
 Result<evaluation::DataQuality> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
@@ -108,6 +126,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   }
   auto quality = check_recordings(*set, choice);
   if (!quality) return tl::unexpected<Error>(quality.error());
+  if (auto change = check_inputs_change(set->data); !change) return tl::unexpected<Error>(change.error());
   std::vector<TrainingRun::Curve> curves;
   for (recordings::BlockTable& table : set->tables)
     curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
@@ -120,6 +139,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
   info.features = set->features;
+  if (info.gyro_serial.empty() && !choice.method.quiet)
+    fmt::print(stderr, "the recordings name no gyro: the model is for any; --serial NAME binds it to one\n");
   if (!choice.prior.empty()) {
     auto models = read_population_models(choice.prior, info.gyro_serial);
     if (!models) return tl::unexpected<Error>(models.error());
@@ -131,7 +152,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (!trained) return tl::unexpected<Error>(trained.error());
   auto summary = summary_json(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
-  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted());
+  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions);
   summary["readiness"] = readiness_text(judgement.readiness);
   summary["expected"] = expectation_json(expected);
   summary["recordings"] = set->facts;

@@ -73,6 +73,8 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
     for (std::int64_t i = 1; i <= std::min<std::int64_t>(gap_s, 60); ++i) table_.seconds.push(*last_ + i, kUnknown);
   }
   const bool known = std::isfinite(second_mean.rate_deg_per_h);
+  any_rate_ = any_rate_ || known;
+  any_temperature_ = any_temperature_ || std::isfinite(second_mean.temperature_degc);
   if (!known) miss(1);
   table_.seconds.push(second_mean.second, known ? second_mean.rate_deg_per_h : kUnknown);
   in_gap_ = !known;
@@ -103,6 +105,10 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
 
 Result<BlockTable> BlockTableBuilder::finish() {
   if (table_.blocks.empty()) {
+    if (pushed_ > 0 && !any_temperature_)
+      return make_error(table_.name,
+                        "found no temperature, expected one, in a table with --map temperature=COLUMN:UNIT");
+    if (pushed_ > 0 && !any_rate_) return make_error(table_.name, "found no rate, expected one");
     return make_error(
         table_.name,
         fmt::format("found {} in {}, expected {} s without a gap for a block", counted(pushed_, "second"),

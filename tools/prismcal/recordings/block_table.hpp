@@ -48,7 +48,7 @@ class BlockTableBuilder {
   void reserve(std::size_t seconds);
   /// Errors: a second out of order within a session.
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session = false);
-  /// Errors: no full block, because the recording is too short or full of gaps.
+  /// Errors: no full block, because the recording has no rate or temperature, is too short or full of gaps.
   Result<BlockTable> finish();
 
  private:
@@ -59,6 +59,7 @@ class BlockTableBuilder {
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
   std::size_t pushed_ = 0;
+  bool any_rate_ = false, any_temperature_ = false;
   std::int64_t shift_s_ = 0;               ///< added to the seconds of this session
   std::optional<std::int64_t> last_;       ///< shifted
   bool session_begins_ = false;            ///< since the last second that was used

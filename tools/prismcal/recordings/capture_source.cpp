@@ -41,7 +41,8 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
   return names;
 }
 
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                               SecondConsumer& consumer) {
   pipeline::Overrides overrides;
   overrides.without_models = true;
   auto setup = pipeline::load_setup(options.config, overrides);
@@ -56,7 +57,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   recording.add_metadata(pipeline::log_metadata(*setup, *axis));
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
-  SecondFeed feed(recording, consumer);
+  SecondFeed feed(recording, leave_out, true, consumer);
   Result<void> fed;
   const auto add = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
@@ -85,10 +86,12 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   add(pipeline.finish());
   meter.set(reader->size_bytes(), packets);
   if (!fed) return tl::unexpected<Error>(fed.error());
+  if (recording.seconds == 0 && options.leave_out.empty())
+    return make_error(path, "found no frame of " + setup->config.frames);
+  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
   recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
-  if (recording.seconds == 0) return make_error(path, "found no frame of " + setup->config.frames);
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});

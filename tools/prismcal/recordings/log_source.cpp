@@ -27,7 +27,8 @@ std::vector<std::string> axes_of_log(const std::string& path) {
   return {names.begin(), names.end()};
 }
 
-Result<Recording> read_log(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                           SecondConsumer& consumer) {
   auto folder = LogFolder::open(path, options.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
   Recording recording;
@@ -35,16 +36,16 @@ Result<Recording> read_log(const std::string& path, const SourceOptions& options
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
   for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
   recording.most_seconds = folder->most_rows();
-  SecondFeed feed(recording, consumer);
+  SecondFeed feed(recording, leave_out, true, consumer);
   tables::ReadMeter meter(options.table.progress, folder->bytes());
   const auto left_out = join_rows(
       *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); },
       meter);
   if (!left_out) return tl::unexpected<Error>(left_out.error());
+  recording.notes = left_out->lines();
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
   for (const LogSegment& segment : folder->segments)
     recording.files.push_back({segment.path, segment.sha256, segment.rows});
-  recording.notes = left_out->lines();
   recording.deletions = folder->deletions;
   recording.notes.insert(recording.notes.end(), folder->deletions.begin(), folder->deletions.end());
   return recording;

@@ -79,9 +79,12 @@ Result<std::vector<std::int64_t>> read_stamps(MappedTable& table) {
 /// Averages the rows to seconds. `times_ns`: ends of the samples; empty: `interval_s` apart.
 class Averaging {
  public:
-  Averaging(const std::vector<std::int64_t>& times_ns, const SourceOptions& options)
-      : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged) {}
+  Averaging(const std::vector<std::int64_t>& times_ns, const SourceOptions& options, LeaveOut& leave_out)
+      : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged), leave_out_(leave_out) {}
 
+  Result<void> begin(bool is_date) {
+    return leave_out_.begin(times_.empty() ? 0 : compensation::second_number(times_.front()), is_date);
+  }
   void add(const MappedTable& table, const tables::Block& block, std::size_t row) {
     Sample sample;
     sample.time_ns = time_of(index_);
@@ -94,8 +97,9 @@ class Averaging {
     sample.temperature_degc = value(1);
     sample.uhfo_v = value(2);
     ++index_;
-    if (judged_) judge_.push(sample, block.lines[row]);
-    if (const auto second_mean = averager_.push(sample)) second_means_.push_back(*second_mean);
+    if (leave_out_.contains(compensation::second_number(sample.time_ns))) return;
+    const QuantitySet implausible = judged_ ? judge_.push(sample, block.lines[row]) : QuantitySet();
+    if (const auto second_mean = averager_.push(sample, implausible)) second_means_.push_back(*second_mean);
   }
   /// Judges the seconds.
   Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
@@ -121,6 +125,7 @@ class Averaging {
   const std::vector<std::int64_t>& times_;
   double interval_s_;
   bool judged_;
+  LeaveOut& leave_out_;
   compensation::SecondAverager averager_;
   TableJudge judge_;
   std::vector<compensation::SecondMean> second_means_;
@@ -136,7 +141,8 @@ void add_grid_notes(const SampleGrid& grid, Recording& recording) {
 
 }  // namespace
 
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                              SecondConsumer& consumer) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
   const bool timed = map->contains("time");
@@ -161,7 +167,9 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   if (!timed && !(options.table.interval_s > 0))
     return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
   recording.name = std::filesystem::path(path).stem().string();
-  Averaging averaging(times, options);
+  Averaging averaging(times, options, leave_out);
+  const bool is_date = table->source->time() && table->source->time()->has_date;
+  if (auto good = averaging.begin(is_date); !good) return tl::unexpected<Error>(good.error());
   tables::Block block;
   while (true) {
     const auto more = table->source->next(block);
@@ -169,22 +177,24 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     if (!*more) break;
     for (std::size_t row = 0; row < block.rows; ++row) averaging.add(*table, block, row);
   }
-  const bool is_date = table->source->time() && table->source->time()->has_date;
   if (auto good = averaging.finish(path, is_date, recording); !good) return tl::unexpected<Error>(good.error());
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, table->source->counts().rows});
   if (table->source->counts().rows == 0) return make_error(path, "found no row below a line of names");
+  SecondFeed feed(recording, leave_out, is_date, consumer);
+  Result<void> fed;
+  for (auto at = averaging.second_means().begin(); fed && at != averaging.second_means().end(); ++at)
+    fed = feed.push(*at, false);
+  if (fed) fed = feed.finish();
   if (options.table.announce) {
     std::string line = table->source->understood();
-    for (const std::string& note : recording.notes) line += "; " + note;
+    for (const auto* texts : {&recording.notes, &recording.questions}) {
+      for (const std::string& text : *texts) line += "; " + text;
+    }
     options.table.announce(line);
   }
-  SecondFeed feed(recording, consumer);
-  for (const compensation::SecondMean& second_mean : averaging.second_means()) {
-    if (auto done = feed.push(second_mean, false); !done) return tl::unexpected<Error>(done.error());
-  }
-  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
+  if (!fed) return tl::unexpected<Error>(fed.error());
   return recording;
 }
 

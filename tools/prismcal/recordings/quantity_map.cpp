@@ -153,7 +153,7 @@ std::string train_command(const tables::TableSource& table, const tables::TableO
     if (entry.starts_with("uhfo=")) inputs += ",U";
   }
   if (!timed) text += " --interval SECONDS";
-  text += " --no-earth-rate";
+  text += std::string(" ") + kSiteOptions;
   if (!inputs.empty()) text += " --inputs " + inputs.substr(1);
   return text + " --out model.json";
 }

@@ -28,8 +28,14 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries);
 Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
                                              const tables::Header& header);
 
-/// "prismcal train FILE --map … --no-earth-rate --inputs T,dTdt --out model.json": the finished command line, by the
-/// units and names of the columns, with the stated options; empty if no rate is recognised.
+/// The site in command lines to copy: no table states it. `train` rejects the placeholders.
+inline constexpr const char* kSiteOptions = "--latitude DEG --elevation DEG";
+inline constexpr const char* kSiteAdvice =
+    "DEG: latitude of the site, elevation of the gyro's input axis above the horizon; for rates already corrected for "
+    "the Earth rate: --no-earth-rate instead";
+
+/// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
+/// the units and names of the columns, with the stated options; empty if no rate is recognised.
 std::string train_command(const tables::TableSource& table, const tables::TableOptions& options);
 
 }  // namespace prism::recordings

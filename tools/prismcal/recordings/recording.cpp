@@ -9,6 +9,7 @@
 #include <memory>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -48,7 +49,8 @@ Error without_map(const std::string& path, const SourceOptions& options) {
   const auto table = tables::open_table(path, options.table);
   if (!table) return table.error();
   const std::string command = train_command(**table, options.table);
-  if (!command.empty()) return {path, "not a log of prismd; its header fits: " + command};
+  if (!command.empty())
+    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", command, kSiteAdvice)};
   return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
                             "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
                             (*table)->names_text(), shell_word(path))};
@@ -78,6 +80,14 @@ Result<void> SecondFeed::begin() {
 }
 
 Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
+  if (!any_) {
+    any_ = true;
+    if (auto good = leave_out_.begin(second_mean.second, is_date_); !good) return good;
+  }
+  session_begins_ = session_begins_ || begins_session;
+  if (leave_out_.contains(second_mean.second)) return {};
+  begins_session = std::exchange(session_begins_, false);
+  jumps_.push(second_mean, begins_session);
   if (!begun_) {
     recording_.sensor_list = second_mean.sensor_list;
     if (auto good = begin(); !good) return good;
@@ -87,23 +97,29 @@ Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool 
   return consumer_.push(second_mean, begins_session);
 }
 
-Result<void> SecondFeed::finish() { return begun_ ? Result<void>() : begin(); }
+Result<void> SecondFeed::finish() {
+  for (std::string& note : leave_out_.notes()) recording_.notes.push_back(std::move(note));
+  recording_.questions = jumps_.questions(is_date_);
+  return begun_ ? Result<void>() : begin();
+}
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
-  if (!options.map.empty()) return read_mapped(path, options, consumer);
+  auto leave_out = LeaveOut::parse(options.leave_out);
+  if (!leave_out) return tl::unexpected<Error>(leave_out.error());
+  if (!options.map.empty()) return read_mapped(path, options, std::move(*leave_out), consumer);
   if (is_foreign(path)) {
     const auto kind = bytes_kind(path);
     if (!kind) return tl::unexpected<Error>(kind.error());
     if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
-    if (!options.config.empty()) return read_capture(path, options, consumer);
+    if (!options.config.empty()) return read_capture(path, options, std::move(*leave_out), consumer);
     return make_error(
         path, fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismcal inspect "
                           "{} finds the description",
                           *kind, shell_word(path)));
   }
-  return read_log(path, options, consumer);
+  return read_log(path, options, std::move(*leave_out), consumer);
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {

@@ -10,6 +10,8 @@
 
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
+#include "tools/prismcal/recordings/jump_finder.hpp"
+#include "tools/prismcal/recordings/leave_out.hpp"
 #include "tools/prismcal/tables/table_options.hpp"
 
 namespace prism::recordings {
@@ -28,6 +30,7 @@ struct Recording {
   SensorList sensor_list;                        ///< of the first second; null: no sensors
   std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
   std::vector<std::string> notes;                ///< readable lines on data left out
+  std::vector<std::string> questions;            ///< jumps that stay: faults, or true (jump_finder.hpp)
   std::vector<std::string> deletions;            ///< those of them on segments that retention deleted
 
   std::string value(const std::string& key) const;  ///< metadata value; empty: none
@@ -45,6 +48,7 @@ struct SourceOptions {
   bool judged = true;          ///< mapped table: implausible values and single outliers are left out (table_judge.hpp)
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
+  std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()
 };
 
 struct SiteOptions {
@@ -63,19 +67,26 @@ class SecondConsumer {
   virtual Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) = 0;
 };
 
-/// Passes seconds to a consumer, and counts them in the recording.
+/// Passes the seconds that are not left out to a consumer, counts them in the recording, and finds jumps.
 class SecondFeed {
  public:
-  SecondFeed(Recording& recording, SecondConsumer& consumer) : recording_(recording), consumer_(consumer) {}
+  /// `is_date`: the seconds count from 1970.
+  SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, SecondConsumer& consumer)
+      : recording_(recording), leave_out_(leave_out), is_date_(is_date), consumer_(consumer) {}
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
-  Result<void> finish();  ///< calls begin(), if there was no second
+  /// Adds the notes and questions to the recording. Calls begin(), if there was no second.
+  Result<void> finish();
 
  private:
   Result<void> begin();
 
   Recording& recording_;
+  LeaveOut& leave_out_;
+  bool is_date_;
   SecondConsumer& consumer_;
-  bool begun_ = false;
+  JumpFinder jumps_;
+  bool any_ = false, begun_ = false;
+  bool session_begins_ = false;  ///< its first seconds were left out
 };
 
 /// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
@@ -95,10 +106,13 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 
 // The readers, one source file each.
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
-Result<Recording> read_log(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                           SecondConsumer& consumer);
 /// Reads a capture, raw bytes or a text of bytes (bytes_kind.hpp) with the frame description of options.config.
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                               SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                              SecondConsumer& consumer);
 
 }  // namespace prism::recordings

@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "base/plain_text.hpp"
-#include "base/text_number.hpp"
 #include "compensation/evaluation/statistics.hpp"
+#include "tools/prismcal/recordings/leave_out.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -17,24 +20,91 @@ constexpr std::array<const char*, 3> kNames = {"rate", "temperature", "uhfo"}, k
 
 bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-std::string time_text(std::int64_t second, bool is_date) {
-  return is_date ? utc_text(second + 1) : fmt::format("{} s", second + 1);
+constexpr std::size_t kFew = 5;
+
+/// Seconds [begin, end) of a series that are far from those before and after them.
+struct FarBlock {
+  std::size_t begin = 0, end = 0;
+  double level = 0;     ///< median, or of the largest part
+  double distance = 0;  ///< from the rates next to it
+};
+
+/// Median of at most 21 values, evenly spaced.
+double median_between(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  const std::size_t stride = (end - begin) / 21 + 1;
+  std::vector<double> some;
+  for (std::size_t i = begin; i < end; i += stride) some.push_back(values[i]);
+  return evaluation::median_of(std::move(some));
 }
 
-/// Median of the values around `at`, without it.
-double around(const std::vector<double>& values, std::size_t at) {
-  std::vector<double> near;
-  for (std::size_t i = at - std::min<std::size_t>(at, 10); i < std::min(values.size(), at + 11); ++i) {
-    if (i != at) near.push_back(values[i]);
+/// Parts of one block touch: a second that is only partly far has a mean of its own.
+void add_block(const FarBlock& block, std::vector<FarBlock>& blocks) {
+  if (blocks.empty() || blocks.back().end < block.begin) return blocks.push_back(block);
+  FarBlock& last = blocks.back();
+  const bool is_larger = block.end - block.begin > last.end - last.begin;
+  last = {last.begin, block.end, (is_larger ? block : last).level, (is_larger ? block : last).distance};
+}
+
+bool have_one_level(const std::vector<FarBlock>& blocks) {
+  return std::all_of(blocks.begin(), blocks.end(), [&](const FarBlock& b) { return b.level == blocks[0].level; });
+}
+
+/// Blocks that begin with a step above `far`, and end with one after which the rates are as before: a step that stays
+/// is no block. At the ends of the record one step is enough. More than kFew of several levels: not all.
+std::vector<FarBlock> far_blocks(const std::vector<double>& rates, double far) {
+  constexpr std::size_t kNear = 10, kMostSteps = 16;
+  const std::size_t count = rates.size(), longest = std::clamp<std::size_t>(count / 20, 1, 600);
+  const auto steps = [&](std::size_t i) { return std::fabs(rates[i] - rates[i - 1]) > far; };
+  std::vector<double> before;  // the last rates that are not far
+  const auto block_at = [&](std::size_t begin) {
+    FarBlock block{begin, begin, 0, 0};
+    std::size_t tried = 0;
+    for (std::size_t j = begin + 1; j <= std::min(count, begin + longest) && tried < kMostSteps; ++j) {
+      if (j < count && !steps(j)) continue;
+      ++tried;
+      if (before.empty() && j == count) break;
+      const double after = j < count ? median_between(rates, j, std::min(count, j + kNear)) : kUnknown;
+      const double level = before.empty() ? after : evaluation::median_of(before);
+      block.level = median_between(rates, begin, j);
+      block.distance = std::fabs(block.level - level);
+      const bool returns = j == count || std::fabs(after - level) <= std::max(far, 0.2 * block.distance);
+      if (block.distance > far && returns) {
+        block.end = j;
+        break;
+      }
+    }
+    return block;
+  };
+  std::vector<FarBlock> blocks;
+  for (std::size_t i = 0; i < count && (blocks.size() <= kFew || have_one_level(blocks));) {
+    const FarBlock block = i == 0 || steps(i) ? block_at(i) : FarBlock{i, i, 0, 0};
+    if (block.end > i) {
+      add_block(block, blocks);
+      i = block.end;
+      continue;
+    }
+    before.push_back(rates[i]);
+    if (before.size() > kNear) before.erase(before.begin());
+    ++i;
   }
-  return near.empty() ? kUnknown : evaluation::median_of(std::move(near));
+  return blocks;
+}
+
+/// "outlier at 7001 s: 1000 deg/h, …" for one second, "30 s from … to … at 9999 deg/h, …" for more.
+std::string far_text(const FarBlock& block, std::int64_t first, std::int64_t last, bool is_date, double noise) {
+  const std::string begin = end_of_second(first, is_date);
+  if (block.end - block.begin == 1)
+    return fmt::format("outlier at {}: {:.6g} deg/h, {:.3g} times the noise from its neighbours; left out", begin,
+                       block.level, block.distance / noise);
+  return fmt::format("{} s from {} to {} at {:.6g} deg/h, far from the rest ({:.3g} times the noise): left out",
+                     block.end - block.begin, begin, end_of_second(last, is_date), block.level, block.distance / noise);
 }
 
 }  // namespace
 
 TableJudge::TableJudge() : plausibility_(compensation::PlausibilityLimits{}) {}
 
-void TableJudge::push(Sample& sample, std::size_t line) {
+QuantitySet TableJudge::push(const Sample& sample, std::size_t line) {
   const bool repeats = any_ && equal(sample.rate_deg_per_h, last_.rate_deg_per_h) && sample.time_ns == last_.time_ns &&
                        equal(sample.temperature_degc, last_.temperature_degc) && equal(sample.uhfo_v, last_.uhfo_v);
   if (repeats && ++repeated_ == 1) first_repeated_line_ = line;
@@ -43,36 +113,19 @@ void TableJudge::push(Sample& sample, std::size_t line) {
   compensation::Rejections rejections;
   const QuantitySet implausible = plausibility_.implausible(sample);
   if (implausible.any()) plausibility_.explain(sample, implausible, rejections);
-  const auto judge = [&](std::size_t quantity, double& value, bool bad, const compensation::Rejection& why) {
+  const auto judge = [&](std::size_t quantity, double value, bool bad, const compensation::Rejection& why) {
     Count& count = counts_[quantity];
     if (std::isnan(value)) return;
     ++count.values;
     count.like_kelvin += value > 230 && value < 375;
-    follow_jump(count, quantity, value, bad, why, line);
-    if (!bad) return;
-    if (++count.implausible == 1) {
-      count.first_line = line;
-      count.why = compensation::rejection_text(why, kUnitNames[quantity]);
-    }
-    value = kUnknown;
+    if (!bad || ++count.implausible > 1) return;
+    count.first_line = line;
+    count.why = compensation::rejection_text(why, kUnitNames[quantity]);
   };
   judge(0, sample.rate_deg_per_h, implausible.rate, rejections.rate);
   judge(1, sample.temperature_degc, implausible.temperature, rejections.temperature);
   judge(2, sample.uhfo_v, implausible.uhfo, rejections.uhfo);
-}
-
-void TableJudge::follow_jump(Count& count, std::size_t quantity, double value, bool bad,
-                             const compensation::Rejection& why, std::size_t line) {
-  if (bad) {
-    if (!count.jump.is_rejecting()) count.jump_line = line;
-    return count.jump.reject(why);
-  }
-  const auto jump = count.jump.accept(value);
-  if (jump && count.question.empty())
-    count.question = fmt::format(
-        "{} jumps from {:.6g} to {:.6g} {} in line {} and stays: a fault, or true? If it is a "
-        "fault, train without the rows after it",
-        kNames[quantity], jump->before, jump->after, kUnitNames[quantity], count.jump_line);
+  return implausible;
 }
 
 Result<std::vector<std::string>> TableJudge::finish(const std::string& path) const {
@@ -86,7 +139,6 @@ Result<std::vector<std::string>> TableJudge::finish(const std::string& path) con
       return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
     if (100 * count.implausible > count.values) return make_error(path, text + "; expected at most 1 %");
     notes.push_back(text + "; left out");
-    if (!count.question.empty()) notes.push_back(count.question);
   }
   if (repeated_ > 0)
     notes.push_back(fmt::format("{} repeats the row before it with its time, the first in line {}",
@@ -95,40 +147,36 @@ Result<std::vector<std::string>> TableJudge::finish(const std::string& path) con
 }
 
 std::vector<std::string> judge_seconds(std::vector<compensation::SecondMean>& second_means, bool is_date) {
-  constexpr std::size_t kFew = 5, kEnough = 50, kConstant_s = 1000;
+  constexpr std::size_t kEnough = 50, kConstant_s = 1000;
   constexpr double kFar = 50;
   std::vector<std::string> notes;
   std::vector<double> rates;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < second_means.size(); ++i) {
-    if (!std::isfinite(second_means[i].rate_deg_per_h) || second_means[i].partial) continue;
-    rates.push_back(second_means[i].rate_deg_per_h);
+    const double rate = compensation::without_implausible(second_means[i]).rate_deg_per_h;
+    if (!std::isfinite(rate) || second_means[i].partial) continue;
+    rates.push_back(rate);
     index.push_back(i);
   }
   if (rates.size() < kEnough) return notes;
   std::vector<double> steps;
   for (std::size_t i = 1; i < rates.size(); ++i) steps.push_back(rates[i] - rates[i - 1]);
   const double noise = evaluation::robust_sd(steps) / std::sqrt(2.0);
-  std::vector<std::size_t> far;
-  for (std::size_t i = 0; noise > 0 && i < rates.size() && far.size() <= kFew; ++i) {
-    if (std::fabs(steps[std::min(i, steps.size() - 1)]) < kFar * noise &&
-        (i == 0 || std::fabs(steps[i - 1]) < kFar * noise))
-      continue;
-    if (std::fabs(rates[i] - around(rates, i)) > kFar * noise) far.push_back(i);
+  const std::vector<FarBlock> far = noise > 0 ? far_blocks(rates, kFar * noise) : std::vector<FarBlock>();
+  const bool used = far.size() <= kFew || have_one_level(far);
+  for (std::size_t k = 0; used && k < far.size(); ++k) {
+    const std::int64_t first = second_means[index[far[k].begin]].second;
+    if (k < kFew) notes.push_back(far_text(far[k], first, second_means[index[far[k].end - 1]].second, is_date, noise));
+    for (std::size_t i = far[k].begin; i < far[k].end; ++i) second_means[index[i]].rate_deg_per_h = kUnknown;
   }
-  for (const std::size_t i : far) {
-    if (far.size() > kFew) break;
-    compensation::SecondMean& second_mean = second_means[index[i]];
-    notes.push_back(fmt::format("outlier at {}: {:.6g} deg/h, {:.3g} times the noise from its neighbours; left out",
-                                time_text(second_mean.second, is_date), rates[i],
-                                std::fabs(rates[i] - around(rates, i)) / noise));
-    second_mean.rate_deg_per_h = kUnknown;
-  }
+  if (used && far.size() > kFew)
+    notes.push_back(
+        fmt::format("{} more at {:.6g} deg/h: left out", counted(far.size() - kFew, "block"), far[0].level));
   // A thermometer that stops: constant to the last digit after it has moved, for longer than its steps take.
   std::size_t begin = 0, longest = 0, longest_begin = 0;
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (std::size_t i = 0; i < second_means.size(); ++i) {
-    const double temperature = second_means[i].temperature_degc;
+    const double temperature = compensation::without_implausible(second_means[i]).temperature_degc;
     if (std::isfinite(temperature)) low = std::min(low, temperature), high = std::max(high, temperature);
     if (i > 0 && temperature != second_means[i - 1].temperature_degc) begin = i;
     if (i - begin + 1 > longest && std::isfinite(temperature)) longest = i - begin + 1, longest_begin = begin;
@@ -136,8 +184,8 @@ std::vector<std::string> judge_seconds(std::vector<compensation::SecondMean>& se
   if (longest >= kConstant_s && 5 * longest >= second_means.size() && high > low)
     notes.push_back(fmt::format("temperature stays at {:.6g} degC from {} to {}: has its sensor stopped?",
                                 second_means[longest_begin].temperature_degc,
-                                time_text(second_means[longest_begin].second, is_date),
-                                time_text(second_means[longest_begin + longest - 1].second, is_date)));
+                                end_of_second(second_means[longest_begin].second, is_date),
+                                end_of_second(second_means[longest_begin + longest - 1].second, is_date)));
   return notes;
 }
 

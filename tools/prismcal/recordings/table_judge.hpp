@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/jump_watch.hpp"
 #include "compensation/plausibility.hpp"
 #include "compensation/second_averager.hpp"
 
@@ -19,22 +18,16 @@ class TableJudge {
  public:
   TableJudge();
 
-  /// Makes implausible values of the sample unknown, by the same limits as for a line, and counts them.
-  void push(Sample& sample, std::size_t line);
-  /// Notes on what was left out, and on jumps that stay, which may be faults or true. Errors: more than 1 % of a
-  /// quantity is implausible.
+  /// Returns the implausible quantities of the sample, by the same limits as for a line, and counts them.
+  QuantitySet push(const Sample& sample, std::size_t line);
+  /// Notes on what was left out. Errors: more than 1 % of a quantity is implausible.
   Result<std::vector<std::string>> finish(const std::string& path) const;
 
  private:
   struct Count {
     std::size_t values = 0, implausible = 0, first_line = 0, like_kelvin = 0;
     std::string why;
-    compensation::JumpWatch jump;
-    std::size_t jump_line = 0;
-    std::string question;  ///< the first jump that stayed
   };
-  static void follow_jump(Count& count, std::size_t quantity, double value, bool bad,
-                          const compensation::Rejection& why, std::size_t line);
   compensation::Plausibility plausibility_;
   std::array<Count, 3> counts_;
   std::size_t repeated_ = 0, first_repeated_line_ = 0;
@@ -42,8 +35,9 @@ class TableJudge {
   bool any_ = false;
 };
 
-/// Makes single seconds unknown whose rate is far from all others (at most five, each more than 50 times the noise
-/// away), and names them and a thermometer that stays constant while the rate moves. Returns the notes.
+/// Makes seconds unknown whose rate is far from all others (more than 50 times the noise away: single ones and blocks
+/// of at most 600 s and 5 % of the record; five blocks, or any number with one value, which is a code for "no value"),
+/// and names them and a thermometer that stays constant while the rate moves. Returns the notes.
 std::vector<std::string> judge_seconds(std::vector<compensation::SecondMean>& second_means, bool is_date);
 
 }  // namespace prism::recordings

@@ -94,6 +94,8 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
                 {"missing_s", table.missing_s},
                 {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
                 {"fingerprint", fingerprint_json(table)}});
+  if (!recording.notes.empty()) facts["remarks"] = recording.notes;
+  if (!recording.questions.empty()) facts["questions"] = recording.questions;
   return facts;
 }
 
@@ -216,7 +218,12 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     set.notes.push_back(fmt::format(
         "{}: {} blocks of {} s; {} gaps of {} s in all; {} blocks left out (unknown input, or lags not settled)",
         recording->name, table->size() - *left_out, set.features.length_s, table->gaps, table->missing_s, *left_out));
-    for (const std::string& note : recording->notes) set.notes.push_back(recording->name + ": " + note);
+    const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
+    for (const auto* texts : {&recording->notes, &recording->questions}) {
+      for (std::size_t i = 0; !announced && i < texts->size(); ++i)
+        set.notes.push_back(recording->name + ": " + (*texts)[i]);
+    }
+    set.questions.insert(set.questions.end(), recording->questions.begin(), recording->questions.end());
     set.tables.push_back(std::move(*table));
   }
   if (set.data.target.size() == 0) return missing_input(set);
