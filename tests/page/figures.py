@@ -110,8 +110,9 @@ def memory(browser, url, name, axis, speed, minutes):
 
 
 def span_drawn(browser, span, act):
-    """Returns the time from act() until the rows of a span, as "30 d", are drawn, in ms."""
-    browser.run("window.spent = []; window.begin = performance.now()")
+    """Returns the time from the key or click of act() until the rows of a span, as "30 d", are drawn, in ms."""
+    browser.run("""window.spent = []; delete window.begin;
+      for (const type of ["keydown", "click"]) addEventListener(type, (event) => { window.begin ??= event.timeStamp; }, {capture: true, once: true})""")
     act()
     drawn = lambda: f"{span} until" in browser.one(".chart").get_attribute("aria-label") and browser.run("return window.spent.filter((e) => e[0] === 'prism-drawn').at(-1)?.[2] ?? null")
     browser.wait(span, drawn, 60)
