@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "compensation/training/quasi_newton.hpp"
 
@@ -11,6 +12,7 @@ namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kCoarseSamples = 320, kMiddleSamples = 500, kFineSamples = 1000;
+constexpr double kSameOptimum = 0.02;  // two values of the objective
 constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
 
 // Starts of the search: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias with white noise; a
@@ -89,34 +91,67 @@ std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples
   return system;
 }
 
+namespace {
+
+// Re-weights at `from`, then descends. `scale`: from the samples of its inverse Hessian to those of `part`.
+std::optional<QuasiNewtonResult> refined(Search& search, const CompositeSamples& part, const ReweightSettings& settings,
+                                         const QuasiNewtonResult& from, double scale) {
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(part.y.size());
+  ReweightReport report;
+  if (!reweighted_system(part, from.x, settings, weight, report)) return std::nullopt;
+  return search.descend(part, weight, from.x, kFineEvaluations, from.inverse_hessian * scale);
+}
+
+// The optima that the starts find, the best first; those of equal value are one.
+std::vector<QuasiNewtonResult> optima(Search& search, const CompositeSamples& coarse) {
+  const Eigen::VectorXd weight = Eigen::VectorXd::Ones(coarse.y.size());
+  std::vector<QuasiNewtonResult> all;
+  for (const Eigen::VectorXd& start : starts(coarse.x.rows(), coarse.recordings > 1)) {
+    auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
+    if (std::isfinite(found.value)) all.push_back(std::move(found));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+  all.erase(std::unique(all.begin(), all.end(),
+                        [](const auto& a, const auto& b) { return b.value - a.value < kSameOptimum; }),
+            all.end());
+  return all;
+}
+
+// The best optimum, unless another one is clearly better with robust weights: without them outliers decide. Weights
+// differ between optima, so that small differences do not count.
+std::optional<QuasiNewtonResult> best_weighted(Search& search, const CompositeSamples& coarse,
+                                               const ReweightSettings& settings) {
+  constexpr double kClear = 5;  // of the log likelihood
+  std::optional<QuasiNewtonResult> best;
+  double limit = std::numeric_limits<double>::infinity();
+  for (const QuasiNewtonResult& optimum : optima(search, coarse)) {
+    auto found = refined(search, coarse, settings, optimum, 1);
+    if (!found || !(found->value < limit)) continue;
+    limit = best ? found->value : found->value - kClear;
+    best = std::move(found);
+  }
+  return best;
+}
+
+}  // namespace
+
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const CompositeProgress& progress,
                                       const std::function<bool()>& stop) {
   Search search(drift, progress, stop);
   const CompositeSamples coarse = samples.part(thinned(samples.y.size(), kCoarseSamples));
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(coarse.y.size());
-  QuasiNewtonResult best;
-  best.value = std::numeric_limits<double>::infinity();
-  for (const Eigen::VectorXd& start : starts(samples.x.rows(), samples.recordings > 1)) {
-    auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
-    if (found.value < best.value) best = std::move(found);
-  }
-  if (!std::isfinite(best.value))
-    return make_error("composite kernel", "the search found no finite likelihood from any start");
+  auto best = best_weighted(search, coarse, settings);
+  if (!best) return make_error("composite kernel", "the search found no finite likelihood from any start");
   double searched = static_cast<double>(coarse.y.size());
-  for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
+  for (const Eigen::Index most : {kMiddleSamples, kFineSamples}) {
+    if (static_cast<Eigen::Index>(searched) == samples.y.size()) break;
     const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
-    weight = Eigen::VectorXd::Ones(part.y.size());
-    ReweightReport report;
-    if (!reweighted_system(part, best.x, settings, weight, report))
-      return make_error("composite kernel", "the search found no model");
     const double now = static_cast<double>(part.y.size());
-    best = search.descend(part, weight, best.x, kFineEvaluations, best.inverse_hessian * (searched / now));
+    best = refined(search, part, settings, *best, searched / now);
+    if (!best) return make_error("composite kernel", "the search found no model");
     searched = now;
-    if (part.y.size() == samples.y.size()) break;
   }
-  CompositeFit fit{best.x, Eigen::VectorXd::Ones(samples.y.size()), best.value, search.evaluations()};
-  return fit;
+  return CompositeFit{best->x, Eigen::VectorXd::Ones(samples.y.size()), best->value, search.evaluations()};
 }
 
 }  // namespace prism::training
