@@ -42,6 +42,10 @@ bool reweight_inside(PrimalLssvm& primal, const ReweightSettings& settings, doub
   return reweight(settings, first, solve, rule).has_value();
 }
 
+// Leave-one-out tunes without weights: those of a closely following model favour the rows that agree with it, so that
+// its cost falls below the noise. Gross outliers are already left out, and the cost is a mean of absolute errors.
+bool weighs(const TuningCost& cost) { return cost.robust() && cost.kind() != Tuning::kLoo; }
+
 Eigen::VectorXd nothing(Eigen::Index n) { return Eigen::VectorXd::Constant(n, kNever); }
 
 }  // namespace
@@ -118,7 +122,7 @@ double TuningCost::cost_of(const LowRank& system, const TuningPoint& point, doub
 Eigen::VectorXd TuningCost::held_out(const TuningPoint& point) const {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(points_, {point.sigma2});
   ReweightSettings settings = settings_at(point, kDenseSolves);
-  if (!robust()) settings.weight.kind = WeightKind::kNone;
+  if (!weighs(*this)) settings.weight.kind = WeightKind::kNone;
   settings.tolerance = 1e-3 * point.c;
   settings.weight.hampel_floor = std::max(settings.weight.hampel_floor, 1e-7);
   const auto fit = fit_irlssvm(kernel, y_, point.c, settings);
@@ -142,9 +146,9 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
   const Eigen::Index n = y_.size();
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
   PrimalLssvm primal(system, y_, point.c);
-  if (robust()) {
+  if (weighs(*this)) {
     const double tolerance = exact ? kFinalChange : frozen ? 1e-3 : 1e-4;
-    const bool refit = kind_ != Tuning::kLoo && !frozen;
+    const bool refit = !frozen;
     if (refit && exact) return refitted_folds(system, point, weight, exact);
     // A high rank uses the cost of the full matrix: the search only has to find that it is not better there.
     const int limit = !exact && system.rank() > kRefitRank ? kDenseSolves : kRobustSolves;
@@ -154,7 +158,7 @@ Eigen::VectorXd TuningCost::held_out(const LowRank& system, const TuningPoint& p
     return nothing(n);
   }
   if (kind_ != Tuning::kLoo) return frozen_folds(system, point.c, weight);
-  // Leave-one-out with fixed weights: ξ / (1 − v h).
+  // Leave-one-out: ξ / (1 − v h).
   return primal.residuals().array() / (1 - weight.array() * primal.leverages().array()).max(1e-12);
 }
 

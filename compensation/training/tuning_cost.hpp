@@ -21,7 +21,7 @@ enum class Tuning {
   kBlocked,   ///< contiguous blocks of each run held out together: the default for time series
   kShuffled,  ///< folds sampled by the seed: the paper's ten-fold cross-validation
   kGiven,     ///< folds given by the user
-  kLoo,       ///< leave-one-out (with fixed weights, if any)
+  kLoo,       ///< leave-one-out, unweighted
   kReml,      ///< restricted likelihood, unweighted
 };
 
