@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -89,6 +90,18 @@ TEST_F(DesignCommand, PrintsTheSameAsJson) {
   const double designed = rows[1][2]["value"];
   for (std::size_t i = 3; i < 6; ++i) EXPECT_LT(designed, rows[i][2]["value"].get<double>()) << i;
   EXPECT_TRUE(json["figures"].contains("profile_figure"));
+  for (const char* kind : {"tables", "figures"}) {
+    for (const auto& [name, part] : json[kind].items()) {
+      const std::string meaning = part.value("meaning", "");
+      EXPECT_EQ(meaning.empty() ? ' ' : meaning.back(), '.') << name;
+    }
+  }
+  const double best = rows[2][2]["value"], before = rows[0][2]["value"];
+  char expected[100];
+  std::snprintf(expected, sizeof expected, "The designed profile takes %.0f %% of the sd away; the best other, ",
+                100 * (1 - designed / before));
+  EXPECT_EQ(json["tables"]["worth"]["meaning"].get<std::string>().substr(0, std::strlen(expected)), expected);
+  EXPECT_LT(best, before);
 }
 
 TEST_F(DesignCommand, NamesWhatIsMissing) {
@@ -100,10 +113,18 @@ TEST_F(DesignCommand, NamesWhatIsMissing) {
   EXPECT_EQ(err_, "prismcal: --start: found 25 degC, expected 30 to 40, the limits of the chamber\n");
   EXPECT_EQ(run(stated({"--hours", "0.5", "--chamber", "rate<=0.1 degC/min"})), 1);
   EXPECT_EQ(err_.substr(0, 45), "prismcal: --hours: found 0.5 h, too short for");
+  EXPECT_EQ(run({"--bias-sd", "0.02", "--noise", "0.006", "--domain", "T=-40:600"}), 1);
+  EXPECT_EQ(err_, "prismcal: --domain: T: found -40:600, expected limits within -200 to 300 degC\n");
+  EXPECT_EQ(run({"--bias-sd", "0.02", "--noise", "0.006", "--domain", "T=233:333 K"}), 1);
+  EXPECT_EQ(err_, "prismcal: --domain: T: found unit \"K\", expected degC\n");
   const std::string model = folder_.file("line.json");
   ASSERT_TRUE(write_text_file(model, compensation::format_model(*test::linear_model(1e-4))));
   EXPECT_EQ(run({model, "--domain", "T=-30:60"}), 1);
   EXPECT_EQ(err_, "prismcal: line: found a model of type polynomial, expected composite, made by prismcal train\n");
+  EXPECT_EQ(run({"--mission", folder_.file("log"), model}), 1);
+  EXPECT_EQ(err_, "prismcal: --mission: " + model +
+                      " is a model, expected recordings; put the model first: prismcal design " + model +
+                      " --mission RECORDING\n");
 }
 
 }  // namespace

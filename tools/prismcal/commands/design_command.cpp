@@ -3,7 +3,9 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/escape.hpp"
@@ -29,6 +31,22 @@ struct DesignChoice {
   double bias_sd_deg_per_h = 0, noise_deg_per_h = 0;
   CommonOptions report;
 };
+
+// An option that takes several recordings also takes a model that follows it.
+std::optional<Error> misplaced_model(const DesignChoice& choice) {
+  if (!choice.model.empty()) return std::nullopt;
+  const std::pair<const char*, const std::vector<std::string>*> options[] = {{"--mission", &choice.mission},
+                                                                             {"--recordings", &choice.made}};
+  for (const auto& [option, paths] : options) {
+    for (const std::string& path : *paths) {
+      if (load_model(path))
+        return Error{option, fmt::format("{} is a model, expected recordings; put the model first: prismcal design {} "
+                                         "{} RECORDING",
+                                         path, path, option)};
+    }
+  }
+  return std::nullopt;
+}
 
 /// The rows of recordings, each on its own.
 Result<std::vector<design::RecordedInputs>> recorded(const std::vector<std::string>& paths,
@@ -91,6 +109,7 @@ std::string first_line(const design::Plan& plan, const std::string& out) {
 }
 
 Result<int> run(const DesignChoice& choice) {
+  if (auto error = misplaced_model(choice)) return tl::unexpected<Error>(std::move(*error));
   design::PlanSettings settings;
   auto chamber = design::parse_chamber(choice.chamber, choice.start_degc);
   if (!chamber) return tl::unexpected<Error>(chamber.error());

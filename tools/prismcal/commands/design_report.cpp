@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "compensation/features.hpp"
@@ -12,6 +13,42 @@
 
 namespace prism::commands {
 namespace {
+
+std::string profile_meaning(const design::Plan& plan) {
+  double soaks = 0, soaks_h = 0, from = plan.profile.start_degc;
+  for (const simulation::ChamberSegment& s : plan.profile.segments) {
+    if (s.end_degc == from) ++soaks, soaks_h += s.duration_s / 3600;
+    from = s.end_degc;
+  }
+  return fmt::format("The chamber soaks {:.0f} times, {:.1f} h in all, and changes temperature in the other {:.1f} h.",
+                     soaks, soaks_h, plan.profile.duration_s() / 3600 - soaks_h);
+}
+
+std::string gyro_meaning(const design::Plan& plan) {
+  return fmt::format("The gyro goes from {:.1f} to {:.1f} °C; the domain has temperatures from {:.1f} to {:.1f} °C.",
+                     plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), plan.domain_t_degc.minCoeff(),
+                     plan.domain_t_degc.maxCoeff());
+}
+
+std::string worth_meaning(const design::Plan& plan) {
+  const auto& others = plan.others;
+  const auto best = std::min_element(others.begin(), others.end(), [](const design::Worth& a, const design::Worth& b) {
+    return a.sd_deg_per_h < b.sd_deg_per_h;
+  });
+  std::string text = fmt::format("The designed profile takes {:.0f} % of the sd away",
+                                 100 * (1 - plan.after_deg_per_h / plan.before_deg_per_h));
+  if (best != others.end())
+    text += fmt::format("; the best other, {}, {:.0f} % in {:.1f} h", best->name,
+                        100 * (1 - best->sd_deg_per_h / plan.before_deg_per_h), best->hours);
+  return text + ".";
+}
+
+std::string sd_meaning(const design::Plan& plan) {
+  Eigen::Index worst = 0;
+  const double sd = plan.sd_after.maxCoeff(&worst);
+  return fmt::format("After the recording the model knows least at {:.1f} °C: {:.5f} deg/h, {:.5f} before.",
+                     plan.domain_t_degc[worst], sd, plan.sd_before[worst]);
+}
 
 report::Table profile_table(const design::Plan& plan) {
   report::Table table{
@@ -28,6 +65,7 @@ report::Table profile_table(const design::Plan& plan) {
     time_h += s.duration_s / 3600;
     from = s.end_degc;
   }
+  table.meaning = profile_meaning(plan);
   return table;
 }
 
@@ -50,6 +88,7 @@ report::Table worth_table(const design::Plan& plan) {
     add(next + ": like the last", plan.made.back().hours, plan.repeated_deg_per_h, report::Emphasis::kNone);
   for (const design::Worth& other : plan.others)
     add(next + ": " + other.name, other.hours, other.sd_deg_per_h, report::Emphasis::kNone);
+  table.meaning = worth_meaning(plan);
   return table;
 }
 
@@ -67,7 +106,8 @@ report::Figure profile_figure(const design::Plan& plan, const design::PlanSettin
           "The designed profile",
           fmt::format("The gyro follows with {:.0f} min, {:g} degC warmer (assumed).", settings.response.lag_s / 60,
                       settings.response.self_heating_degc),
-          {1, 260, {{"", {"time, h"}, {"temperature, degC"}, {}, {chamber, gyro}}}}};
+          {1, 260, {{"", {"time, h"}, {"temperature, degC"}, {}, {chamber, gyro}}}},
+          gyro_meaning(plan)};
 }
 
 report::Figure sd_figure(const design::Plan& plan) {
@@ -88,7 +128,8 @@ report::Figure sd_figure(const design::Plan& plan) {
   return {"sd_figure",
           "The expected sd over the domain",
           "Points of the domain; other inputs differ between points of equal T.",
-          {1, 260, {{"", {"T, degC"}, {"sd, deg/h"}, {}, {before, after}}}}};
+          {1, 260, {{"", {"T, degC"}, {"sd, deg/h"}, {}, {before, after}}}},
+          sd_meaning(plan)};
 }
 
 }  // namespace

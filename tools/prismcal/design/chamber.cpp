@@ -129,6 +129,21 @@ Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) 
   return limits;
 }
 
+namespace {
+
+// Temperatures that no gyro meets are a wrong unit.
+std::optional<Error> implausible(const Statement& s, const char* where) {
+  if (s.name != compensation::kInputTemperature) return std::nullopt;
+  if (!s.unit.empty() && s.unit != "degC")
+    return Error{where, fmt::format("T: found unit \"{}\", expected degC", shortened(s.unit))};
+  if (*s.low < kColdest_degc || s.high > kHottest_degc)
+    return Error{where, fmt::format("T: found {}:{}, expected limits within {} to {} degC", *s.low, s.high,
+                                    kColdest_degc, kHottest_degc)};
+  return std::nullopt;
+}
+
+}  // namespace
+
 Result<std::vector<InputRange>> parse_domain(const std::string& text) {
   constexpr const char* kWhere = "--domain";
   const auto all = statements_of(text, kWhere, "NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
@@ -138,6 +153,7 @@ Result<std::vector<InputRange>> parse_domain(const std::string& text) {
     if (!s.low)
       return make_error(kWhere,
                         fmt::format("{}: found <=, expected {}=LOW:HIGH", shortened(s.name), shortened(s.name)));
+    if (auto error = implausible(s, kWhere)) return tl::unexpected<Error>(std::move(*error));
     double factor = 1;
     if (compensation::is_slope(s.name)) {
       const auto found = slope_factor(s.unit);
