@@ -20,17 +20,13 @@ constexpr std::size_t kWindow = 1u << 20;
 
 /// Clusters may lack a quarter of their values if fewer than nine of ten pairs are complete.
 std::size_t most_missing(const std::vector<PhaseRecord>& records, std::size_t m, std::size_t step) {
-  std::size_t complete = 0, all = 0;
+  PairCounts sum;
   for (const PhaseRecord& record : records) {
-    if (record.values < 2 * m) continue;
-    PairRanges ranges(record, m, step);
-    for (PairRange range; ranges.next(range);) {
-      const std::size_t pairs = (range.end - 1 - range.begin) / step + 1;
-      all += pairs;
-      if (range.first + range.second == 0) complete += pairs;
-    }
+    const PairCounts counts = count_pairs(record, m, step);
+    sum.all += counts.all;
+    sum.complete += counts.complete;
   }
-  return 10 * complete < 9 * all ? m / 4 : 0;
+  return 10 * sum.complete < 9 * sum.all ? m / 4 : 0;
 }
 
 /// Number of adjacent clusters that lack at most `most` values.
@@ -45,13 +41,14 @@ std::size_t clusters_of(const PhaseRecord& record, std::size_t m, std::size_t mo
 }
 
 /// One position in the phase of a record, with the piece that contains it.
+template <class Element>
 class PhaseCursor {
  public:
   PhaseCursor(const AllanPhase& phase, const PhaseRecord& record) : phase_(phase), record_(record), x_(kRatePiece) {}
 
-  const double* at(std::size_t i) {
+  const Element* at(std::size_t i) {
     const std::size_t position = record_.begin + i, piece = AllanPhase::piece_of(position);
-    if (piece != piece_) phase_.read(record_, piece, std::span<double, kRatePiece>(x_));
+    if (piece != piece_) phase_.read(record_, piece, std::span<Element, kRatePiece>(x_));
     piece_ = piece;
     return x_.data() + position % kRatePiece;
   }
@@ -61,16 +58,18 @@ class PhaseCursor {
  private:
   const AllanPhase& phase_;
   const PhaseRecord& record_;
-  std::vector<double> x_;
+  std::vector<Element> x_;
   std::size_t piece_ = SIZE_MAX;
 };
 
 /// Adds all pairs of small clusters, while a window moves over the phase.
-void add_in_window(const AllanPhase& phase, const PhaseRecord& record, std::vector<PairSums>& sizes) {
+template <class Sums>
+void add_in_window(const AllanPhase& phase, const PhaseRecord& record, std::vector<Sums>& sizes) {
+  using Element = typename Sums::Element;
   const std::size_t elements = record.values + 1;
-  std::vector<double> x(std::min(elements, kWindow));
+  std::vector<Element> x(std::min(elements, kWindow));
   std::size_t begin = 0, known = 0;  // the window has the elements from begin to known
-  PhaseCursor cursor(phase, record);
+  PhaseCursor<Element> cursor(phase, record);
   while (known < elements) {
     while (known < elements && known - begin < x.size()) {
       const std::size_t count = std::min({cursor.available(known), elements - known, x.size() - (known - begin)});
@@ -78,10 +77,10 @@ void add_in_window(const AllanPhase& phase, const PhaseRecord& record, std::vect
       known += count;
     }
     std::size_t next = known;
-    for (PairSums& size : sizes) {
+    for (Sums& size : sizes) {
       size.advance(known, [&](std::size_t start, std::size_t starts) {
-        const double* at = x.data() + (start - begin);
-        return PairPhase{at, at + size.m(), at + 2 * size.m(), starts};
+        const Element* at = x.data() + (start - begin);
+        return PairPhase<Element>{at, at + size.m(), at + 2 * size.m(), starts};
       });
       if (!size.done()) next = std::min(next, size.next_start());
     }
@@ -92,65 +91,83 @@ void add_in_window(const AllanPhase& phase, const PhaseRecord& record, std::vect
 }
 
 /// Adds all pairs of large clusters.
-void add_with_cursors(const AllanPhase& phase, const PhaseRecord& record, PairSums& size, std::size_t step) {
-  PhaseCursor begin(phase, record), middle(phase, record), end(phase, record);
+template <class Sums>
+void add_with_cursors(const AllanPhase& phase, const PhaseRecord& record, Sums& size, std::size_t step) {
+  using Element = typename Sums::Element;
+  PhaseCursor<Element> begin(phase, record), middle(phase, record), end(phase, record);
   size.advance(record.values + 1, [&](std::size_t start, std::size_t starts) {
     const std::size_t m = size.m(),
                       common =
                           std::min({begin.available(start), middle.available(start + m), end.available(start + 2 * m)});
-    return PairPhase{begin.at(start), middle.at(start + m), end.at(start + 2 * m),
-                     step == 1 ? std::min(starts, common) : 1};
+    return PairPhase<Element>{begin.at(start), middle.at(start + m), end.at(start + 2 * m),
+                              step == 1 ? std::min(starts, common) : 1};
   });
+}
+
+/// The totals of a record for each cluster size; 0 terms for sizes without a pair. most: missing values in a cluster.
+template <class Sums, class... Most>
+std::vector<PairTotals> totals_of(const AllanPhase& phase, const PhaseRecord& record,
+                                  std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
+                                  const Most&... most) {
+  std::vector<PairTotals> totals(cluster_sizes.size());
+  std::vector<Sums> small;
+  std::vector<std::size_t> small_sizes;
+  for (std::size_t p = 0; p < cluster_sizes.size(); ++p) {
+    const std::size_t m = cluster_sizes[p], step = estimator == AllanEstimator::kOverlapping ? 1 : m;
+    if (record.values < 2 * m) continue;
+    Sums sums(record, m, step, most[p]...);
+    if (m <= kWindow / 4) {
+      small.push_back(std::move(sums));
+      small_sizes.push_back(p);
+    } else {
+      add_with_cursors(phase, record, sums, step);
+      totals[p] = sums.totals();
+    }
+  }
+  add_in_window(phase, record, small);
+  for (std::size_t k = 0; k < small.size(); ++k) totals[small_sizes[k]] = small[k].totals();
+  return totals;
 }
 
 /// Sums over all records, for one cluster size.
 struct PointSums {
-  std::size_t most = 0;  ///< missing values in a cluster
-  double squares = 0, centred = 0, differences = 0;
+  double squares = 0, centred = 0, differences = 0, quantisation = 0, slow = 0;
 
-  void add(const PairSums& pairs, AllanPoint& point) {
-    if (pairs.terms() == 0) return;
-    squares += pairs.squares();
-    centred +=
-        std::max(0.0, pairs.squares() - pairs.differences() * pairs.differences() / static_cast<double>(pairs.terms()));
-    differences += pairs.differences();
-    point.terms += pairs.terms();
+  void add(const PairTotals& record, AllanPoint& point) {
+    const double n = static_cast<double>(record.terms);
+    squares += record.squares;
+    centred += record.centred;
+    differences += n * record.mean;
+    quantisation += record.quantisation;
+    slow += record.slow;
+    point.terms += record.terms;
   }
   void complete(AllanPoint& point) const {
     const double size = static_cast<double>(point.m), terms = static_cast<double>(point.terms);
     point.deviation = std::sqrt(squares / (2.0 * terms)) / size;
     point.centred_variance = centred / (2.0 * terms) / (size * size);
     point.slope_per_sample = differences / terms / (size * size);
+    point.quantisation = quantisation / terms;
+    point.slow = slow / terms;
   }
 };
 
 std::vector<AllanPoint> measure(const AllanPhase& phase, std::span<const std::size_t> cluster_sizes, double tau0_s,
                                 AllanEstimator estimator) {
-  const auto step_of = [&](std::size_t m) { return estimator == AllanEstimator::kOverlapping ? 1 : m; };
   std::vector<AllanPoint> points;
-  std::vector<PointSums> sums;
+  std::vector<PointSums> sums(cluster_sizes.size());
+  std::vector<std::size_t> most;  // missing values in a cluster
   for (const std::size_t m : cluster_sizes) {
     points.push_back({.m = m, .tau_s = static_cast<double>(m) * tau0_s});
-    sums.push_back({.most = most_missing(phase.records(), m, step_of(m))});
+    most.push_back(most_missing(phase.records(), m, estimator == AllanEstimator::kOverlapping ? 1 : m));
   }
   for (const PhaseRecord& record : phase.records()) {
-    std::vector<PairSums> small;
-    std::vector<std::size_t> small_points;
+    const auto totals = record.missing.empty() ? totals_of<PairSums>(phase, record, cluster_sizes, estimator)
+                                               : totals_of<LostPairSums>(phase, record, cluster_sizes, estimator, most);
     for (std::size_t p = 0; p < points.size(); ++p) {
-      const std::size_t m = points[p].m;
-      points[p].clusters += clusters_of(record, m, sums[p].most);
-      if (record.values < 2 * m) continue;
-      PairSums pairs(record, m, step_of(m), sums[p].most);
-      if (m <= kWindow / 4) {
-        small.push_back(std::move(pairs));
-        small_points.push_back(p);
-      } else {
-        add_with_cursors(phase, record, pairs, step_of(m));
-        sums[p].add(pairs, points[p]);
-      }
+      points[p].clusters += clusters_of(record, points[p].m, most[p]);
+      if (totals[p].terms > 0) sums[p].add(totals[p], points[p]);
     }
-    add_in_window(phase, record, small);
-    for (std::size_t k = 0; k < small.size(); ++k) sums[small_points[k]].add(small[k], points[small_points[k]]);
   }
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (points[p].terms > 0) sums[p].complete(points[p]);

@@ -38,6 +38,8 @@ struct AllanPoint {
   /// Overlapping only, of second differences d of the phase with their mean in each record subtracted: Σ d² / (2 m² n).
   double centred_variance = 0;
   double slope_per_sample = 0;  ///< overlapping only: mean of d / m², an estimate of a ramp
+  /// Expected variance of quantisation, and of slow noises (B, K), as a ratio to that of a record without lost values.
+  double quantisation = 1, slow = 1;
 };
 
 struct AllanCurve {
@@ -61,10 +63,11 @@ std::vector<std::size_t> allan_cluster_sizes(AllanGrid grid, std::size_t values)
 ///
 /// Missing values: a pair of clusters counts if both are complete. If fewer than nine of ten pairs are, a pair
 /// counts if each cluster has three quarters of its values; the mean is then of the values that it has, relative to the
-/// line through the record, and their difference is scaled to the variance of white noise in complete clusters.
+/// line through the record, and their difference is scaled to the variance of white noise in complete clusters. If the
+/// rate is quantised, the neighbours of a gap count less (AllanPhase).
 ///
-/// Cost: one pass over the phase per m; 9 MB, and 8 bytes per missing value. Errors: tau0 not positive; fewer than
-/// three values in every segment without a gap.
+/// Cost: one pass over the phase per m; 9 MB; with missing values 50 MB, and 8 bytes per missing value. Errors: tau0
+/// not positive; fewer than three values in every segment without a gap.
 Result<AllanCurve> allan_deviation(const RateSource& rate, double tau0_s, std::span<const std::size_t> cluster_sizes,
                                    AllanEstimator estimator, const std::string& where);
 /// The same for rates in memory.

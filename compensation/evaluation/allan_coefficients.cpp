@@ -122,15 +122,20 @@ class Extraction {
 
 AllanFloor find_floor(const AllanCurve& curve, const AllanModel& model, double probability) {
   const auto& points = curve.points;
+  const auto variance = [&](const AllanPoint& point) {
+    const double share = own_share(point, model.noise());
+    return share >= kDeterminedShare ? share * point.deviation * point.deviation
+                                     : std::numeric_limits<double>::infinity();
+  };
   std::size_t lowest = 0;
   for (std::size_t i = 1; i < points.size(); ++i) {
-    if (points[i].deviation < points[lowest].deviation) lowest = i;
+    if (variance(points[i]) < variance(points[lowest])) lowest = i;
   }
   AllanCurve only = curve;
   only.points = {points[lowest]};
   const AllanInterval interval = allan_confidence(only, model, probability).front();
-  return {points[lowest].deviation, points[lowest].tau_s, lowest + 1 == points.size(),
-          points[lowest].clusters,  interval.low,         interval.high};
+  return {interval.deviation,      points[lowest].tau_s, lowest + 1 == points.size(),
+          points[lowest].clusters, interval.low,         interval.high};
 }
 
 }  // namespace

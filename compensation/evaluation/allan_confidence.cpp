@@ -21,31 +21,35 @@ class Point {
  public:
   Point(const AllanCurve& curve, std::size_t at)
       : curve_(curve),
-        m_(curve.points[at].m),
-        variance_(curve.points[at].deviation * curve.points[at].deviation),
+        point_(curve.points[at]),
+        variance_(point_.deviation * point_.deviation),
         covariance_(CurveCovariance(curve)(at, at)) {}
 
   Degrees degrees_of_freedom(const NoiseSquares& noise) const {
-    const double expected = unit_variances(size()).dot(noise);
+    const double expected = expected_variances(point_).dot(noise);
     const double edf = 2 * expected * expected / noise.dot(covariance_ * noise);
     const bool few = curve_.records.size() == 1 && curve_.estimator == AllanEstimator::kOverlapping &&
-                     curve_.records.front() / m_ < 8 && noise(static_cast<Eigen::Index>(NoiseType::kRateRamp)) == 0;
+                     curve_.records.front() / point_.m < 8 &&
+                     noise(static_cast<Eigen::Index>(NoiseType::kRateRamp)) == 0;
     if (!few) return {edf, edf};
-    return {edf, std::min(edf, skewness_degrees_of_freedom(curve_.records.front(), m_, noise))};
+    return {edf,
+            std::min(edf, skewness_degrees_of_freedom(curve_.records.front(), point_.m, shown_noise(point_) * noise))};
   }
 
   /// The end of the interval of the Allan variance at a lower tail probability.
   double end(const AllanModel& model, double probability) const {
-    Degrees degrees = degrees_of_freedom(model.noise());
+    NoiseSquares noise = model.noise();
+    Degrees degrees = degrees_of_freedom(noise);
     double end = variance_ / relative_quantile(degrees, probability);
     for (int pass = 0; pass < 3 && degrees.edf < 200; ++pass) {
-      degrees = degrees_of_freedom(model.noise_through(size(), end));
+      noise = model.noise_through(point_, end);
+      degrees = degrees_of_freedom(noise);
       end = variance_ / relative_quantile(degrees, probability);
     }
-    return end;
+    return end * own_share(point_, noise);
   }
 
-  double size() const { return static_cast<double>(m_); }
+  const AllanPoint& point() const { return point_; }
 
  private:
   /// Estimate / truth at a lower tail probability: a chi-square number, shifted and scaled to the mean, the variance
@@ -62,7 +66,7 @@ class Point {
   }
 
   const AllanCurve& curve_;
-  std::size_t m_;
+  const AllanPoint& point_;
   double variance_;
   NoiseMatrix covariance_;
 };
@@ -81,8 +85,11 @@ std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, const Allan
   for (std::size_t i = 0; i < curve.points.size(); ++i) {
     const Point point(curve, i);
     AllanInterval interval;
-    interval.type = largest_noise(model.noise(), point.size());
+    interval.type = largest_noise(model.noise(), static_cast<double>(point.point().m));
     interval.edf = point.degrees_of_freedom(model.noise()).edf;
+    const double share = own_share(point.point(), model.noise());
+    interval.determined = share >= kDeterminedShare;
+    interval.deviation = point.point().deviation * std::sqrt(share);
     interval.low = std::sqrt(point.end(model, 1 - tail));
     interval.high = std::sqrt(point.end(model, tail));
     intervals.push_back(interval);

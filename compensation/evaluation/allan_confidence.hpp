@@ -14,7 +14,11 @@ namespace prism::evaluation {
 struct AllanInterval {
   NoiseType type = NoiseType::kAngleRandomWalk;  ///< the noise with the largest part of the fitted variance
   double edf = 1;                                ///< equivalent degrees of freedom; infinite for a ramp without noise
+  double deviation = 0;                          ///< the point's, without the noise that missing values add
   double low = 0, high = 0;                      ///< in the rate's unit
+  /// False if missing values add more than half of the variance, according to the model. The point then tells hardly
+  /// anything about the rate.
+  bool determined = true;
 };
 
 /// Intervals of all points at `probability` (0.683 is "1 sigma"), in the order of curve.points. `model` is that of the

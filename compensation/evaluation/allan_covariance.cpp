@@ -142,6 +142,27 @@ NoiseSquares unit_variances(double m) {
   return unit;
 }
 
+NoiseMatrix shown_noise(const AllanPoint& a, const AllanPoint& b) {
+  const auto as_white = [](const AllanPoint& point) {
+    return 3 * std::max(0.0, point.quantisation - 1) / static_cast<double>(point.m);
+  };
+  NoiseMatrix shown = NoiseMatrix::Identity();
+  shown(kQ, kQ) = std::sqrt(std::min(1.0, a.quantisation) * std::min(1.0, b.quantisation));
+  shown(kN, kQ) = std::min(as_white(a), as_white(b));
+  shown(kB, kB) = shown(kK, kK) = std::sqrt(a.slow * b.slow);
+  return shown;
+}
+
+NoiseMatrix shown_noise(const AllanPoint& point) { return shown_noise(point, point); }
+
+NoiseSquares expected_variances(const AllanPoint& point) {
+  return shown_noise(point).transpose() * unit_variances(static_cast<double>(point.m));
+}
+
+double own_share(const AllanPoint& point, const NoiseSquares& noise) {
+  return unit_variances(static_cast<double>(point.m)).dot(noise) / expected_variances(point).dot(noise);
+}
+
 NoiseMatrix overlapping_covariance(std::size_t values, std::size_t m1, std::size_t m2) {
   const Shape shape{static_cast<double>(std::min(m1, m2)), static_cast<double>(std::max(m1, m2))};
   const double small = shape.m1, large = shape.m2, n = static_cast<double>(values);
@@ -274,7 +295,8 @@ NoiseMatrix CurveCovariance::pooled(std::size_t i, std::size_t j, Covariance&& o
     if (t1 >= 1 && t2 >= 1) sum += records * t1 * t2 * of_record(values, m1, m2);
   }
   const double used1 = static_cast<double>(curve_.points[i].terms), used2 = static_cast<double>(curve_.points[j].terms);
-  return sum / std::sqrt(terms1 * terms2 * used1 * used2);
+  const NoiseMatrix shown = shown_noise(curve_.points[i], curve_.points[j]);
+  return shown.transpose() * sum * shown / std::sqrt(terms1 * terms2 * used1 * used2);
 }
 
 NoiseMatrix CurveCovariance::operator()(std::size_t i, std::size_t j) const {

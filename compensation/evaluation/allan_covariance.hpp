@@ -33,6 +33,20 @@ NoiseSquares unit_variances(double m);
 /// θ' G θ is a covariance for the strengths θ.
 using NoiseMatrix = Eigen::Matrix<double, kNoiseTypes, kNoiseTypes>;
 
+/// The strengths that a point of a record with missing values shows: M θ. The angle errors at a gap do not cancel, so
+/// that part of Q looks like N. Two points: for the covariance of both.
+NoiseMatrix shown_noise(const AllanPoint& point);
+NoiseMatrix shown_noise(const AllanPoint& a, const AllanPoint& b);
+
+/// Expected Allan variance of a point for a strength of 1, with the effect of missing values.
+NoiseSquares expected_variances(const AllanPoint& point);
+
+/// The variance of a record without missing values, as a share of what the point shows: 1 if no value is missing.
+double own_share(const AllanPoint& point, const NoiseSquares& noise);
+
+/// A point is determined if missing values add at most half of its variance.
+inline constexpr double kDeterminedShare = 0.5;
+
 /// Covariance of the overlapping Allan variances at cluster sizes m1 and m2 of one record of `values` rates without a
 /// gap. Sums the squared covariances of all pairs of second differences of the phase, from the generalised
 /// autocovariance of the phase (Greenhall and Riley 2003, "Uncertainty of stability variances based on finite
@@ -56,7 +70,7 @@ NoiseMatrix adjacent_variance(std::size_t values, std::size_t m);
 std::size_t allan_terms(AllanEstimator estimator, std::size_t values, std::size_t m);
 
 /// Covariances of the points of a curve. The records between breaks are independent; values that are missing reduce the
-/// number of terms, and the variance grows in proportion.
+/// number of terms, and the variance grows in proportion; shown_noise() has the noise that they add.
 class CurveCovariance {
  public:
   /// `curve` must outlive the object.

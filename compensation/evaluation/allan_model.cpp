@@ -68,7 +68,7 @@ AllanModel::Data AllanModel::as_measured(const AllanCurve& curve, const CurveCov
     const AllanPoint& point = curve.points[i];
     const auto row = static_cast<Eigen::Index>(i);
     data.cube_roots(row) = std::cbrt(point.deviation * point.deviation);
-    data.design.row(row) = unit_variances(static_cast<double>(point.m)).transpose();
+    data.design.row(row) = expected_variances(point).transpose();
     for (std::size_t j = i; j < points; ++j) data.covariance.push_back(covariance(i, j));
   }
   return data;
@@ -251,9 +251,9 @@ AllanModel::Linear AllanModel::linear(const NoiseSquares& strengths, const Eigen
   return result;
 }
 
-NoiseSquares AllanModel::noise_through(double m, double variance) const {
+NoiseSquares AllanModel::noise_through(const AllanPoint& point, double variance) const {
   if (ramp_is_probable_) return around_ramp_;
-  return solve(best_, kRandom, Fixed{unit_variances(m), variance});
+  return solve(best_, kRandom, Fixed{expected_variances(point), variance});
 }
 
 double AllanModel::cost(const State& at, const NoiseSquares& squares) const {

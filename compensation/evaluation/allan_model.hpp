@@ -68,8 +68,8 @@ class AllanModel {
   /// The same if the cube roots of the points were these.
   Linear linear(const NoiseSquares& strengths, const Eigen::VectorXd& cube_roots) const;
 
-  /// Noise at a cluster size of m if the Allan variance there is `variance`: the other points still count.
-  NoiseSquares noise_through(double m, double variance) const;
+  /// Noise if the Allan variance that `point` shows is `variance`: the other points still count.
+  NoiseSquares noise_through(const AllanPoint& point, double variance) const;
 
  private:
   struct State;

@@ -2,70 +2,21 @@
 #include "compensation/evaluation/allan_pairs.hpp"
 
 #include <cmath>
+#include <vector>
 
 namespace prism::evaluation {
 
-PairRanges::PairRanges(const PhaseRecord& record, std::size_t m, std::size_t step)
-    : record_(record), m_(m), step_(step), end_(record.values - 2 * m + 1) {}
-
-bool PairRanges::next(PairRange& range) {
-  if (at_ >= end_) return false;
-  const std::vector<std::size_t>& missing = record_.missing;
-  std::size_t next = step_ == 1 || missing.empty() ? end_ : at_ + 1;
-  for (std::size_t k = 0; k < 3; ++k) {
-    while (before_[k] < missing.size() && missing[before_[k]] < at_ + k * m_) ++before_[k];
-    if (before_[k] < missing.size()) next = std::min(next, missing[before_[k]] + 1 - k * m_);
-  }
-  range = {at_, next, before_[1] - before_[0], before_[2] - before_[1]};
-  at_ = step_ == 1 ? next : missing.empty() ? end_ : at_ + step_;
-  return true;
+PairTotals PairSums::totals() const {
+  const double differences = (plain4_[0] + plain4_[1]) + (plain4_[2] + plain4_[3]),
+               squares = (squares4_[0] + squares4_[1]) + (squares4_[2] + squares4_[3]), n = static_cast<double>(all_);
+  return {all_, differences / n, std::max(0.0, squares - differences * differences / n), squares, n, n};
 }
 
-PairSums::PairSums(const PhaseRecord& record, std::size_t m, std::size_t step, std::size_t most)
-    : ranges_(record, m, step),
-      m_(m),
-      step_(step),
-      most_(most),
-      constant_(record.slope * static_cast<double>(m) * static_cast<double>(m)) {
-  open_range();
-}
-
-void PairSums::open_range() {
-  do {
-    done_ = !ranges_.next(range_);
-  } while (!done_ && std::max(range_.first, range_.second) > most_);
-  start_ = range_.begin;
-  added_ = 0;
-  in_range_ = (range_.end - 1 - range_.begin) / step_ + 1;
-}
-
-void PairSums::close_range() {
-  differences_ += (plain4_[0] + plain4_[1]) + (plain4_[2] + plain4_[3]);
-  squares_ += (squares4_[0] + squares4_[1]) + (squares4_[2] + squares4_[3]);
-  terms_ += in_range_;
-  std::fill_n(plain4_, 4, 0.0);
-  std::fill_n(squares4_, 4, 0.0);
-}
-
-void PairSums::add(const PairPhase& phase) {
-  if (range_.first + range_.second == 0) {
-    add_complete(phase);
-  } else {
-    add_partial(phase);
-  }
-  added_ += phase.starts;
-  start_ += phase.starts * step_;
-  if (added_ < in_range_) return;
-  close_range();
-  open_range();
-}
-
-// The sum of a pair is chosen by its number in the range; the last ones, fewer than four, belong to the first sum.
-void PairSums::add_complete(const PairPhase& phase) {
-  const std::size_t step = step_, fours = in_range_ - in_range_ % 4;
-  const double constant = constant_;
+// The sum of a pair is chosen by its number; the last ones, fewer than four, belong to the first sum.
+void PairSums::add(const PairPhase<double>& phase) {
+  const std::size_t step = step_, fours = all_ - all_ % 4;
   const auto add_to = [&](std::size_t sum, std::size_t k) {
-    const double d = phase.end[k * step] - 2 * phase.middle[k * step] + phase.begin[k * step] + constant;
+    const double d = phase.end[k * step] - 2 * phase.middle[k * step] + phase.begin[k * step];
     plain4_[sum] += d;
     squares4_[sum] += d * d;
   };
@@ -77,7 +28,7 @@ void PairSums::add_complete(const PairPhase& phase) {
   for (; k + 4 <= phase.starts; k += 4) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
       const std::size_t at = (k + lane) * step;
-      const double d = phase.end[at] - 2 * phase.middle[at] + phase.begin[at] + constant;
+      const double d = phase.end[at] - 2 * phase.middle[at] + phase.begin[at];
       plain[lane] += d;
       squares[lane] += d * d;
     }
@@ -85,18 +36,104 @@ void PairSums::add_complete(const PairPhase& phase) {
   std::copy_n(plain, 4, plain4_);
   std::copy_n(squares, 4, squares4_);
   for (; k < phase.starts; ++k) add_to(added_ + k < fours ? (added_ + k) % 4 : 0, k);
+  added_ += phase.starts;
 }
 
-void PairSums::add_partial(const PairPhase& phase) {
-  const double size = static_cast<double>(m_), share1 = size / (size - static_cast<double>(range_.first)),
-               share2 = size / (size - static_cast<double>(range_.second)), scale = std::sqrt(2 / (share1 + share2));
-  const double a = scale * share1, b = scale * share2;
-  for (std::size_t k = 0; k < phase.starts; ++k) {
-    const std::size_t at = k * step_;
-    const double d = b * (phase.end[at] - phase.middle[at]) - a * (phase.middle[at] - phase.begin[at]) + constant_;
-    plain4_[0] += d;
-    squares4_[0] += d * d;
+LostPairSums::LostPairSums(const PhaseRecord& record, std::size_t m, std::size_t step, std::size_t most)
+    : PairStarts(record, m, step),
+      record_(record),
+      most_(most),
+      constant_(record.slope * static_cast<double>(m) * static_cast<double>(m)) {}
+
+std::size_t LostPairSums::starts_alike() {
+  const std::vector<std::size_t>& missing = record_.missing;
+  const std::size_t start = next_start();
+  std::size_t next = all_ * step_;
+  for (std::size_t k = 0; k < 3; ++k) {
+    while (before_[k] < missing.size() && missing[before_[k]] < start + k * m_) ++before_[k];
+    if (before_[k] < missing.size()) next = std::min(next, missing[before_[k]] + 1 - k * m_);
   }
+  return step_ == 1 ? next - start : 1;
+}
+
+void LostPairSums::add(const PairPhase<LostPhase>& phase) {
+  for (std::size_t k = 0; k < phase.starts;) {
+    const std::size_t alike = std::min(starts_alike(), phase.starts - k);
+    const bool counts = std::max(before_[1] - before_[0], before_[2] - before_[1]) <= most_;
+    for (std::size_t i = 0; i < alike; ++i, ++k) {
+      const LostPhase &begin = phase.begin[k * step_], &middle = phase.middle[k * step_], &end = phase.end[k * step_];
+      all_differences_ += end.sum - 2 * middle.sum + begin.sum;
+      if (!counts) continue;
+      if (most_ == 0 || end.weight - begin.weight == 2 * static_cast<double>(m_)) {
+        add_difference(end.plain - 2 * middle.plain + begin.plain, 6, 1);
+      } else {
+        add_weighted(begin, middle, end);
+      }
+    }
+    added_ += alike;
+  }
+}
+
+void LostPairSums::add_difference(double d, double quantisation, double slow) {
+  differences_ += d;
+  squares_ += d * d;
+  quantisation_ += quantisation;
+  slow_ += slow;
+  ++terms_;
+}
+
+LostPairSums::Shares LostPairSums::shares(const Weights& weights) const {
+  const double size = static_cast<double>(m_), share1 = size / weights.first, share2 = size / weights.second,
+               white = share1 * share1 * weights.first_square + share2 * share2 * weights.second_square,
+               scale2 = 2 * size / white, scale = std::sqrt(scale2);
+  return {scale * share1, scale * share2, scale2};
+}
+
+void LostPairSums::add_weighted(const LostPhase& begin, const LostPhase& middle, const LostPhase& end) {
+  const Weights weights = {middle.weight - begin.weight, end.weight - middle.weight, middle.square - begin.square,
+                           end.square - middle.square};
+  if (2 * std::min(weights.first, weights.second) < static_cast<double>(m_)) return;
+  if (!(weights == weights_)) shares_ = shares(weights_ = weights);
+  const auto& [first, second, scale2] = shares_;
+  const double d = second * (end.sum - middle.sum) - first * (middle.sum - begin.sum);
+  // An angle error counts with the step of the weights at it.
+  const auto square = [](double x) { return x * x; };
+  const auto inside = [&](const LostPhase& from, const LostPhase& to) {
+    return to.steps - square(double{to.after} - to.before) - from.steps;
+  };
+  const double errors = square(first) * (square(begin.after) + inside(begin, middle)) +
+                        square(first * middle.before + second * middle.after) +
+                        square(second) * (inside(middle, end) + square(end.before));
+  add_difference(d, errors, scale2);
+}
+
+PairTotals LostPairSums::totals() const {
+  PairTotals totals;
+  if (terms_ == 0) return totals;
+  const double n = static_cast<double>(terms_);
+  totals.terms = terms_;
+  totals.mean = constant_ + all_differences_ / static_cast<double>(all_);
+  totals.centred = std::max(0.0, squares_ - differences_ * differences_ / n);
+  totals.squares = totals.centred + n * totals.mean * totals.mean;
+  totals.quantisation = quantisation_ / 6;
+  totals.slow = slow_;
+  return totals;
+}
+
+PairCounts count_pairs(const PhaseRecord& record, std::size_t m, std::size_t step) {
+  if (record.values < 2 * m) return {};
+  PairCounts counts;
+  counts.all = (record.values - 2 * m) / step + 1;
+  // Starts from `next` on are not yet judged; a missing value is in the pairs that start up to 2 m − 1 before it.
+  std::size_t next = 0, broken = 0;
+  for (const std::size_t at : record.missing) {
+    const std::size_t first = std::max(next, at + 1 > 2 * m ? (at + 1 - 2 * m + step - 1) / step : 0),
+                      last = std::min(counts.all, at / step + 1);
+    if (last > first) broken += last - first;
+    next = std::max(next, last);
+  }
+  counts.complete = counts.all - broken;
+  return counts;
 }
 
 }  // namespace prism::evaluation

@@ -21,12 +21,29 @@ struct PhaseRecord {
   double level = 0, centre = 0;  ///< of the line, at the mean position
 };
 
+/// An element of the phase of a record with missing values: running sums over the rates before it, relative to the line
+/// through the record. A missing value has a weight of 0, and its neighbours have weights that rise to 1 in steps of
+/// 1 / taper, at most over half of a run: the errors of the angle at both ends of a gap then cancel as well as noise
+/// allows.
+struct LostPhase {
+  double plain = 0;             ///< of the rates; a missing one adds 0
+  double sum = 0;               ///< of weight · rate
+  double weight = 0;            ///< of the weights
+  double square = 0;            ///< of their squares
+  double steps = 0;             ///< of the squared differences of neighbouring weights, with that at this element
+  float before = 0, after = 0;  ///< weights of the rates before and after this element
+};
+
 /// Finds the records of a series, and computes pieces of their phase: with the same result, however it is divided. The
 /// mean of the series is subtracted from the rates, because the Allan deviation does not depend on it; the sums stay
-/// small and precise. A missing value adds 0. In a record with missing values the line is subtracted as well: a missing
-/// value then does not move the centre of a ramp.
+/// small and precise. In a record with missing values the line is subtracted as well: a missing value then does not
+/// move the centre of a ramp.
 ///
-/// Memory: 16 bytes per kRatePiece rates and 8 bytes per missing value.
+/// The taper follows from the angle error q and the white noise n of the rate, of 1 and 8 values without a gap: at
+/// a gap with weights that rise over a values, q adds 2 q / a to the variance of the sum and n adds 2 a n / 3, together
+/// least for a = √(3 q / n).
+///
+/// Memory: 8 bytes per kRatePiece rates; with missing values 56, and 8 bytes per missing value.
 class AllanPhase {
  public:
   /// `rate` must outlive the phase.
@@ -38,30 +55,36 @@ class AllanPhase {
   std::size_t gaps() const { return gaps_; }                ///< runs of missing values and breaks
   std::size_t runs() const { return runs_; }                ///< of values without a gap
   std::size_t longest_run() const { return longest_run_; }  ///< values
+  std::size_t taper() const { return taper_; }              ///< values; 1: the neighbours of a gap count fully
 
   /// The pieces of the series that have elements of a record's phase, which are at the positions of the rates, from
   /// record.begin to record.begin + record.values.
   static std::size_t piece_of(std::size_t position) { return position / kRatePiece; }
-  /// Writes the phase at the positions of a piece to `x`, at position − piece · kRatePiece; leaves other elements.
+  /// Writes the phase at the positions of a piece to `x`, at position − piece · kRatePiece; leaves other elements. The
+  /// second: of a record with missing values.
   void read(const PhaseRecord& record, std::size_t piece, std::span<double, kRatePiece> x) const;
+  void read(const PhaseRecord& record, std::size_t piece, std::span<LostPhase, kRatePiece> x) const;
 
  private:
-  /// At the first position of a piece.
-  struct Sums {
-    double plain = 0, residual = 0;
-  };
   void find_mean();
   void find_records();
+  void find_taper();
   void find_line(PhaseRecord& record);
-  /// Calls visit(position in the record, sums before it, value; NaN if missing) for the rates of a record in a piece.
+  void find_weighted_sums(const PhaseRecord& record);
+  /// Calls visit(position in the record, rate − mean; NaN if missing) for the rates of a record in a piece.
   template <class Visit>
-  Sums walk(const PhaseRecord& record, std::size_t piece, Visit&& visit) const;
+  void walk(const PhaseRecord& record, std::size_t piece, Visit&& visit) const;
+  /// Calls visit(position in the record, element) for the elements of a record in a piece, except that after the last
+  /// rate; returns the sums after them.
+  template <class Visit>
+  LostPhase walk_weighted(const PhaseRecord& record, std::size_t piece, Visit&& visit) const;
 
   const RateSource& rate_;
   double mean_ = 0;
   std::vector<PhaseRecord> records_;
-  std::vector<Sums> sums_;  ///< one per piece, and one for the end
-  std::size_t values_ = 0, missing_ = 0, gaps_ = 0, runs_ = 0, longest_run_ = 0;
+  std::vector<double> sums_;              ///< at the first position of a piece, and at the end
+  std::vector<LostPhase> weighted_sums_;  ///< the same, if a value is missing
+  std::size_t values_ = 0, missing_ = 0, gaps_ = 0, runs_ = 0, longest_run_ = 0, taper_ = 1;
 };
 
 }  // namespace prism::evaluation

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compares the page's Allan deviation with `prismcal allan` (its result is in allan.json) and with the theory of noise.
 // allan.csv is simulated: white noise of 0.06 deg/h, a random walk of 0.0008 deg/h per second, five missing seconds. To update allan.json:
-// prismcal allan tests/page/allan.csv --grid dense --json | jq -c '{values,holes,runs,tau0_s,points:[.points[]|{m,deviation:.deviation_deg_per_h,clusters}]}'
+// prismcal allan tests/page/allan.csv --grid dense --json | jq -c '{values,holes,runs,tau0_s,points:[.points[]|{m,deviation:.measured_deg_per_h,clusters}]}'
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";

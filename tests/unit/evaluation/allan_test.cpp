@@ -105,9 +105,9 @@ double remove_line(std::vector<double>& y) {
   return slope;
 }
 
-/// The definition for a record with missing values, with the rules of allan_deviation().
+/// The definition for a record with missing values and without quantisation, with the rules of allan_deviation().
 double slow_with_gaps(std::vector<double> y, std::size_t m) {
-  const double slope = remove_line(y);
+  const double slope = remove_line(y), size = static_cast<double>(m);
   struct Mean {
     double sum = 0, values = 0;
   };
@@ -119,18 +119,22 @@ double slow_with_gaps(std::vector<double> y, std::size_t m) {
   const auto mean = [&](std::size_t from) {
     return Mean{before[from + m].sum - before[from].sum, before[from + m].values - before[from].values};
   };
-  const double size = static_cast<double>(m);
   for (const std::size_t most : {std::size_t{0}, m / 4}) {
-    double sum = 0;
+    double squares = 0, used = 0, every = 0;  // differences from the line
     std::size_t terms = 0, all = 0;
     for (std::size_t j = 0; j + 2 * m <= y.size(); ++j, ++all) {
       const Mean a = mean(j), b = mean(j + m);
+      every += b.sum - a.sum;
       if (std::min(a.values, b.values) < size - static_cast<double>(most)) continue;
       const double scale = std::sqrt(2 / (size / a.values + size / b.values));
-      sum += std::pow(scale * (b.sum / b.values - a.sum / a.values) + slope * size, 2);
+      const double d = scale * (size * b.sum / b.values - size * a.sum / a.values);
+      squares += d * d;
+      used += d;
       ++terms;
     }
-    if (most > 0 || m < 4 || 10 * terms >= 9 * all) return std::sqrt(sum / (2 * static_cast<double>(terms)));
+    if (most == 0 && m >= 4 && 10 * terms < 9 * all) continue;
+    const double n = static_cast<double>(terms), whole = slope * size * size + every / static_cast<double>(all);
+    return std::sqrt((squares - used * used / n + n * whole * whole) / (2 * n)) / size;
   }
   return 0;
 }

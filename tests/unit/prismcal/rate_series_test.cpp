@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/power_law_noise.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
@@ -122,6 +123,21 @@ TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
   EXPECT_NEAR(json["points"][1]["deviation_deg_per_h"].get<double>(), 85.95287, 5e-6);
   EXPECT_TRUE(json["coefficients"].is_null());
   EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
+}
+
+TEST_F(AllanText, ShowsNoValueOfAPointThatLostRowsDominate) {
+  recordings::RateSeries series;
+  test::NormalPairs normal(1);
+  for (const double rate : test::quantised_angle(20000, normal))
+    series.rate_deg_per_h.push(normal.uniform() < 0.1 ? std::nan("") : rate);
+  const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
+                                                evaluation::AllanEstimator::kOverlapping, 0.683, "x")
+                            .value();
+  EXPECT_THAT(analysis::allan_text(analysis, series, "x"), HasSubstr("not determined: missing values"));
+  const auto points = nlohmann::json::parse(analysis::allan_json(analysis, series, "x"))["points"];
+  EXPECT_TRUE(points.front()["high_deg_per_h"].is_number());
+  for (const char* key : {"deviation_deg_per_h", "low_deg_per_h", "high_deg_per_h"})
+    EXPECT_TRUE(points.back()[key].is_null()) << key;
 }
 
 TEST_F(AllanText, RejectsARateThatDoesNotVary) {

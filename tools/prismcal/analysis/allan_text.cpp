@@ -92,6 +92,18 @@ std::string misfit_text(double misfit) {
       50 * misfit);  // of the deviation: half of that of the variance
 }
 
+std::string point_text(const evaluation::AllanPoint& p, const evaluation::AllanInterval& interval) {
+  if (!interval.determined)
+    return fmt::format("{:>12g} {:>44} {:>10}  {}\n", p.tau_s, "not determined: missing values", p.clusters,
+                       evaluation::noise_type_text(interval.type));
+  return fmt::format("{:>12g} {:>14.6e} {:>14.6e} {:>14.6e} {:>10}  {}\n", p.tau_s, interval.deviation, interval.low,
+                     interval.high, p.clusters, evaluation::noise_type_text(interval.type));
+}
+
+Json if_determined(const evaluation::AllanInterval& interval, double value) {
+  return interval.determined ? Json(value) : Json(nullptr);
+}
+
 Json coefficient_json(const Entry& e) {
   const auto& c = *e.coefficient;
   if (!c) return nullptr;
@@ -156,10 +168,7 @@ std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeri
   text +=
       fmt::format("{:>12} {:>14} {:>14} {:>14} {:>10}  {}\n", "tau s", "dev deg/h", "low", "high", "clusters", "noise");
   for (std::size_t i = 0; i < curve.points.size(); ++i) {
-    const evaluation::AllanPoint& p = curve.points[i];
-    const evaluation::AllanInterval& interval = analysis.intervals[i];
-    text += fmt::format("{:>12g} {:>14.6e} {:>14.6e} {:>14.6e} {:>10}  {}\n", p.tau_s, p.deviation, interval.low,
-                        interval.high, p.clusters, evaluation::noise_type_text(interval.type));
+    text += point_text(curve.points[i], analysis.intervals[i]);
   }
   text += '\n';
   if (!analysis.coefficients) return text + "no coefficients: " + analysis.coefficients.error().text() + "\n";
@@ -175,9 +184,10 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
     const evaluation::AllanInterval& interval = analysis.intervals[i];
     points.push_back({{"m", p.m},
                       {"tau_s", p.tau_s},
-                      {"deviation_deg_per_h", p.deviation},
-                      {"low_deg_per_h", interval.low},
-                      {"high_deg_per_h", interval.high},
+                      {"measured_deg_per_h", p.deviation},  // with the noise that missing values add
+                      {"deviation_deg_per_h", if_determined(interval, interval.deviation)},
+                      {"low_deg_per_h", if_determined(interval, interval.low)},
+                      {"high_deg_per_h", if_determined(interval, interval.high)},
                       {"edf", interval.edf},
                       {"clusters", p.clusters},
                       {"terms", p.terms},

@@ -88,11 +88,12 @@ Result<std::vector<Series>> allan_series(const evaluation::RateSource& rate, con
   const auto intervals = evaluation::allan_confidence(*curve, *model, 0.683);
   Series band{"", ink, SeriesStyle::kBand}, line{name, ink, SeriesStyle::kLinePoints};
   for (std::size_t i = 0; i < curve->points.size(); ++i) {
+    if (!intervals[i].determined) continue;
     band.x.push_back(curve->points[i].tau_s);
     band.y.push_back(intervals[i].low);
     band.high.push_back(intervals[i].high);
     line.x.push_back(curve->points[i].tau_s);
-    line.y.push_back(curve->points[i].deviation);
+    line.y.push_back(intervals[i].deviation);
   }
   return std::vector<Series>{band, line};
 }

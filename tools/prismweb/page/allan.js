@@ -3,7 +3,8 @@
 //   σ²(m) = Σ_j (x_{j+2m} − 2 x_{j+m} + x_j)² / (2 m² n),  x_j = Σ_{i<j} y_i, n terms   (NIST SP 1065, eq. 11)
 // A value that is not finite is missing. A pair of clusters counts if both are complete or, if fewer than nine of ten pairs are, if each has
 // three quarters of its values: the means are of these, relative to the line through the record, and their difference is scaled to the
-// variance of white noise in complete clusters.
+// variance of white noise in complete clusters. The mean of the differences is that of all pairs, the line in place of missing values. As prismcal's
+// measured_deg_per_h, except that prismcal lets the neighbours of a gap in a quantised rate count less.
 
 /**
  * Returns x, the running sum of the values minus a line, the line's slope, and the number of missing values before each; from the first known
@@ -28,18 +29,22 @@ function phaseOf(rates) {
 
 /** The Allan deviation at cluster size m if each cluster lacks at most `most` values; the number of its pairs, and of complete pairs. */
 function measure({ x, slope, missing, length }, m, most) {
-  let squares = 0, terms = 0, complete = 0, clusters = 0;
+  let squares = 0, differences = 0, all = 0, terms = 0, complete = 0, clusters = 0;  // differences from the line
   for (let j = 0; j + 2 * m <= length; j++) {
+    all += x[j + 2 * m] - 2 * x[j + m] + x[j];
     const first = missing[j + m] - missing[j], second = missing[j + 2 * m] - missing[j + m];
     if (first + second === 0) complete++;
     if (Math.max(first, second) > most) continue;
     const a = m / (m - first), b = m / (m - second);
-    const d = Math.sqrt(2 / (a + b)) * (b * (x[j + 2 * m] - x[j + m]) - a * (x[j + m] - x[j])) + slope * m * m;
+    const d = Math.sqrt(2 / (a + b)) * (b * (x[j + 2 * m] - x[j + m]) - a * (x[j + m] - x[j]));
     squares += d * d;
+    differences += d;
     terms++;
   }
   for (let k = 0; (k + 1) * m <= length; k++) if (missing[(k + 1) * m] - missing[k * m] <= most) clusters++;
-  return { terms, complete, clusters, deviation: Math.sqrt(squares / (2 * terms)) / m };
+  const mean = slope * m * m + all / (length - 2 * m + 1);
+  const sum = Math.max(0, squares - differences ** 2 / terms) + terms * mean ** 2;
+  return { terms, complete, clusters, deviation: Math.sqrt(sum / (2 * terms)) / m };
 }
 
 /** About 15 cluster sizes per decade, from 1 to a third of the number of values. */
