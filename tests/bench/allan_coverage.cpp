@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -97,11 +98,27 @@ struct Count {
   double share() const { return static_cast<double>(inside) / all; }
 };
 
-std::string judged(const Count& count, int& outside) {
-  const bool bad = count.share() < kLow || count.share() > kHigh;
-  outside += bad;
-  return fmt::format("{:.1f}{}", 100 * count.share(), bad ? "!" : "");
-}
+/// Cells, and how many are outside the bar.
+struct Judgement {
+  int cells = 0, outside = 0, not_chance = 0;
+  double expected = 0, variance = 0;  ///< outside, if all intervals were exact
+
+  std::string operator()(const Count& count) {
+    const double share = count.share(), edge = share < kLow ? kLow : kHigh, n = count.all;
+    const bool bad = share < kLow || share > kHigh,
+               sure = bad && std::abs(share - edge) > 2 * std::sqrt(edge * (1 - edge) / n);
+    const boost::math::binomial exact(n, kProbability);
+    const double above = std::floor(kHigh * n + 1e-9), below = std::ceil(kLow * n - 1e-9) - 1;
+    const double by_chance =
+        (below >= 0 ? boost::math::cdf(exact, below) : 0) + boost::math::cdf(boost::math::complement(exact, above));
+    ++cells;
+    outside += bad;
+    not_chance += sure;
+    expected += by_chance;
+    variance += by_chance * (1 - by_chance);
+    return fmt::format("{:.1f}{}", 100 * share, sure ? "!!" : bad ? "!" : "");
+  }
+};
 
 /// The quantities of one process, with the number of series that gave and covered each.
 struct Tally {
@@ -119,6 +136,7 @@ void count_series(Tally& tally, const std::vector<double>& rate, const std::vect
   };
   const auto intervals = allan_confidence(curve, model, kProbability);
   for (std::size_t k = 0; k < curve.points.size(); ++k) {
+    if (!intervals[k].determined) continue;
     const auto at = static_cast<std::size_t>(std::find(sizes.begin(), sizes.end(), curve.points[k].m) - sizes.begin());
     const double deviation = std::sqrt(unit_variances(static_cast<double>(curve.points[k].m)).dot(truth));
     tally.points[at].add(holds(intervals[k].low, deviation, intervals[k].high));
@@ -139,8 +157,9 @@ void count_series(Tally& tally, const std::vector<double>& rate, const std::vect
   }
 }
 
-/// Prints one line of points and one of coefficients; returns how many are outside the bar.
-int run(const Process& process, std::size_t number, std::size_t values, int series, double lost, std::uint64_t seed) {
+/// Prints one line of points and one of coefficients.
+void run(const Process& process, std::size_t number, std::size_t values, int series, double lost, std::uint64_t seed,
+         Judgement& judged) {
   const NoiseSquares truth = process.strengths(static_cast<double>(values));
   FlickerRecords flicker(truth(2) > 0 ? values : 2);
   const auto sizes = allan_cluster_sizes(AllanGrid::kOctave, values);
@@ -157,23 +176,21 @@ int run(const Process& process, std::size_t number, std::size_t values, int seri
     }
     count_series(tally, rate, sizes, truth, exact ? 1e-9 : 0);
   }
-  int outside = 0;
   const auto text = [&](const Count& count) {
-    return exact && count.share() == 1 ? std::string("exact") : judged(count, outside);
+    std::string share = exact && count.share() == 1 ? std::string("exact") : judged(count);
+    return count.all < series ? fmt::format("{} in {} series", share, count.all) : share;
   };
   fmt::print("{:<16}{:>7} values, points:", process.name, values);
-  for (const Count& point : tally.points) fmt::print(" {}", point.all > 0 ? text(point) : "none");
+  for (const Count& point : tally.points) fmt::print(" {}", point.all > 0 ? text(point) : "not determined");
   fmt::print("\n{:<31}coefficients:", "");
   for (std::size_t k = 0; k < kNoiseTypes; ++k) {
     const Count& count = tally.coefficients[k];
     if (count.all == 0) continue;
     fmt::print(" {}{} {}", kLetters[k], truth(static_cast<Eigen::Index>(k)) > 0 ? "" : "=0", text(count));
-    if (count.all < series) fmt::print(" in {} series", count.all);
     fmt::print(" (value in {:.0f} %);", 100.0 * tally.determined[k] / series);
   }
   fmt::print("\n");
   std::fflush(stdout);
-  return outside;
 }
 
 }  // namespace
@@ -188,14 +205,20 @@ int main(int argc, char** argv) {
   std::vector<std::size_t> lengths = {1000, 8000, 100000}, processes;
   if (argc > 4) lengths = {static_cast<std::size_t>(std::atoll(argv[4]))};
   for (int i = 5; i < argc; ++i) processes.push_back(static_cast<std::size_t>(std::atoll(argv[i])));
-  fmt::print("Intervals of 68.3 %: share that holds the truth, in % of {} series; ! outside 63 to 74\n", series);
-  int outside = 0;
+  fmt::print(
+      "Intervals of 68.3 %: share that holds the truth, in % of {} series; one standard deviation is {:.1f} %\n"
+      "! outside 63 to 74; !! by more than two standard deviations\n",
+      series, 100 * std::sqrt(0.683 * 0.317 / series));
+  prism::bench::Judgement judged;
   for (const std::size_t values : lengths) {
     for (std::size_t k = 0; k < prism::bench::kProcesses.size(); ++k) {
       if (!processes.empty() && std::find(processes.begin(), processes.end(), k) == processes.end()) continue;
-      outside += prism::bench::run(prism::bench::kProcesses[k], k, values, series, lost, seed);
+      prism::bench::run(prism::bench::kProcesses[k], k, values, series, lost, seed, judged);
     }
   }
-  fmt::print("{} outside the bar\n", outside);
-  return outside > 0;
+  fmt::print(
+      "{} of {} cells outside the bar, {} by more than two standard deviations; chance puts {:.1f} +- {:.1f} of "
+      "exact intervals outside\n",
+      judged.outside, judged.cells, judged.not_chance, judged.expected, std::sqrt(judged.variance));
+  return judged.outside > 0;
 }
