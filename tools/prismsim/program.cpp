@@ -29,8 +29,8 @@ void announce(const SimOptions& options) {
   fmt::print(stderr, "prismsim: simulated gyro, profile {}, seed {}, {} frames/s of \"{}\", {:.2f} h\n",
              simulation.profile.name, simulation.seed, simulation.rate_hz, frames.name, options.duration_s / 3600);
   if (std::abs(simulation.rate_hz - frames.rate_hz) > std::max(frames.rate_tolerance, 1e-6) * frames.rate_hz) {
-    fmt::print(stderr, "prismsim: note: \"{}\" is described at {} frames/s; readers that rely on it will be wrong\n",
-               frames.name, frames.rate_hz);
+    fmt::print(stderr, "prismsim: note: \"{}\" is described at {} frames/s; its reader needs \"rate_hz\": {}\n",
+               frames.name, frames.rate_hz, simulation.rate_hz);
   }
   const double load = simulation.rate_hz * frames.max_frame_bytes * frames.wire.byte_time_ns() * 1e-9;
   if (load > 1) {
