@@ -23,7 +23,7 @@ judged() { prismcal train "$1" --config gyro.json --no-earth-rate --out model.js
 judged bytes >expected
 contains "the judgement of the bytes" "$(cat expected)" "temperature_span"
 for form in one-line digits terminal xxd-lines; do
-  contains "$form: inspect" "$(prismcal inspect $form)" "$form: hex dump; it fits 1 frame description"
+  contains "$form: inspect" "$(prismcal inspect $form)" "$form: hex dump; 1 frame description fits"
   judged $form >got
   diff expected got || fail "$form: train judges other seconds than those of the bytes"
   same "$form: without a configuration" "$(code_of prismcal train $form --out model.json 2>train.err)" 1

@@ -150,7 +150,9 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   if (!fitting) return tl::unexpected<Error>(fitting.error());
   nlohmann::ordered_json json = {{"file", choice.file}, {"kind", kind}, {"fits", nlohmann::ordered_json::array()}};
   if (!choice.json)
-    fmt::print("{}: {}; it fits {}\n", choice.file, kind, counted(fitting->size(), "frame description"));
+    fmt::print("{}: {}; {} {}\n", choice.file, kind,
+               fitting->empty() ? "no frame description" : counted(fitting->size(), "frame description"),
+               fitting->size() > 1 ? "fit" : "fits");
   for (const wire::SniffScore& score : *fitting) {
     json["fits"].push_back(
         {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
