@@ -303,7 +303,7 @@ class Case:
         hole = sum(second not in full for second in inside)
         lost = {"clean": 0, "name": 0, "refused": REFUSED}.get(self.fault, OUTAGE)
         if self.fault == "stall":
-            least, most = 0, 1
+            least, most = 0, 2  # the frames that are uncertain (see count_frames) may belong to two seconds
         elif self.type == "udp" and self.fault == "suspend":
             least, most = 0, lost + 3  # the socket's buffer keeps a part
         else:
