@@ -163,6 +163,7 @@ ordered_json config_answer(const Sources& sources) {
   }
   json["frames"] = {
       {"file", c.frames}, {"name", setup.frames->name}, {"id", setup.frames->id}, {"rate_hz", setup.frames->rate_hz}};
+  json["rate_hz"] = setup.frames->rate_hz;
   json["clock"] = c.device_clock ? "device" : "host";
   json["accept_clock"] = c.accept_clock;
   json["site"] = {{"latitude_deg", c.latitude_deg}};
