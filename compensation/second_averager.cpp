@@ -31,6 +31,7 @@ SecondMean without_implausible(SecondMean second_mean) {
 void SecondAverager::Mean::add(double value, double weight, bool is_implausible) {
   any_implausible = any_implausible || is_implausible;
   if (!std::isfinite(value)) return;
+  ++known;
   WeightedSum& to = is_implausible ? implausible : plausible;
   to.sum += value * weight;
   to.weight += weight;
@@ -100,7 +101,8 @@ void SecondAverager::add(const Sample& sample, QuantitySet implausible) {
 
 SecondMean SecondAverager::close() const {
   SecondMean closed = second_mean_;
-  closed.rate_deg_per_h = rate_.value();
+  // A few valid samples do not stand for a second.
+  if (2 * std::uint64_t{rate_.known} >= closed.samples) closed.rate_deg_per_h = rate_.value();
   closed.temperature_degc = temperature_.value();
   closed.uhfo_v = uhfo_.value();
   closed.sensor_list = list_;

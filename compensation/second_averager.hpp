@@ -24,7 +24,7 @@ struct SecondMean {
   std::int64_t second = 0;    ///< integer seconds of the sample time: covers (second, second + 1] s
   std::uint32_t samples = 0;  ///< all, also those with unknown or implausible values
   std::uint32_t missing_frames = 0;
-  double rate_deg_per_h = kUnknown;    ///< weighted by each sample's interval
+  double rate_deg_per_h = kUnknown;    ///< weighted by each sample's interval; kUnknown if most samples have none
   double temperature_degc = kUnknown;  ///< unweighted, as uhfo_v and sensors
   double uhfo_v = kUnknown;
   std::uint32_t status = 0;  ///< all status bits seen in the second, or-ed
@@ -66,6 +66,7 @@ class SecondAverager {
   struct Mean {
     WeightedSum plausible, implausible;
     bool any_implausible = false;
+    std::uint32_t known = 0;  ///< samples with a value
     void add(double value, double weight, bool is_implausible);
     double value() const;
     bool all_implausible() const { return any_implausible && !(plausible.weight > 0); }

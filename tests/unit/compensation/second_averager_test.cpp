@@ -69,6 +69,15 @@ TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers
   EXPECT_DOUBLE_EQ(second_mean.uhfo_v, 5.25);
 }
 
+// One valid frame of 400 had given the rate of a whole second.
+TEST(SecondAverager, AFewValidRatesDoNotStandForASecond) {
+  std::vector<Sample> samples;
+  for (int i = 1; i <= 10; ++i) samples.push_back(sample_at(i, i <= 5 ? 3 : kUnknown));
+  EXPECT_DOUBLE_EQ(only_mean(samples).rate_deg_per_h, 3);
+  samples.push_back(sample_at(11, kUnknown));
+  EXPECT_TRUE(std::isnan(only_mean(samples).rate_deg_per_h));
+}
+
 TEST(SecondAverager, AnInfiniteValueIsIgnored) {
   Sample broken = sample_at(1, HUGE_VAL);
   broken.temperature_degc = -HUGE_VAL;
