@@ -73,6 +73,7 @@ struct ModelInfo {
   /// None in models of version 0.1: their standard deviation is the model's own.
   std::optional<BetweenRunError> spread;
   std::string gyro_serial;      ///< empty: any gyro
+  std::string gyro_axis;        ///< of that gyro; empty: any axis
   bool id_has_serial = true;    ///< false: of a file of version 1, whose id does not depend on the serial number
   std::string provenance_json;  ///< the file's "provenance" object as text; "{}" if absent
 };

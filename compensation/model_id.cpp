@@ -26,7 +26,10 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
                                       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s,
                                       f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
                                       exact_texts(info.domain.min), exact_texts(info.domain.max));
-  if (model_version(info) > 1) canonical += "serial " + info.gyro_serial + "\n";
+  if (model_version(info) > 1) {
+    canonical += "serial " + info.gyro_serial + "\n";
+    if (!info.gyro_axis.empty()) canonical += "axis " + info.gyro_axis + "\n";
+  }
   if (info.table) canonical += "table\n";
   for (const SensorName& sensor : f.sensors) canonical += fmt::format("sensor {} {}\n", sensor.name, sensor.unit);
   if (const auto& s = info.spread) {

@@ -18,8 +18,8 @@ inline constexpr std::array kSlopeNames = {"difference", "least_squares"};  ///<
 /// Version of the file of a model.
 int model_version(const ModelInfo& info);
 
-/// Canonical id: version, model type, features, inputs, domain, the numbers of the type (`content`, exact) and the
-/// serial number (see ModelInfo::id_has_serial). Names and provenance are not included.
+/// Canonical id: version, model type, features, inputs, domain, the numbers of the type (`content`, exact), the
+/// serial number and its axis (see ModelInfo::id_has_serial). Names and provenance are not included.
 std::string model_id(const ModelInfo& info, std::string_view content);
 
 /// The shortest text (at most 17 digits) that reads back as the same double.

@@ -110,7 +110,10 @@ Result<ModelPtr> read_model(Section& top) {
   info.kind = top.text("kind");
   info.name = top.text("name", "", TextRule::kText);
   info.id = top.text("id");
-  info.gyro_serial = top.object("gyro").text("serial", "", TextRule::kText);
+  const Section gyro = top.object("gyro");
+  info.gyro_serial = gyro.text("serial", "", TextRule::kText);
+  info.gyro_axis = gyro.text("axis", "", TextRule::kAxisName);
+  if (model_version(info) == 1) info.gyro_axis.clear();  // not covered by the id
   info.table = top.boolean("table", false);
   if (!info.table) info.features = read_features(top.object("features", true));
   read_inputs(top, info);
@@ -174,7 +177,9 @@ std::string format_model(const Model& model, const std::string& provenance_json)
   std::string text = fmt::format(
       "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
       model_version(info), info.id, quoted(info.kind), quoted(info.name));
-  text += fmt::format("  \"gyro\": {{\"serial\": {}}},\n", quoted(info.gyro_serial));
+  text += fmt::format("  \"gyro\": {{\"serial\": {}", quoted(info.gyro_serial));
+  if (model_version(info) > 1 && !info.gyro_axis.empty()) text += ", \"axis\": " + quoted(info.gyro_axis);
+  text += "},\n";
   text += info.table ? "  \"table\": true,\n" : features_text(info.features);
   text += "  \"inputs\": [";
   for (std::size_t i = 0; i < info.inputs.size(); ++i) {

@@ -82,9 +82,9 @@ Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis)
   return static_cast<int>(index);
 }
 
-// Rejects a model of another gyro, or with inputs that the frames do not have. `place`: where `path` was given.
-Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& path, const std::string& place,
-                                          bool own_thermometer) {
+// Rejects a model of another gyro or axis, or with inputs that the frames do not have. `place`: where `path` was given.
+Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& axis, const std::string& path,
+                                          const std::string& place, bool own_thermometer) {
   const config::Config& config = setup.config;
   const wire::FrameDescription& frames = *setup.frames;
   if (path.empty()) return compensation::ModelPtr();
@@ -98,6 +98,9 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
                       fmt::format("found \"{}\", expected \"{}\" as in {}: the model is of another gyro",
                                   info.gyro_serial, config.gyro_serial, config.path));
   }
+  if (!info.gyro_axis.empty() && info.gyro_axis != axis)
+    return make_error(path + ":/gyro/axis",
+                      fmt::format("found \"{}\", expected \"{}\": the model is of another axis", info.gyro_axis, axis));
   for (const std::string& input : info.inputs) {
     const bool of_sensor = !compensation::sensors_of({input}).empty();
     const bool own = own_thermometer && input != compensation::kInputUhfo;
@@ -124,12 +127,14 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
 Result<void> load_models(const Setup& setup, std::size_t index, const Overrides& overrides, Setup::Axis& axis) {
   const config::AxisConfig& config = setup.config.axes[index];
   const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
+  const std::string& name = setup.frames->axes[index].name;
   const std::string keys = setup.config.path + (setup.config.by_axes ? ":/axes/" + config.name : ":");
   Result<compensation::ModelPtr> model =
-      load_model(setup, config.model, overrides.model.empty() ? keys + "/model" : "--model", own);
+      load_model(setup, name, config.model, overrides.model.empty() ? keys + "/model" : "--model", own);
   if (!model) return tl::unexpected<Error>(model.error());
   axis.model = std::move(*model);
-  Result<compensation::ModelPtr> fallback = load_model(setup, config.fallback_model, keys + "/fallback_model", own);
+  Result<compensation::ModelPtr> fallback =
+      load_model(setup, name, config.fallback_model, keys + "/fallback_model", own);
   if (!fallback) return tl::unexpected<Error>(fallback.error());
   axis.fallback = std::move(*fallback);
   compensation::CompensationEngine trial(axis.engine);

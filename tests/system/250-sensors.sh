@@ -37,6 +37,11 @@ children+=($!)
 has_inputs() { prismctl --json bias | jq -e '.inputs["acc_temp_x-T"] | .unit == "degC" and (.value | type) == "number"' >/dev/null; }
 wait_for 20 has_inputs
 contains "the inputs of bias" "$(prismctl bias | grep -A1 inputs)" "acc_temp_x-T "
+prismcal train one --inputs T,dTdt --method stepwise --serial S1 --quiet --out bound.json >/dev/null || fail "training for a serial number"
+jq '.gyro.serial = "S1" | .axes = {y: {elevation_deg: 90, model: "./bound.json"}}' imu.json >other-axis.json
+code=0; prismd other-axis.json --check 2>axis.err || code=$?
+same "exit code with the model of another axis" "$code" 78
+contains "its error" "$(cat axis.err)" 'bound.json:/gyro/axis: found "x", expected "y": the model is of another axis'
 code=0; jq 'del(.axes) + {gyro: {axis: "x"}, model: "./model.json"}' imu.json >one.json; prismd one.json --check 2>one.err || code=$?
 same "exit code without axes" "$code" 78
 contains "its error" "$(cat one.err)" 'found acc_temp_x, expected a sensor of stim300 (sensors need "axes" in the configuration): none'

@@ -51,11 +51,13 @@ TEST(ModelId, DependsOnTheNumbersNotOnTheNames) {
 TEST(ModelId, DependsOnTheSerialNumberSinceVersion2) {
   ModelInfo bound = base_info();
   bound.gyro_serial = "70-0042";
+  bound.gyro_axis = "x";
   EXPECT_EQ(model_version(bound), 2);
   const std::string text = format_model(PolynomialModel(bound, kTerms, 0.001));
   EXPECT_TRUE(parse_model(text, "m.json"));
   for (const auto& [from, to] :
-       {std::pair("70-0042", "70-0043"), std::pair("70-0042", ""), std::pair("\"version\": 2", "\"version\": 1")}) {
+       {std::pair("70-0042", "70-0043"), std::pair("70-0042", ""), std::pair("\"axis\": \"x\"", "\"axis\": \"y\""),
+        std::pair("\"version\": 2", "\"version\": 1")}) {
     std::string changed = text;
     changed.replace(changed.find(from), std::string(from).size(), to);
     const auto model = parse_model(changed, "m.json");

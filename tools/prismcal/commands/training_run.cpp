@@ -138,6 +138,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   info.name = choice.name.empty() ? fmt::format("{} {}", settings->method->name, choice.inputs) : choice.name;
   if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
   info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
+  if (!info.gyro_serial.empty()) info.gyro_axis = set->axis;
   info.features = set->features;
   if (info.gyro_serial.empty() && !choice.method.quiet)
     fmt::print(stderr, "the recordings name no gyro: the model is for any; --serial NAME binds it to one\n");
