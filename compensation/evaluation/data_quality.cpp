@@ -279,6 +279,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const bool still = span_degc < settings.still_temperature_degc;
 
   DataQuality report;
+  report.constant_temperature = still;
   report.nothing_to_compensate = still || explainable < settings.min_explainable.reject;
   auto& findings = report.findings;
   findings.push_back(find("temperature_span", span_degc, "degC", settings.min_temperature_span_degc, true,

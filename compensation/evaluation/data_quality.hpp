@@ -55,7 +55,8 @@ struct Finding {
 
 struct DataQuality {
   Verdict verdict = Verdict::kPass;    ///< the worst of the findings
-  bool nothing_to_compensate = false;  ///< no thermal drift above the noise
+  bool nothing_to_compensate = false;  ///< no thermal drift above the noise, or the temperature is constant
+  bool constant_temperature = false;
   std::vector<Finding> findings;  ///< in the order above; without moved and disturbed below 8 blocks, without noise
                                   ///< below 24; outliers and quantised only if they do not pass
 };

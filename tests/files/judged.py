@@ -122,6 +122,6 @@ with tempfile.TemporaryDirectory(prefix="prism-judged-") as folder:
             check("filled log, left out", train(log, model, "--leave-out", "6911..7110"), 0, "", "ready: ")
         elif name == "good":
             found = run(PRISMCAL, "evaluate", model, path, "--map", MAP[1], "--map", MAP[5], "--no-earth-rate")
-            check("evaluate without a temperature", found, 1, "found no temperature, expected one, in a table with --map temperature=COLUMN:UNIT", "")
+            check("evaluate without a temperature", found, 1, "found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT", "")
 print(f"{len(FAULTS)} recordings, {len(failed)} faults")
 sys.exit(1 if failed else 0)

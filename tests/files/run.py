@@ -49,7 +49,7 @@ def commands(case, folder):
     mapping = [word for entry in entries for word in ("--map", entry)]
     time = columns["time"].split(":")[0]
     out, fit = os.path.join(folder, "out"), os.path.join(folder, "fit.json")
-    applied = [*mapping, "--no-earth-rate", "--json", *options]
+    applied = [*mapping, "--no-earth-rate", "--accept-unit", "--json", *options]
     all_commands = {
         "allan": ["allan", path, "--column", columns["rate"], "--time", time, "--json", *options],
         "fit": ["fit", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",

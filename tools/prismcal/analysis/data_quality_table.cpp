@@ -97,6 +97,8 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
   const bool disturbed = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& f) {
     return f.verdict == evaluation::Verdict::kRefuse && is_disturbance(f.name);
   });
+  if (quality.constant_temperature && !disturbed)
+    return "nothing to compensate: the temperature is constant; has its sensor stopped?";
   if (quality.nothing_to_compensate && !disturbed)
     return "nothing to compensate: changes of the bias with temperature are within its noise.";
   if (quality.verdict != evaluation::Verdict::kRefuse) return {};

@@ -141,10 +141,14 @@ bool is_simulated(const recordings::Recording& recording, const CommonOptions& o
 
 Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,
                         const compensation::ModelInfo& model, const CommonOptions& options) {
-  const std::string serial = recording.value("gyro_serial");
-  if (options.any_gyro || model.gyro_serial.empty() || serial.empty() || serial == "unknown" ||
-      serial == model.gyro_serial)
-    return {};
+  const std::string serial = recording.value("gyro_serial"), axis = recording.value("axis");
+  if (options.any_gyro || model.gyro_serial.empty() || serial.empty() || serial == "unknown") return {};
+  if (serial == model.gyro_serial) {
+    if (model.gyro_axis.empty() || axis.empty() || axis == "-" || axis == model.gyro_axis) return {};
+    return make_error(
+        path, fmt::format("found a recording of axis {}, expected {} as in the model; --any-gyro accepts it", axis,
+                          model.gyro_axis));
+  }
   return make_error(
       path, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
                         serial, model.gyro_serial));
@@ -220,10 +224,10 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     lowest = std::min(lowest, *low);
     highest = std::max(highest, *high);
   }
-  table.meaning =
-      fmt::format("The recordings cover {:.1f} to {:.1f} degC; {}.", lowest, highest,
-                  missing_s == 0 ? "no second is missing"
-                                 : fmt::format("{} are missing and not used", counted(missing_s, "second")));
+  table.meaning = fmt::format("The recordings cover {:.1f} to {:.1f} degC; {}.", lowest, highest,
+                              missing_s == 0 ? "no second is missing"
+                                             : fmt::format("{} {} missing and not used", counted(missing_s, "second"),
+                                                           missing_s == 1 ? "is" : "are"));
   return table;
 }
 

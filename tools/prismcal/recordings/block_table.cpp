@@ -106,8 +106,7 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
 Result<BlockTable> BlockTableBuilder::finish() {
   if (table_.blocks.empty()) {
     if (pushed_ > 0 && !any_temperature_)
-      return make_error(table_.name,
-                        "found no temperature, expected one, in a table with --map temperature=COLUMN:UNIT");
+      return make_error(table_.name, "found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT)");
     if (pushed_ > 0 && !any_rate_) return make_error(table_.name, "found no rate, expected one");
     return make_error(
         table_.name,

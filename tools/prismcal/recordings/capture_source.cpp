@@ -11,6 +11,7 @@
 #include "base/sha256.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/rate_monitor.hpp"
 #include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "drivers/capture_file.hpp"
@@ -86,6 +87,9 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   add(pipeline.finish());
   meter.set(reader->size_bytes(), packets);
   if (!fed) return tl::unexpected<Error>(fed.error());
+  const std::string clocks = pipeline::clocks_text(*setup->frames, pipeline.clock().rate_check());
+  if (!clocks.empty())
+    return make_error(path, clocks + "; correct rate_hz, or accept it with \"accept_clock\" in the configuration");
   if (recording.seconds == 0 && options.leave_out.empty())
     return make_error(path, "found no frame of " + setup->config.frames);
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());

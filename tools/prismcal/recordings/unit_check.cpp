@@ -10,8 +10,9 @@
 namespace prism::recordings {
 namespace {
 
-constexpr double kLeastEarthRate = 0.5;  // deg/h
-constexpr double kTolerance = 0.3;       // of the Earth rate: the bias of a gyro that detects it
+constexpr double kLeastEarthRate = 0.5;       // deg/h
+constexpr double kGreatestAtRest = 5 * 3600;  // deg/h; values of deg/h that are taken for deg/s have more
+constexpr double kTolerance = 0.3;            // of the Earth rate: the bias of a gyro that detects it
 
 // Of the blocks whose bias is known, with the Earth rate.
 double mean_rate(const BlockTable& table) {
@@ -32,8 +33,9 @@ std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_
   const auto is_earth = [earth](double rate) { return std::abs(rate - earth) < kTolerance * std::abs(earth); };
   if (std::abs(earth) < kLeastEarthRate || is_earth(mean_deg_per_h)) return std::nullopt;
   for (const tables::Unit& unit : tables::kUnits) {
-    if (unit.quantity == "rate" && unit.factor != 1 && is_earth(mean_deg_per_h * unit.factor))
-      return std::string(unit.name);
+    if (unit.quantity != "rate" || unit.factor == 1) continue;
+    if (is_earth(mean_deg_per_h * unit.factor)) return std::string(unit.name);
+    if (is_earth(mean_deg_per_h / unit.factor)) return "deg/h";
   }
   return std::nullopt;
 }
@@ -42,7 +44,12 @@ Result<BlockTable> with_plausible_unit(Result<BlockTable> table, const SiteOptio
   if (!table || options.accept_unit) return table;
   const double mean = mean_rate(*table);
   const auto unit = likely_unit(mean, table->earth_rate_deg_per_h);
-  if (!unit) return table;
+  if (!unit && !(std::abs(mean) >= kGreatestAtRest)) return table;
+  if (!unit)
+    return make_error(table->name,
+                      fmt::format("the mean rate is {:.3g} deg/s, expected a gyro at rest (below 5 deg/s); are the "
+                                  "values in deg/h? The unit is in --map or the frame description; --accept-unit",
+                                  mean / 3600));
   return make_error(
       table->name,
       fmt::format("the mean rate is {:.3g} deg/h, but the site's Earth rate {:.3g} deg/h if the values are "
