@@ -144,6 +144,28 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
   return json;
 }
 
+/// The configuration and the command to train on bytes that the description fits. The words in capitals are refused.
+void print_next(const InspectChoice& choice, const std::string& kind, const wire::FrameDescription& frames) {
+  std::string site = "\"site\": {\"latitude_deg\": LATITUDE, \"elevation_deg\": ELEVATION}", options;
+  if (frames.axis_names.size() > 1) {
+    std::string axes;
+    for (const std::string& name : frames.axis_names)
+      axes += fmt::format("{}\"{}\": {{\"elevation_deg\": ELEVATION}}", axes.empty() ? "" : ", ", name);
+    site = fmt::format("\"site\": {{\"latitude_deg\": LATITUDE}},\n   \"axes\": {{{}}}", axes);
+    options = " --axis " + frames.axis_names.front();
+  }
+  if (!frames.uhfo.present) options += " --inputs T,dTdt";
+  fmt::print(
+      "\nTo train on it, write gyro.json, with your values:\n"
+      "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, {}}}\n"
+      "then: prismcal train {} --config gyro.json{} --out model.json\n",
+      frames.name, site, shell_word(choice.file), options);
+  if (kind != "capture")
+    fmt::print(
+        "The file has no arrival times: time comes from the description's rate (rate_hz), or from its counter with "
+        "\"clock\": \"device\".\n");
+}
+
 /// A capture, raw bytes or a hex dump: the descriptions that fit.
 Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   const auto fitting = fitting_descriptions(choice.file);
@@ -158,16 +180,7 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
         {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
     if (!choice.json) fmt::print("  {}\n", wire::sniff_line(score));
   }
-  if (!choice.json && !fitting->empty())
-    fmt::print(
-        "\nTo train on it, write gyro.json, with your values:\n"
-        "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, \"site\": {{\"latitude_deg\": LATITUDE, "
-        "\"elevation_deg\": ELEVATION}}}}\n"
-        "then: prismcal train {} --config gyro.json --out model.json\n{}",
-        fitting->front().description->name, shell_word(choice.file),
-        kind == "capture" ? ""
-                          : "The file has no arrival times: time comes from the description's rate (rate_hz), or from "
-                            "its counter with \"clock\": \"device\".\n");
+  if (!choice.json && !fitting->empty()) print_next(choice, kind, *fitting->front().description);
   if (!choice.json && fitting->empty())
     fmt::print("\nDescribe its frames (docs/frames.md, part 1); then prismd --sniff {} DESCRIPTION.json\n",
                shell_word(choice.file));
