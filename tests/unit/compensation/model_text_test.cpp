@@ -66,7 +66,7 @@ const Damage kDamages[] = {
      R"(m.json:/inputs/1/extra: unknown key in line 1; expected one of max, min, name, unit)"},
     {[](json& f) { f["terms"][5]["extra"] = 1; }, 
      R"(m.json:/terms/5/extra: unknown key in line 1; expected one of coefficient, powers)"},
-    {[](json& f) { f["gyro"]["extra"] = 1; }, R"(m.json:/gyro/extra: unknown key in line 1; expected one of serial)"},
+    {[](json& f) { f["gyro"]["extra"] = 1; }, R"(m.json:/gyro/extra: unknown key in line 1; expected one of axis, serial)"},
     {[](json& f) { f.erase("kind"); }, R"(m.json: "kind" is missing)"},
     {[](json& f) { f.erase("features"); }, R"(m.json: "features" is missing)"},
     {[](json& f) { f["features"].erase("length_s"); }, R"(m.json:/features: "length_s" is missing)"},
