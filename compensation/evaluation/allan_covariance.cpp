@@ -252,7 +252,8 @@ double skewness_degrees_of_freedom(std::size_t values, std::size_t m, const Nois
 }
 
 NoiseMatrix adjacent_variance(std::size_t values, std::size_t m) {
-  const double size = static_cast<double>(m), terms = static_cast<double>(values / m) - 1;
+  const std::size_t clusters = values / m;
+  const double size = static_cast<double>(m), terms = static_cast<double>(clusters) - 1;
   const Shape shape{size, size};
   NoiseMatrix sum = NoiseMatrix::Zero();
   // Beyond some hundred clusters the covariance, at most of order 1 / distance², is negligible.

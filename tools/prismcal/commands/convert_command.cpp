@@ -57,7 +57,7 @@ class CaptureMaker : public recordings::SecondConsumer {
       next_ = second_mean.second;
     } else if (begins_session) {
       next_ = second_mean.second;
-      if (const auto done = writer_->opened(time_ns); !done) return done;
+      if (auto done = writer_->opened(time_ns); !done) return done;
     }
     if (second_mean.partial) return {};
     wire::GyroState state;
