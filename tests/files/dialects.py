@@ -126,10 +126,7 @@ def main():
                     faults.append(f"table {number}, {about}: {name}: found {str(found)[:300]}, expected the refusal {refusal}")
                 if not refusal and found != truth[name]:
                     faults.append(f"table {number}, {about}: {name}: found {str(found)[:300]} instead of {str(truth[name])[:300]}")
-    for fault in faults:
-        print(fault)
-    print(f"{tables} tables, {len(faults)} faults")
-    sys.exit(1 if faults else 0)
+    run.finish(f"{tables} tables", faults)
 
 
 if __name__ == "__main__":

@@ -69,6 +69,14 @@ def commands(case, folder):
     return all_commands
 
 
+def finish(what, found):
+    """Prints the faults and ends the program: 1 if there are any."""
+    for fault in found:
+        print(fault)
+    print(f"{what}, {len(found)} faults")
+    sys.exit(1 if found else 0)
+
+
 def has_unit(name):
     return name not in ("rate", "T", "rate_x", "Temp", "r", "1", "2", "3", "4")
 
@@ -206,10 +214,7 @@ def main():
                 check_refused(case, folder)
             else:
                 check_same(case, plain, folder)
-    for fault in faults:
-        print(fault)
-    print(f"{len(cases)} files, {len(faults)} faults")
-    sys.exit(1 if faults else 0)
+    finish(f"{len(cases)} files", faults)
 
 
 if __name__ == "__main__":

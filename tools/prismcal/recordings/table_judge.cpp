@@ -49,8 +49,9 @@ bool have_one_level(const std::vector<FarBlock>& blocks) {
   return std::all_of(blocks.begin(), blocks.end(), [&](const FarBlock& b) { return b.level == blocks[0].level; });
 }
 
-/// Blocks that begin with a step above `far`, and end with one after which the rates are as before: a step that stays
-/// is no block. At the ends of the record one step is enough. More than kFew of several levels: not all.
+/// Runs of rates between two steps above `far`, after which the rates are as before. A step that stays begins none. A
+/// run at the start or end of the record needs one step only. The search ends once more than kFew runs have several
+/// levels.
 std::vector<FarBlock> far_blocks(const std::vector<double>& rates, double far) {
   constexpr std::size_t kNear = 10, kMostSteps = 16;
   const std::size_t count = rates.size(), longest = std::clamp<std::size_t>(count / 20, 1, 600);

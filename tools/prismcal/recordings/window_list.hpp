@@ -26,8 +26,8 @@ class WindowList {
   bool lag_settling(std::size_t index) const { return windows_[index].lag_settling; }
   double uhfo_v(std::size_t index) const { return windows_[index].uhfo_v; }
   compensation::Window operator[](std::size_t index) const;
-  /// Index of the first window at this second or later; size() if there is none. Searches from index `from`. The
-  /// windows must be in order.
+  /// Index of the first window, from index `from` on, at this second or later; size() if there is none. Requires
+  /// windows in order of time.
   std::size_t first_at(std::int64_t second, std::size_t from = 0) const;
 
  private:
