@@ -20,9 +20,11 @@ TEST(Meanings, OfBiasStability) {
   s.improvement = 0.5;
   s.floor_deg_per_h = 0.006;
   s.explained = 0.97;
+  s.after.sd = 0.0065;
   EXPECT_THAT(stability_meaning(s), HasSubstr("almost only white noise (0.00600 deg/h)"));
-  s.explained = 0.6;
-  EXPECT_THAT(stability_meaning(s), HasSubstr("40 % of the drift's variance above the white noise"));
+  s.after.sd = 0.018;  // most of a large drift is removed, and three times the noise is left
+  EXPECT_THAT(stability_meaning(s), HasSubstr("removes 97.0 % of the drift's variance above the white noise"));
+  EXPECT_THAT(stability_meaning(s), HasSubstr("The rest, 0.01800 deg/h, is 3.0 times that noise"));
 }
 
 TEST(Meanings, OfSoaksAndRamps) {
@@ -41,9 +43,10 @@ TEST(Meanings, OfTheLoop) {
   before.max_gap_deg_per_h = 0.1, before.loop_area_deg_per_h_degc = 1;
   after.max_gap_deg_per_h = 0.02, after.loop_area_deg_per_h_degc = 0.3;
   EXPECT_THAT(loop_meaning(before, after), HasSubstr("up to 0.1 deg/h before and 0.02 deg/h after"));
-  EXPECT_THAT(hysteresis_meaning(before, after), HasSubstr("removes 80 % of the largest difference"));
-  EXPECT_THAT(hysteresis_meaning(before, after), HasSubstr("70 % of the area"));
-  EXPECT_THAT(hysteresis_meaning(after, before), HasSubstr("does not reduce"));
+  EXPECT_THAT(hysteresis_meaning(before, after, true), HasSubstr("removes 80 % of the largest difference"));
+  EXPECT_THAT(hysteresis_meaning(before, after, true), HasSubstr("70 % of the area"));
+  EXPECT_THAT(hysteresis_meaning(after, before, false), HasSubstr("it needs dTdt or a lag"));
+  EXPECT_THAT(hysteresis_meaning(after, before, true), HasSubstr("in the training they differed in another way"));
 }
 
 TEST(Meanings, OfTheAllanDeviation) {
@@ -67,7 +70,10 @@ TEST(Meanings, OfTheResidual) {
   EXPECT_THAT(residual_meaning(r, 100), HasSubstr("0 of 60 lags are outside the lines, as with white noise"));
   for (std::size_t i = 1; i <= 18; ++i) r.coefficient[i] = 0.4;
   EXPECT_THAT(residual_meaning(r, 100),
-              HasSubstr("18 of 60 lags are outside the lines: a drift that changes over about 1900 s"));
+              HasSubstr("18 of 60 lags are outside the lines: about 40 % (variance) of the residual is a drift that "
+                        "changes over about 1900 s"));
+  for (std::size_t i = 1; i <= 60; ++i) r.coefficient[i] = 0.4;
+  EXPECT_THAT(residual_meaning(r, 100), HasSubstr("changes over more than 1.7 h"));
 }
 
 TEST(Meanings, OfOutliersRangeAndInputs) {

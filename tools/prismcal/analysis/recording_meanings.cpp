@@ -53,18 +53,19 @@ std::string record_meaning(const recordings::BlockTable& table) {
 }
 
 std::string stability_meaning(const evaluation::BiasStability& s) {
-  constexpr double kAlmostAll = 0.95;
+  constexpr double kAlmostNoise = 1.1;
   if (!s.improvement) return "The raw bias is constant: there is nothing to remove.";
   if (*s.improvement <= 0) return "With this model the rate is worse than without: do not use it for such recordings.";
   if (!s.floor_deg_per_h || !s.explained) return "The drift is hardly larger than the noise: little can be removed.";
-  if (*s.explained >= kAlmostAll)
+  const double after = s.after.sd, floor = *s.floor_deg_per_h;
+  if (after <= kAlmostNoise * floor)
     return fmt::format("What is left is almost only white noise ({:.5f} deg/h): no model could remove much more.",
-                       *s.floor_deg_per_h);
+                       floor);
   return fmt::format(
-      "{:.0f} % of the drift's variance above the white noise ({:.5f} deg/h) is left: a better recording, more inputs "
-      "or "
-      "another model could remove it.",
-      100 * (1 - *s.explained), *s.floor_deg_per_h);
+      "The model removes {:.1f} % of the drift's variance above the white noise ({:.5f} deg/h). The rest, {:.5f} "
+      "deg/h, "
+      "is {:.1f} times that noise: a better recording, more inputs or another model could remove more.",
+      100 * std::min(*s.explained, 1.0), floor, after, after / floor);
 }
 
 std::string bias_meaning(const recordings::BlockTable& table, const std::vector<double>& corrected_deg_per_h) {
@@ -117,11 +118,15 @@ std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation:
       before.max_gap_deg_per_h, after.max_gap_deg_per_h);
 }
 
-std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after) {
+std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
+                               bool knows_slope) {
   if (!(before.max_gap_deg_per_h > 0)) return "Heating and cooling do not differ.";
   const double removed = 100 * (1 - after.max_gap_deg_per_h / before.max_gap_deg_per_h);
   if (removed <= 0)
-    return "The model does not reduce the difference between heating and cooling: it needs dTdt or a lag as input.";
+    return knows_slope ? "The model does not reduce the difference between heating and cooling, although it has the "
+                         "slope of temperature or a lag as input: in the training they differed in another way."
+                       : "The model does not reduce the difference between heating and cooling: it needs dTdt or a lag "
+                         "as input.";
   return fmt::format(
       "The model removes {:.0f} % of the largest difference between heating and cooling, and {:.0f} % of "
       "the area of the loop.",
@@ -187,10 +192,13 @@ std::string residual_meaning(const evaluation::Autocorrelation& residual, int bl
         "remove.",
         outside, r.size() - 1);
   const auto end = std::find_if(r.begin() + 1, r.end(), inside);
+  const double lags = static_cast<double>((end == r.end() ? r.end() - 1 : end) - r.begin());
+  // White noise has no correlation with the next block, so the first coefficient is the drift's share.
   return fmt::format(
-      "{} of {} lags are outside the lines: a drift that changes over about {} is left, which the inputs do "
-      "not show.",
-      outside, r.size() - 1, duration_text(static_cast<double>(end - r.begin()) * block_s));
+      "{} of {} lags are outside the lines: {} the residual is a drift that changes over {} {}, which the "
+      "inputs do not show.",
+      outside, r.size() - 1, r[1] > residual.band ? fmt::format("about {:.0f} % (variance) of", 100 * r[1]) : "part of",
+      end == r.end() ? "more than" : "about", duration_text(lags * block_s));
 }
 
 std::string weights_meaning(const std::vector<double>& weights) {

@@ -29,8 +29,10 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
 
 /// The differences between heating and cooling before and after.
 std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
-/// The part of the largest difference and of the sensitivity that is removed.
-std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
+/// The part of the largest difference and of the loop's area that is removed. `knows_slope`: the model has the slope of
+/// a temperature or a lag as input.
+std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
+                               bool knows_slope);
 
 /// The averaging times at which the correction helps. Deviations at the same increasing averaging times.
 std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,

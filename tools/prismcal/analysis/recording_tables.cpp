@@ -128,8 +128,9 @@ Table stability_table(const EvaluatedRecording& recording) {
   Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}, {}};
   table.caption = fmt::format(
       "{}, {} blocks. Floor: 1 sigma of a mean from white noise alone, estimated from first differences. Explained = "
-      "(before² − after²) / (before² − floor²): near 100 % no model can be better; above 100 % the residual is below "
-      "the estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of the "
+      "(before² − after²) / (before² − floor²): at 100 % only white noise is left; above 100 % the residual is "
+      "below the estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of "
+      "the "
       "same profile. With shift: the improvement if the shift of the mean since the training counts as an error, too.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
@@ -218,7 +219,7 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
                           fixed_cell(milli(loop->cooling_sensitivity), 4)});
     loops.push_back(*loop);
   }
-  table.meaning = hysteresis_meaning(loops[0], loops[1]);
+  table.meaning = hysteresis_meaning(loops[0], loops[1], recording.evaluation->knows_slope);
   return table;
 }
 

@@ -182,8 +182,10 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   }
   if (!choice.json && !fitting->empty()) print_next(choice, kind, *fitting->front().description);
   if (!choice.json && fitting->empty())
-    fmt::print("\nDescribe its frames (docs/frames.md, part 1); then prismd --sniff {} DESCRIPTION.json\n",
-               shell_word(choice.file));
+    fmt::print(
+        "\nTried: the shipped descriptions and those in ./frames. Describe its frames (docs/frames.md, part 1); "
+        "then prismd --sniff {} DESCRIPTION.json\n",
+        shell_word(choice.file));
   if (choice.json) fmt::print("{}\n", json_text(json, 2));
   return fitting->empty() ? 1 : 0;
 }
