@@ -9,6 +9,7 @@
 
 #include "compensation/training/gross_outliers.hpp"
 #include "compensation/training/methods.hpp"
+#include "compensation/training/outlier_training.hpp"
 
 namespace prism::training {
 namespace {
@@ -97,59 +98,6 @@ Result<TrainedModel> train_checked(const TrainingData& data, compensation::Model
   set_domain(data, info);
   return settings.method->train({data, std::move(info), settings, runs_of(data), progress, stop});
 }
-
-namespace {
-
-SampleDiagnostics with_left_out(const SampleDiagnostics& kept, const std::vector<Eigen::Index>& rest,
-                                const TrainingData& data, const compensation::Model& model) {
-  SampleDiagnostics all{data.target, Eigen::VectorXd::Zero(data.target.size()), data.target, data.target};
-  for (Eigen::Index i = 0; i < data.target.size(); ++i) {
-    const Eigen::VectorXd x = data.inputs.col(i);
-    all.fitted[i] = model.bias_deg_per_h({x.data(), static_cast<std::size_t>(x.size())});
-  }
-  all.leave_one_out = data.target - all.fitted;
-  all.alpha.setZero();
-  const auto place = [&](const Eigen::VectorXd& from, Eigen::VectorXd& to) {
-    if (from.size() > 0)
-      to(rest) = from;
-    else
-      to.resize(0);
-  };
-  place(kept.alpha, all.alpha);
-  place(kept.weight, all.weight);
-  place(kept.fitted, all.fitted);
-  place(kept.leave_one_out, all.leave_one_out);
-  return all;
-}
-
-// Robust weights start from the residuals of an unweighted fit, which a gross outlier moves without limit: such rows
-// are left out first. Without them the start is the paper's.
-Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const TrainingData& data,
-                                   compensation::ModelInfo info, const TrainingSettings& wanted,
-                                   const TuningProgress& progress, const std::atomic<bool>* stop) {
-  constexpr Eigen::Index kMostShare = 4;
-  const Eigen::Index n = data.target.size();
-  if (static_cast<Eigen::Index>(far.size()) * kMostShare > n)
-    return make_error("training data",
-                      fmt::format("found {} of {} rows far from all others, expected at most a quarter: "
-                                  "rows {}",
-                                  far.size(), n, rows_text(far)));
-  const std::vector<Eigen::Index> rest = others(far, n);
-  TrainingData part{data.names, data.inputs(Eigen::all, rest), data.target(rest), {}, {}};
-  if (!data.runs.empty()) part.runs = numbered(taken(data.runs, rest));
-  if (data.time_s.size() == n) part.time_s = data.time_s(rest);
-  TrainingSettings settings = wanted;
-  if (wanted.given_folds) settings.given_folds = numbered(taken(*wanted.given_folds, rest));
-  auto trained = train_checked(part, std::move(info), settings, progress, stop);
-  if (!trained) return trained;
-  trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
-  for (Eigen::Index& sample : trained->held_out.samples) sample = rest[static_cast<std::size_t>(sample)];
-  trained->notes.push_back(
-      fmt::format("{} of {} rows are far from all others and were left out: rows {}", far.size(), n, rows_text(far)));
-  return trained;
-}
-
-}  // namespace
 
 std::vector<int> runs_of(const TrainingData& data) {
   return data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
