@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <span>
 #include <utility>
 
 #include "base/file.hpp"
@@ -49,9 +52,10 @@ struct CaptureWriter::File {
 
   void fail(int error) { failure = fmt::format("cannot be written: {}", std::strerror(error)); }
 
-  void put(const void* bytes, std::size_t count) {
-    const auto* begin = static_cast<const std::uint8_t*>(bytes);
-    buffer.insert(buffer.end(), begin, begin + count);
+  void put(std::span<const std::uint8_t> header, std::span<const std::uint8_t> bytes) {
+    const std::size_t before = buffer.size(), count = header.size() + bytes.size();
+    buffer.resize(before + count);
+    std::copy(bytes.begin(), bytes.end(), std::copy(header.begin(), header.end(), buffer.data() + before));
     size += count;
   }
 
@@ -72,9 +76,10 @@ struct CaptureWriter::File {
     const auto count = static_cast<std::uint32_t>(record.size() + bytes.size());
     const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
                               static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
-    put(&header, sizeof header);
-    put(record.data(), record.size());
-    put(bytes.data(), bytes.size());
+    std::array<std::uint8_t, sizeof header + kCaptureRecordBytes> head;
+    std::memcpy(head.data(), &header, sizeof header);
+    std::copy(record.begin(), record.end(), head.begin() + sizeof header);
+    put(head, bytes);
     if (buffer.size() >= kWriteBytes) drain();
     return state();
   }
@@ -97,7 +102,7 @@ Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& pa
   file->again = std::move(again);
   file->descriptor = descriptor;
   const FileHeader header;
-  file->put(&header, sizeof header);
+  file->put({reinterpret_cast<const std::uint8_t*>(&header), sizeof header}, {});
   CaptureWriter writer(std::move(file));
   if (auto written = writer.flush(); !written) return tl::unexpected<Error>(written.error());
   return writer;

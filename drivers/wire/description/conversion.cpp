@@ -116,9 +116,4 @@ double platinum_degc(double resistance_ohm, double r0_ohm) {
 double convert(const ConversionStep& step, double x) { return std::visit(Forward{x}, step); }
 double convert_back(const ConversionStep& step, double y) { return std::visit(Back{y}, step); }
 
-double Conversion::invert(double value) const {
-  for (std::size_t i = steps.size(); i-- > 0;) value = convert_back(steps[i], value);
-  return (value - offset) / scale;
-}
-
 }  // namespace prism::wire

@@ -2,6 +2,7 @@
 // Converts a number on the wire to its quantity: linear, polynomial, table, bridge, PT100, thermistor.
 #pragma once
 
+#include <cstddef>
 #include <variant>
 #include <vector>
 
@@ -60,7 +61,10 @@ struct Conversion {
     return value;
   }
   /// Inverse of apply: the raw number, not rounded; NaN if it does not exist.
-  double invert(double value) const;
+  double invert(double value) const {
+    for (std::size_t i = steps.size(); i-- > 0;) value = convert_back(steps[i], value);
+    return (value - offset) / scale;
+  }
   bool admits(double value) const { return value >= min && value <= max; }
 };
 

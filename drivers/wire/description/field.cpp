@@ -44,9 +44,10 @@ double load_digits(const Field& field, const std::uint8_t* first) {
   return parse_decimal({reinterpret_cast<const char*>(first), field.size}, '.');
 }
 
-void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
+void store_bits_within(const Field& field, std::uint8_t* first, std::uint64_t value) {
   const std::uint64_t mask = (~std::uint64_t{0} >> (64u - field.bits)) << field.shift;
   std::uint64_t whole = (assembled(field, first) & ~mask) | ((value << field.shift) & mask);
+  if (field.plain_big) return store_big(first, field.size, whole);
   if (field.is_hex()) {
     for (unsigned i = field.size; i-- > 0; whole >>= 4)
       first[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[whole & 0xF]);

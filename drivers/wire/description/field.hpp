@@ -65,6 +65,8 @@ inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
       return std::uint64_t{first[0]} << 16 | std::uint64_t{first[1]} << 8 | first[2];
     case 4:
       return std::uint64_t{first[0]} << 24 | std::uint64_t{first[1]} << 16 | std::uint64_t{first[2]} << 8 | first[3];
+    case 8:
+      return load_big(first, 4) << 32 | load_big(first + 4, 4);
     default:
       break;
   }
@@ -81,6 +83,8 @@ inline std::uint64_t load_little(const std::uint8_t* first, unsigned size) {
       return std::uint64_t{first[1]} << 8 | first[0];
     case 4:
       return std::uint64_t{first[3]} << 24 | std::uint64_t{first[2]} << 16 | std::uint64_t{first[1]} << 8 | first[0];
+    case 8:
+      return load_little(first + 4, 4) << 32 | load_little(first, 4);
     default:
       break;
   }
@@ -135,8 +139,36 @@ inline double load_number(const Field& field, const std::uint8_t* first) {
   }
 }
 
+/// Writes the lowest `size` bytes of an unsigned integer (1 to 8); common sizes without a loop.
+inline void store_big(std::uint8_t* first, unsigned size, std::uint64_t value) {
+  const auto put = [&](unsigned i, unsigned shift) { first[i] = static_cast<std::uint8_t>(value >> shift); };
+  switch (size) {
+    case 1:
+      return put(0, 0);
+    case 2:
+      return put(0, 8), put(1, 0);
+    case 4:
+      return put(0, 24), put(1, 16), put(2, 8), put(3, 0);
+    case 8:
+      return put(0, 56), put(1, 48), put(2, 40), put(3, 32), put(4, 24), put(5, 16), put(6, 8), put(7, 0);
+    default:
+      for (unsigned i = 0; i < size; ++i) put(i, 8 * (size - 1 - i));
+  }
+}
+
+/// The same for a part of the bits of a field's bytes, and for bytes that are not in order.
+void store_bits_within(const Field& field, std::uint8_t* first, std::uint64_t value);
+
 /// Writes the lowest bits of `value` at the position that load_bits reads; other bits are unchanged.
-void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value);
+inline void store_bits(const Field& field, std::uint8_t* first, std::uint64_t value) {
+  if (field.plain_big && field.bits == 8u * field.size) return store_big(first, field.size, value);
+  if (field.plain_big && field.size == 1) {
+    const unsigned mask = 0xFFu >> (8u - field.bits) << field.shift;
+    *first = static_cast<std::uint8_t>((*first & ~mask) | (value << field.shift & mask));
+    return;
+  }
+  store_bits_within(field, first, value);
+}
 
 /// Writes a raw number, rounded to the nearest and limited to the field's range; NaN is written as 0. Accumulated
 /// numbers wrap instead: use store_bits.

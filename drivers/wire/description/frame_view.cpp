@@ -115,7 +115,7 @@ bool FrameView::holds(const Condition& condition) const {
   return false;
 }
 
-const std::uint8_t* FrameView::find(const Field& field) const {
+const std::uint8_t* FrameView::find_elsewhere(const Field& field) const {
   if (field.when.field >= 0 && !holds(field.when)) return nullptr;
   if (field.item >= 0) return find_in_item(field);
   const auto length = static_cast<std::int64_t>(frame_.size());
@@ -132,13 +132,13 @@ bool FrameView::present(int field) const {
 
 std::uint64_t FrameView::bits_elsewhere(const Field& f) const {
   if (kind_->structure == Structure::kColumns) return text_bits(f);
-  const std::uint8_t* at = find(f);
+  const std::uint8_t* at = find_elsewhere(f);
   return at == nullptr ? 0 : load_bits(f, at);
 }
 
 double FrameView::raw_elsewhere(const Field& f) const {
   if (kind_->structure == Structure::kColumns) return raw_text(f);
-  const std::uint8_t* at = find(f);
+  const std::uint8_t* at = find_elsewhere(f);
   return at == nullptr ? kUnknown : load_number(f, at);
 }
 

@@ -27,7 +27,10 @@ class FrameView {
   bool is_text() const { return kind_->structure == Structure::kColumns; }
   /// The first byte of a field outside columns; null if this frame does not contain the field, or if a character of a
   /// field in hexadecimal digits is not one.
-  const std::uint8_t* find(const Field& field) const;
+  const std::uint8_t* find(const Field& field) const {
+    const std::uint8_t* at = at_once(field);
+    return at != nullptr ? at : find_elsewhere(field);
+  }
   /// False if this frame does not contain the field.
   bool present(int field) const;
   /// The field's bits; 0 if it is absent or not an integer.
@@ -59,6 +62,7 @@ class FrameView {
     return plain && static_cast<std::size_t>(field.at) + field.size <= frame_.size() ? frame_.data() + field.at
                                                                                      : nullptr;
   }
+  const std::uint8_t* find_elsewhere(const Field& field) const;
   std::uint64_t bits_elsewhere(const Field& field) const;
   double raw_elsewhere(const Field& field) const;
   bool locate();

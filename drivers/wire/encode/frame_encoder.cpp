@@ -45,17 +45,19 @@ void FrameEncoder::find_selectors() {
   }
 }
 
-const std::uint8_t* FrameEncoder::find(int field) const {
-  return view_.find(kind_->fields[static_cast<std::size_t>(field)]);
+std::uint8_t* FrameEncoder::find(const Field& field) {
+  const std::uint8_t* at = view_.find(field);
+  return at == nullptr ? nullptr : frame_.data() + (at - frame_.data());
 }
 
 void FrameEncoder::put_number(int field, double raw) {
   const auto index = static_cast<std::size_t>(field);
   if (kind_->structure == Structure::kColumns) {
     raw_[index] = raw;
-  } else if (const std::uint8_t* at = find(field)) {
-    store_number(kind_->fields[index], frame_.data() + (at - frame_.data()), raw);
+    return;
   }
+  const Field& written = kind_->fields[index];
+  if (std::uint8_t* at = find(written)) store_number(written, at, raw);
 }
 
 void FrameEncoder::put_bits(int field, std::uint64_t bits) {
@@ -63,15 +65,17 @@ void FrameEncoder::put_bits(int field, std::uint64_t bits) {
   if (kind_->structure == Structure::kColumns) {
     const bool is_signed = kind_->fields[index].type == NumberType::kSigned;
     raw_[index] = is_signed ? static_cast<double>(static_cast<std::int64_t>(bits)) : static_cast<double>(bits);
-  } else if (const std::uint8_t* at = find(field)) {
-    store_bits(kind_->fields[index], frame_.data() + (at - frame_.data()), bits);
+    return;
   }
+  const Field& written = kind_->fields[index];
+  if (std::uint8_t* at = find(written)) store_bits(written, at, bits);
 }
 
 void FrameEncoder::write_selectors(int kind) {
   for (const Selector& selector : selectors_[static_cast<std::size_t>(kind)]) {
-    const std::uint64_t turns = frame_number_ / description_->sent_kinds.size();
-    put_bits(selector.field, selector.values[turns % selector.values.size()]);
+    std::size_t turn = 0;
+    if (selector.values.size() > 1) turn = frame_number_ / description_->sent_kinds.size() % selector.values.size();
+    put_bits(selector.field, selector.values[turn]);
   }
 }
 
@@ -103,7 +107,7 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
       put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
     else
       put_number(index, raw);
-    sent = field.scaling.apply(raw);
+    if (gyro.meaning == RateEncoding::kIncrement) sent = field.scaling.apply(raw);
   }
   if (gyro.meaning == RateEncoding::kIncrement && !fields.empty()) angles_[axis] -= sent;
 }
@@ -119,7 +123,7 @@ void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields
       put_number(field, f.scaling.invert(value));
   }
   if (high < 0 || low < 0) return;
-  if (find(high) != nullptr) {
+  if (find(kind_->fields[static_cast<std::size_t>(high)]) != nullptr) {
     const double raw = channel.joined.invert(value);
     const double limit = std::ldexp(1.0, channel.bits - (channel.is_signed ? 1 : 0));
     const double held =
@@ -127,7 +131,7 @@ void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields
     latched = static_cast<std::uint64_t>(static_cast<std::int64_t>(held));
     put_bits(high, latched >> channel.low_bits);
   }
-  if (find(low) != nullptr) put_bits(low, latched);
+  if (find(kind_->fields[static_cast<std::size_t>(low)]) != nullptr) put_bits(low, latched);
 }
 
 void FrameEncoder::write_valid(const AxisRoles& roles, bool valid) {

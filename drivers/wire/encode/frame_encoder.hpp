@@ -58,7 +58,7 @@ class FrameEncoder {
   void write_valid(const AxisRoles& roles, bool valid);
   void write_status(const MessageFields& roles, const GyroState& state);
   double wrapped(std::size_t axis, const Field& field) const;
-  const std::uint8_t* find(int field) const;
+  std::uint8_t* find(const Field& field);  ///< in frame_
   void put_number(int field, double raw);
   void put_bits(int field, std::uint64_t bits);
 

@@ -60,16 +60,14 @@ class CaptureMaker : public recordings::SecondConsumer {
       if (auto done = writer_->opened(time_ns); !done) return done;
     }
     if (second_mean.partial) return {};
-    wire::GyroState state;
-    state.interval_s = 1;
-    state.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
-    state.rate_deg_per_h[0] = state.valid[0] ? second_mean.rate_deg_per_h : 0;
-    state.temperature_degc = second_mean.temperature_degc;
-    state.uhfo_v = second_mean.uhfo_v;
-    if (second_mean.second > next_) encoder_.skip(state, static_cast<std::uint64_t>(second_mean.second - next_));
+    state_.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
+    state_.rate_deg_per_h[0] = state_.valid[0] ? second_mean.rate_deg_per_h : 0;
+    state_.temperature_degc = second_mean.temperature_degc;
+    state_.uhfo_v = second_mean.uhfo_v;
+    if (second_mean.second > next_) encoder_.skip(state_, static_cast<std::uint64_t>(second_mean.second - next_));
     next_ = second_mean.second + 1;
     bytes_.clear();
-    encoder_.encode(state, bytes_);
+    encoder_.encode(state_, bytes_);
     ++frames_;
     return writer_->data(time_ns, bytes_);
   }
@@ -83,6 +81,7 @@ class CaptureMaker : public recordings::SecondConsumer {
  private:
   std::string out_;
   wire::FrameEncoder encoder_;
+  wire::GyroState state_{.interval_s = 1};  ///< of the frame
   std::optional<drivers::CaptureWriter> writer_;
   std::vector<std::uint8_t> bytes_;
   std::int64_t next_ = 0;  ///< the second after the last frame
