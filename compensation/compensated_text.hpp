@@ -41,11 +41,12 @@ class CsvLayout {
 
  private:
   friend Result<void> read_csv(std::string_view, std::string_view, const CsvLayout&, CompensatedWindow&);
-  static constexpr std::size_t kPassedOver = SIZE_MAX;
-  /// For each field: index of its column in append_csv(), or kSensors + index of the sensor.
-  std::vector<std::size_t> known_;
-  std::vector<int> checked_decimals_;  ///< for each field: not 0 if its number is checked only
-  static constexpr std::size_t kSensors = 1000;
+  static constexpr std::size_t kPassedOver = SIZE_MAX, kSensors = 1000;
+  struct Field {
+    std::size_t known = kPassedOver;  ///< index of its column in append_csv(), or kSensors + index of the sensor
+    int checked_decimals = 0;         ///< not 0 if its number is checked only
+  };
+  std::vector<Field> fields_;
   SensorList sensors_;
 };
 
