@@ -73,6 +73,8 @@ class RowJoiner {
     const auto superseded = superseded_from_.find(segment.file);
     superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
     last_second_ = &last_seconds_[segment.session];
+    other_session_ = !session_ || *session_ != segment.session;
+    seen_ = &seen_seconds_[segment.session];
     // open() hashes those that may be identical.
     if (!segment.first_second || segment.sha256.empty() || checksums_.insert(segment.sha256).second) return true;
     ++left_out_.copies;
@@ -87,13 +89,13 @@ class RowJoiner {
       return {};
     }
     const std::int64_t second = row.second_mean.second;
-    const bool new_session = !session_ || *session_ != segment.session;
+    const bool new_session = other_session_;
     const bool continues = !new_session && held_ && second > held_->second_mean.second;
     if (!segment.session.empty()) {
       if (*last_second_ && second <= **last_second_) {
         ++left_out_.duplicates;
         left_out_.rows.push_back({segment.path, row.line,
-                                  seen_.at(segment.session).contains(second)
+                                  seen_->contains(second)
                                       ? "repeats a second of its session"
                                       : fmt::format("goes back by {} s in its session", **last_second_ - second)});
         return {};
@@ -101,9 +103,9 @@ class RowJoiner {
       *last_second_ = second;
     }
     if (new_session) session_ = segment.session;
-    SeenSeconds& seen = seen_of(segment.session);
-    if (!continues) seen.begin_run();
-    seen.add(second);
+    other_session_ = false;
+    if (!continues) seen_->begin_run();
+    seen_->add(second);
     const bool same_second = segment.session.empty() && !new_session && held_ && second == held_->second_mean.second;
     if (same_second) held_->second_mean.partial = row.second_mean.partial = true;
     if (auto done = release(); !done) return done;
@@ -127,14 +129,6 @@ class RowJoiner {
   }
 
  private:
-  SeenSeconds& seen_of(const std::string& session) {
-    if (!seen_now_ || seen_session_ != session) {
-      seen_now_ = &seen_[session];
-      seen_session_ = session;
-    }
-    return *seen_now_;
-  }
-
   Result<void> release() {
     if (!held_) return {};
     const compensation::SecondMean& second_mean = held_->second_mean;
@@ -148,12 +142,12 @@ class RowJoiner {
   LeftOut left_out_;
   std::optional<LogRow> held_;
   bool held_begins_ = false;
-  std::optional<std::string> session_;
+  std::optional<std::string> session_;  ///< of the last row that was used
+  bool other_session_ = true;           ///< the segment's session is not session_
   std::map<std::string, std::optional<std::int64_t>> last_seconds_;
   std::optional<std::int64_t>* last_second_ = nullptr;  ///< of the session of the segment
-  std::map<std::string, SeenSeconds> seen_;
-  SeenSeconds* seen_now_ = nullptr;
-  std::string seen_session_;
+  std::map<std::string, SeenSeconds> seen_seconds_;
+  SeenSeconds* seen_ = nullptr;  ///< of the session of the segment
   std::map<std::string, std::uint64_t> superseded_from_;
   std::uint64_t superseded_row_ = UINT64_MAX;
   std::set<std::string> checksums_;
