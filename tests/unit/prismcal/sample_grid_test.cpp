@@ -14,6 +14,7 @@
 namespace prism::prismcal {
 namespace {
 
+using recordings::PackedStamps;
 using recordings::SampleGrid;
 using recordings::SampleHole;
 using Damage = std::function<double(std::size_t k, double time_s, std::mt19937& random)>;
@@ -56,8 +57,8 @@ std::vector<Damaged> damages(double interval_s) {
        1}};
 }
 
-std::vector<std::int64_t> stamps_of(const Damaged& damaged, double interval_s, std::size_t rows,
-                                    const std::vector<SampleHole>& holes) {
+PackedStamps stamps_of(const Damaged& damaged, double interval_s, std::size_t rows,
+                       const std::vector<SampleHole>& holes) {
   std::mt19937 random(7);
   std::vector<std::int64_t> stamps;
   std::size_t k = 0, hole = 0;
@@ -66,7 +67,7 @@ std::vector<std::int64_t> stamps_of(const Damaged& damaged, double interval_s, s
     stamps.push_back(std::llround(1e9 * damaged.stamp(k, (static_cast<double>(k) + kPhase) * interval_s, random)));
     if (row > 0) stamps[row] = std::max(stamps[row], stamps[row - 1]);
   }
-  return stamps;
+  return PackedStamps(stamps);
 }
 
 TEST(SampleGrid, FindsTheSampleTimeUnderEachDamage) {
@@ -117,7 +118,7 @@ TEST(SampleGrid, PlacesDamagedStampsOnTheGrid) {
 
 TEST(SampleGrid, RefusesTimesThatGoBack) {
   const std::vector<std::int64_t> back = {1'000'000'000, 3'000'000'000, 2'000'000'000};
-  EXPECT_EQ(recordings::sample_grid(back, "x").error().text(),
+  EXPECT_EQ(recordings::sample_grid(PackedStamps(back), "x").error().text(),
             "x, row 3: found time 2 after 3, expected increasing times");
 }
 

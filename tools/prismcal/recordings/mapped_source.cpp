@@ -11,6 +11,7 @@
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "compensation/second_averager.hpp"
+#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
@@ -65,21 +66,21 @@ Result<MappedTable> open_mapped(const std::string& path, const QuantityMap& map,
   return table;
 }
 
-Result<std::vector<std::int64_t>> read_stamps(MappedTable& table) {
-  std::vector<std::int64_t> stamps;
+Result<PackedStamps> read_stamps(MappedTable& table) {
+  PackedStamps stamps;
   tables::Block block;
   while (true) {
     const auto more = table.source->next(block);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) return stamps;
-    stamps.insert(stamps.end(), block.time_ns.begin(), block.time_ns.end());
+    stamps.push(block.time_ns);
   }
 }
 
 /// Averages the rows to seconds. `times_ns`: ends of the samples; empty: `interval_s` apart.
 class Averaging {
  public:
-  Averaging(const std::vector<std::int64_t>& times_ns, const SourceOptions& options, LeaveOut& leave_out)
+  Averaging(const PackedStamps& times_ns, const SourceOptions& options, LeaveOut& leave_out)
       : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged), leave_out_(leave_out) {}
 
   Result<void> begin(bool is_date) {
@@ -122,7 +123,7 @@ class Averaging {
     return times_.empty() ? std::llround(interval_s_ * 1e9) : 1'000'000'000;
   }
 
-  const std::vector<std::int64_t>& times_;
+  const PackedStamps& times_;
   double interval_s_;
   bool judged_;
   LeaveOut& leave_out_;
@@ -147,7 +148,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   if (!map) return tl::unexpected<Error>(map.error());
   const bool timed = map->contains("time");
   Recording recording;
-  std::vector<std::int64_t> times;
+  PackedStamps times;
   if (timed) {
     auto table = open_mapped(path, *map, options, true);
     if (!table) return tl::unexpected<Error>(table.error());

@@ -2,6 +2,7 @@
 #include "tools/prismcal/recordings/packed_series.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -11,70 +12,76 @@
 namespace prism::recordings {
 namespace {
 
-constexpr double kPerUnit = 1e6;
 constexpr double kLargest = 9e15;  // exact in a double
 
-/// The value as an integer of 1e-6; nullopt if that is not exactly the value. The quotient is rounded once, as the
-/// digits of a log are when they are read.
-std::optional<std::int64_t> as_integer(double value) {
-  const double scaled = std::round(value * kPerUnit);
+/// The value as an integer of 1 / per_unit; nullopt if that is not exactly the value. The quotient is rounded once, as
+/// the digits of a table are when they are read.
+std::optional<std::int64_t> as_integer(double value, double per_unit) {
+  const double scaled = std::round(value * per_unit);
   if (!(std::fabs(scaled) < kLargest)) return std::nullopt;
   const auto integer = static_cast<std::int64_t>(scaled);
-  const double back = static_cast<double>(integer) / kPerUnit;
+  const double back = static_cast<double>(integer) / per_unit;
   return std::bit_cast<std::uint64_t>(back) == std::bit_cast<std::uint64_t>(value) ? std::optional(integer)
                                                                                    : std::nullopt;
 }
 
+/// Values as integers, their smallest and largest one. kUnknown has none.
+struct Integers {
+  std::array<std::int64_t, evaluation::kRatePiece> all;
+  std::int64_t low = INT64_MAX, high = INT64_MIN;
+
+  /// Returns false if one of the values is not exactly an integer.
+  bool set(const std::vector<double>& values, double per_unit) {
+    low = INT64_MAX, high = INT64_MIN;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (std::isnan(values[i])) continue;
+      const auto integer = as_integer(values[i], per_unit);
+      if (!integer) return false;
+      all[i] = *integer;
+      low = std::min(low, *integer), high = std::max(high, *integer);
+    }
+    if (low > high) low = high = 0;
+    return bits() < 60;
+  }
+  /// Enough for the range and one more integer.
+  unsigned bits() const { return static_cast<unsigned>(std::bit_width(static_cast<std::uint64_t>(high - low) + 1)); }
+};
+
 }  // namespace
 
-// The largest integer of `bits` bits is kUnknown.
+// The largest integer is kUnknown.
 PackedSeries::Block PackedSeries::packed(const std::vector<double>& values) {
+  Integers integers;
   Block block;
-  std::int64_t low = INT64_MAX, high = INT64_MIN;
-  bool fits = true;
-  for (const double value : values) {
-    if (std::isnan(value)) continue;
-    const auto integer = as_integer(value);
-    fits = fits && integer;
-    if (!fits) break;
-    low = std::min(low, *integer), high = std::max(high, *integer);
+  for (const double per_unit : {1e6, 1e9}) {
+    if (!integers.set(values, per_unit)) continue;
+    block.per_unit = per_unit;
+    block.base = integers.low;
+    block.numbers = PackedBits(values.size(), integers.bits());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      block.numbers.set(i, std::isnan(values[i]) ? block.numbers.largest()
+                                                 : static_cast<std::uint64_t>(integers.all[i] - block.base));
+    return block;
   }
-  if (low > high) low = high = 0;
-  if (fits) {
-    block.base = low;
-    block.bits = static_cast<unsigned>(std::bit_width(static_cast<std::uint64_t>(high - low) + 1));
-    fits = block.bits < 60;
-  }
-  if (!fits) block.bits = 64;
-  block.words.assign((values.size() * block.bits + 63) / 64 + (fits ? 1 : 0), 0);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::uint64_t unknown = (std::uint64_t{1} << (block.bits % 64)) - 1;
-    const std::uint64_t integer = !fits                   ? std::bit_cast<std::uint64_t>(values[i])
-                                  : std::isnan(values[i]) ? unknown
-                                                          : static_cast<std::uint64_t>(*as_integer(values[i]) - low);
-    const std::size_t at = i * block.bits, word = at / 64, shift = at % 64;
-    block.words[word] |= integer << shift;
-    if (shift + block.bits > 64) block.words[word + 1] |= integer >> (64 - shift);
-  }
+  block.numbers = PackedBits(values.size(), 64);
+  for (std::size_t i = 0; i < values.size(); ++i) block.numbers.set(i, std::bit_cast<std::uint64_t>(values[i]));
   return block;
 }
 
-void PackedSeries::unpack(const Block& block, std::size_t first, std::span<double> values) {
-  if (block.bits == 64) {
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::bit_cast<double>(block.words[first + i]);
+void PackedSeries::unpack(const Block& block, std::size_t first, std::span<double> values) const {
+  if (block.per_unit == 0) {
+    for (double& value : values) value = std::bit_cast<double>(block.numbers[first++]) * factor_;
     return;
   }
-  const std::uint64_t unknown = (std::uint64_t{1} << block.bits) - 1;
-  std::size_t at = first * block.bits;
   for (double& value : values) {
-    const std::size_t word = at / 64, shift = at % 64;
-    // In two steps: a shift by 64 is undefined.
-    const std::uint64_t high = block.words[word + 1] << 1 << (63 - shift);
-    const std::uint64_t integer = (block.words[word] >> shift | high) & unknown;
-    const double number = static_cast<double>(block.base + static_cast<std::int64_t>(integer)) / kPerUnit;
-    value = integer == unknown ? kUnknown : number;
-    at += block.bits;
+    const std::uint64_t integer = block.numbers[first++];
+    const double number = static_cast<double>(block.base + static_cast<std::int64_t>(integer)) / block.per_unit;
+    value = integer == block.numbers.largest() ? kUnknown : number * factor_;
   }
+}
+
+void PackedSeries::drop_before(std::size_t index) {
+  for (; dropped_ < std::min(index / kBlock, blocks_.size()); ++dropped_) blocks_[dropped_] = {};
 }
 
 void PackedSeries::push(double value) {
@@ -98,7 +105,7 @@ void PackedSeries::read(std::size_t first, std::span<double> values) const {
     if (block < blocks_.size()) {
       unpack(blocks_[block], begin, part);
     } else {
-      std::copy_n(open_.begin() + static_cast<std::ptrdiff_t>(begin), part.size(), part.begin());
+      for (std::size_t i = 0; i < part.size(); ++i) part[i] = open_[begin + i] * factor_;
     }
     done += part.size();
   }

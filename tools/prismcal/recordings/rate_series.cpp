@@ -7,10 +7,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "base/plain_text.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
 #include "tools/prismcal/tables/header_unit.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
@@ -74,8 +77,8 @@ Result<Layout> choose_columns(const tables::TableSource& table, const RateSeries
 
 /// Rates in the unit of the file, and times.
 struct Columns {
-  std::vector<double> rates;
-  std::vector<std::int64_t> times_ns;
+  PackedSeries rates;
+  PackedStamps times_ns;
 };
 
 Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
@@ -98,10 +101,11 @@ Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
                           fmt::format("found time {} after {}, expected increasing times",
                                       static_cast<double>(block.time_ns[i]) / 1e9, static_cast<double>(before) / 1e9));
     }
-    columns.rates.insert(columns.rates.end(), block.columns[0].begin(), block.columns[0].end());
-    columns.times_ns.insert(columns.times_ns.end(), block.time_ns.begin(), block.time_ns.end());
+    for (const double rate : block.columns[0]) columns.rates.push(rate);
+    columns.times_ns.push(block.time_ns);
   }
-  if (columns.rates.empty()) return make_error(table.path(), "found no row of numbers, expected a rate in every line");
+  if (columns.rates.size() == 0)
+    return make_error(table.path(), "found no row of numbers, expected a rate in every line");
   return columns;
 }
 
@@ -115,27 +119,34 @@ void push_gap(PackedSeries& rates, std::size_t lost, std::size_t rows) {
   }
 }
 
+/// The rates with gaps in place of the holes.
+PackedSeries with_gaps(PackedSeries rates, const std::vector<SampleHole>& holes) {
+  if (holes.empty()) return rates;
+  PackedSeries all;
+  std::size_t hole = 0;
+  evaluation::for_each_rate(rates.source(), [&](std::size_t i, double rate) {
+    rates.drop_before(i);
+    if (hole < holes.size() && holes[hole].row == i) push_gap(all, holes[hole++].lost, rates.size());
+    all.push(rate);
+  });
+  return all;
+}
+
 /// Sets the interval, and puts a gap into the rates where samples are lost.
-Result<void> place_in_time(const Columns& columns, double factor, const std::string& time_name, const std::string& path,
+Result<void> place_in_time(Columns columns, const std::string& time_name, const std::string& path,
                            std::optional<double> given_s, RateSeries& series) {
   if (columns.times_ns.size() < 2) {
-    for (const double rate : columns.rates) series.rate_deg_per_h.push(rate * factor);
+    series.rate_deg_per_h = std::move(columns.rates);
     series.interval_source = "assumed: the file has no time";
     return {};
   }
   const auto grid = sample_grid(columns.times_ns, path, given_s);
   if (!grid) return tl::unexpected<Error>(grid.error());
+  columns.times_ns = {};
   series.interval_s = grid->interval_s;
   series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
   if (!grid->remark.empty()) series.notes.push_back("time: " + grid->remark);
-  std::size_t hole = 0;
-  for (std::size_t i = 0; i < columns.rates.size(); ++i) {
-    if (hole < grid->holes.size() && grid->holes[hole].row == i) {
-      push_gap(series.rate_deg_per_h, grid->holes[hole].lost, columns.rates.size());
-      ++hole;
-    }
-    series.rate_deg_per_h.push(columns.rates[i] * factor);
-  }
+  series.rate_deg_per_h = with_gaps(std::move(columns.rates), grid->holes);
   if (grid->lost > 0)
     series.notes.push_back(
         fmt::format("{} lost in {}", counted(grid->lost, "sample"), counted(grid->holes.size(), "hole")));
@@ -187,12 +198,13 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   series.column = header.text;
   const auto factor = set_unit(series, choice, header);
   if (!factor) return tl::unexpected<Error>(factor.error());
-  const auto columns = read_columns(**table, *layout);
+  auto columns = read_columns(**table, *layout);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
   const std::string time_name = layout->time ? (*table)->columns()[*layout->time].text : "";
-  if (auto placed = place_in_time(*columns, *factor, time_name, path, choice.interval_s, series); !placed)
+  if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
     return tl::unexpected<Error>(placed.error());
+  series.rate_deg_per_h.scale(*factor);
   if (choice.interval_s) {
     series.interval_s = *choice.interval_s;
     series.interval_source = "given";

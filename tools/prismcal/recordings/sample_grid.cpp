@@ -4,25 +4,69 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <deque>
 #include <utility>
+#include <vector>
 
 #include "base/plain_text.hpp"
 
 namespace prism::recordings {
 namespace {
 
-using Stamps = std::span<const std::int64_t>;
+using Stamps = PackedStamps;
+
+std::size_t rank_of(double q, std::size_t values) {
+  return static_cast<std::size_t>(q * static_cast<double>(values - 1) + 0.5);
+}
 
 double quantile_of(std::vector<double>& values, double q) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank_of(q, values.size()));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
+/// The value with that rank, from 0, in the order of size, of values >= 0; in constant memory. for_each(visit) calls
+/// visit(value) for each. The bits of such numbers have the order of the numbers: each pass finds 16 of them.
+template <class ForEach>
+double value_of_rank(std::size_t rank, ForEach&& for_each) {
+  constexpr int kDigit = 16;
+  std::vector<std::size_t> counts(std::size_t{1} << kDigit);
+  std::uint64_t found = 0;
+  for (int shift = 64 - kDigit; shift >= 0; shift -= kDigit) {
+    std::fill(counts.begin(), counts.end(), 0);
+    for_each([&](double value) {
+      const auto bits = std::bit_cast<std::uint64_t>(value) >> shift;
+      if (bits >> kDigit == found) ++counts[bits & (counts.size() - 1)];
+    });
+    std::size_t digit = 0;
+    for (; rank >= counts[digit]; ++digit) rank -= counts[digit];
+    found = found << kDigit | digit;
+  }
+  return std::bit_cast<double>(found);
+}
+
+/// Calls visit(i, step) for the step in ns from row i - 1 to row i.
+template <class Visit>
+void for_each_step(const Stamps& stamps, Visit&& visit) {
+  std::int64_t before = stamps.front();
+  stamps.for_each(1, stamps.size(), [&](std::size_t i, std::int64_t stamp) {
+    visit(i, stamp - before);
+    before = stamp;
+  });
+}
+
+/// The quantile q of the steps, ns.
+double quantile_of_steps(const Stamps& stamps, double q) {
+  return value_of_rank(rank_of(q, stamps.size() - 1), [&](auto&& visit) {
+    for_each_step(stamps, [&](std::size_t, std::int64_t step) { visit(static_cast<double>(step)); });
+  });
+}
+
 /// Spans of `rows` rows each, ns.
-std::vector<double> spans_of(Stamps stamps, std::size_t rows) {
+std::vector<double> spans_of(const Stamps& stamps, std::size_t rows) {
   constexpr std::size_t kMostSpans = 4000;
   std::vector<double> spans;
   const std::size_t blocks = (stamps.size() - 1) / rows, stride = std::max<std::size_t>(1, blocks / kMostSpans);
@@ -41,7 +85,7 @@ struct FirstGuess {
 
 /// The fewest rows whose span is nearly constant: 1 for exact stamps, 2 for alternating ones, the batch's size for
 /// batches, many for jitter. Few rows, because lost samples must not be in most of the spans.
-FirstGuess first_guess(Stamps stamps) {
+FirstGuess first_guess(const Stamps& stamps) {
   constexpr double kConstant = 0.004;
   FirstGuess best;
   double least = 1e9;
@@ -76,10 +120,13 @@ class SlidingMinimum {
   void push(double value) {
     while (!values_.empty() && values_.back().second >= value) values_.pop_back();
     values_.emplace_back(count_++, value);
-    if (values_.front().first + length_ < count_) values_.pop_front();
+    drop_before(count_ > length_ ? count_ - length_ : 0);
   }
-  void clear() { values_.clear(); }
-  bool empty() const { return values_.empty(); }
+  /// Of values by their number, from 0.
+  void drop_before(std::size_t number) {
+    while (!values_.empty() && values_.front().first < number) values_.pop_front();
+  }
+  std::size_t count() const { return count_; }
   double value() const { return values_.front().second; }
 
  private:
@@ -88,27 +135,21 @@ class SlidingMinimum {
 };
 
 /// Middle range of the stamps against the count, within blocks of the pattern.
-double noise_of(Stamps stamps, const FirstGuess& guess) {
+double noise_of(const Stamps& stamps, const FirstGuess& guess) {
   const std::size_t rows = std::min(std::max<std::size_t>(guess.rows, 16), stamps.size());
   std::vector<double> ranges;
-  for (std::size_t begin = 0; begin + rows <= stamps.size(); begin += rows) {
-    double low = 0, high = 0;
-    for (std::size_t i = 1; i < rows; ++i) {
-      const double late =
-          static_cast<double>(stamps[begin + i] - stamps[begin]) - static_cast<double>(i) * guess.interval_ns;
-      low = std::min(low, late), high = std::max(high, late);
-    }
+  std::int64_t first = 0;
+  std::size_t row = 0;  // in the block
+  double low = 0, high = 0;
+  stamps.for_each(0, stamps.size(), [&](std::size_t, std::int64_t stamp) {
+    if (row == 0) first = stamp, low = high = 0;
+    const double late = static_cast<double>(stamp - first) - static_cast<double>(row) * guess.interval_ns;
+    low = std::min(low, late), high = std::max(high, late);
+    if (++row < rows) return;
     ranges.push_back(high - low);
-  }
+    row = 0;
+  });
   return ranges.empty() ? 0 : quantile_of(ranges, 0.5);
-}
-
-/// Lateness of each row against the count, ns.
-std::vector<double> lateness_of(Stamps stamps, double interval_ns) {
-  std::vector<double> late(stamps.size());
-  for (std::size_t i = 0; i < stamps.size(); ++i)
-    late[i] = static_cast<double>(stamps[i] - stamps[0]) - static_cast<double>(i) * interval_ns;
-  return late;
 }
 
 /// How stamps are compared: rows of the envelope (1: the stamps are exact), rows needed after a hole, and rows within
@@ -118,17 +159,18 @@ struct Envelope {
 };
 
 /// Most steps are the interval or a multiple of it: each step alone shows its loss.
-bool are_exact(const std::vector<double>& steps, double interval_ns) {
-  std::vector<double> deviations;
-  deviations.reserve(steps.size());
-  for (const double step : steps)
-    deviations.push_back(std::fabs(step / interval_ns - std::max(1.0, std::round(step / interval_ns))));
-  return quantile_of(deviations, 0.7) < 0.02;
+bool are_exact(const Stamps& stamps, double interval_ns) {
+  return value_of_rank(rank_of(0.7, stamps.size() - 1), [&](auto&& visit) {
+           for_each_step(stamps, [&](std::size_t, std::int64_t step) {
+             const double steps = static_cast<double>(step) / interval_ns;
+             visit(std::fabs(steps - std::max(1.0, std::round(steps))));
+           });
+         }) < 0.02;
 }
 
-Envelope envelope_of(const FirstGuess& guess, double noise_ns, const std::vector<double>& steps) {
+Envelope envelope_of(const FirstGuess& guess, double noise_ns, const Stamps& stamps) {
   const double noise = noise_ns / guess.interval_ns;
-  if (noise < 0.3 || are_exact(steps, guess.interval_ns)) return {};
+  if (noise < 0.3 || are_exact(stamps, guess.interval_ns)) return {};
   const auto samples = static_cast<std::size_t>(std::min(noise, 1000.0) + 0.5);
   Envelope envelope;
   envelope.window = std::clamp<std::size_t>(std::max(2 * guess.rows, 8 * samples), 16, 512);
@@ -149,22 +191,22 @@ void add_hole(SampleHole hole, const Envelope& envelope, std::vector<SampleHole>
   last = hole;
 }
 
-std::vector<SampleHole> holes_of(Stamps stamps, double interval_ns, const Envelope& envelope) {
-  const std::size_t window = envelope.window;
-  const std::vector<double> late = lateness_of(stamps, interval_ns);
-  const std::size_t n = stamps.size();
-  std::vector<double> ahead(n);  // the minimum of this row and those after it
-  SlidingMinimum forward(window), backward(window);
-  for (std::size_t i = n; i-- > 0;) {
-    forward.push(late[i]);
-    ahead[i] = forward.value();
-  }
+std::vector<SampleHole> holes_of(const Stamps& stamps, double interval_ns, const Envelope& envelope) {
+  const std::size_t window = envelope.window, n = stamps.size();
+  const std::int64_t first = stamps.front();
+  // Lateness of a row against the count, ns.
+  const auto late = [&](std::size_t i) {
+    return static_cast<double>(stamps[i] - first) - static_cast<double>(i) * interval_ns;
+  };
   std::vector<SampleHole> holes;
   SampleHole last;
   double shift = 0;
-  backward.push(late[0]);
+  SlidingMinimum forward(window), backward(window);  // forward: of the row and those after it
+  backward.push(late(0));
   for (std::size_t i = 1; i < n; ++i) {
-    const double rise = (ahead[i] - shift - backward.value()) / interval_ns;
+    while (forward.count() < std::min(n, i + window)) forward.push(late(forward.count()));
+    forward.drop_before(i);
+    const double rise = (forward.value() - shift - backward.value()) / interval_ns;
     // At the end of the record too few rows remain to tell a late stamp from a loss.
     const bool certain = i + envelope.least_after <= n;
     if (rise > (window == 1 ? 0.5 : 0.6) && certain) {
@@ -173,31 +215,32 @@ std::vector<SampleHole> holes_of(Stamps stamps, double interval_ns, const Envelo
         if (stamps[j] - stamps[j - 1] > stamps[row] - stamps[row - 1]) row = j;
       }
       const auto lost = static_cast<std::size_t>(std::max<long long>(1, std::llround(rise)));
-      for (std::size_t j = i; j < row; ++j) backward.push(late[j] - shift);
+      for (std::size_t j = i; j < row; ++j) backward.push(late(j) - shift);
       add_hole({row, lost}, envelope, holes, last);
       shift += static_cast<double>(lost) * interval_ns;
       i = row;
     }
-    backward.push(late[i] - shift);
+    backward.push(late(i) - shift);
   }
   return holes;
 }
 
 /// Slope of the stamps over the count, from the runs between holes.
-double slope_of(Stamps stamps, const std::vector<SampleHole>& holes, double fallback_ns) {
+double slope_of(const Stamps& stamps, const std::vector<SampleHole>& holes, double fallback_ns) {
   double covariance = 0, variance = 0;
   for (std::size_t h = 0; h <= holes.size(); ++h) {
     const std::size_t begin = h == 0 ? 0 : holes[h - 1].row, end = h == holes.size() ? stamps.size() : holes[h].row;
     if (end - begin < 2) continue;
     const double middle = static_cast<double>(end - begin - 1) / 2;
     double mean = 0;
-    for (std::size_t i = begin; i < end; ++i) mean += static_cast<double>(stamps[i] - stamps[begin]);
+    const std::int64_t first = stamps[begin];
+    stamps.for_each(begin, end, [&](std::size_t, std::int64_t stamp) { mean += static_cast<double>(stamp - first); });
     mean /= static_cast<double>(end - begin);
-    for (std::size_t i = begin; i < end; ++i) {
+    stamps.for_each(begin, end, [&](std::size_t i, std::int64_t stamp) {
       const double x = static_cast<double>(i - begin) - middle;
-      covariance += x * (static_cast<double>(stamps[i] - stamps[begin]) - mean);
+      covariance += x * (static_cast<double>(stamp - first) - mean);
       variance += x * x;
-    }
+    });
   }
   return variance > 0 && covariance > 0 ? covariance / variance : fallback_ns;
 }
@@ -215,64 +258,69 @@ void describe(SampleGrid& grid, std::size_t rows) {
 
 }  // namespace
 
-std::vector<std::int64_t> SampleGrid::times_ns(Stamps stamps) const {
-  std::vector<std::int64_t> times(stamps.begin(), stamps.end());
-  if (regular) return times;
+PackedStamps SampleGrid::times_ns(const PackedStamps& stamps) const {
+  if (regular) return stamps;
+  PackedStamps times;
+  std::int64_t before = 0;
   const double interval_ns = 1e9 * interval_s;
   for (std::size_t h = 0; h <= holes.size(); ++h) {
     const std::size_t begin = h == 0 ? 0 : holes[h - 1].row, end = h == holes.size() ? stamps.size() : holes[h].row;
     if (begin == end) continue;
     // The mean lateness of the run; a drift of the clocks against each other stays within the slope.
     double mean = 0;
-    for (std::size_t i = begin; i < end; ++i)
-      mean += static_cast<double>(stamps[i] - stamps[begin]) - static_cast<double>(i - begin) * interval_ns;
+    const std::int64_t first = stamps[begin];
+    stamps.for_each(begin, end, [&](std::size_t i, std::int64_t stamp) {
+      mean += static_cast<double>(stamp - first) - static_cast<double>(i - begin) * interval_ns;
+    });
     mean /= static_cast<double>(end - begin);
     for (std::size_t i = begin; i < end; ++i) {
-      const std::int64_t time = stamps[begin] + std::llround(mean + static_cast<double>(i - begin) * interval_ns);
-      times[i] = i > 0 ? std::max(time, times[i - 1] + 1) : time;
+      const std::int64_t time = first + std::llround(mean + static_cast<double>(i - begin) * interval_ns);
+      before = i > 0 ? std::max(time, before + 1) : time;
+      times.push(before);
     }
   }
   return times;
 }
 
-Result<SampleGrid> sample_grid(Stamps stamps, const std::string& where, std::optional<double> interval_s) {
+Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, std::optional<double> interval_s) {
   SampleGrid grid;
   if (stamps.size() < 2)
     return make_error(where, fmt::format("found {}, expected 2 or more", counted(stamps.size(), "time")));
-  std::vector<double> steps;
-  steps.reserve(stamps.size());
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
-    const std::int64_t step = stamps[i] - stamps[i - 1];
-    if (step < 0)
-      return make_error(fmt::format("{}, row {}", where, i + 1),
-                        fmt::format("found time {:.9g} after {:.9g}, expected increasing times",
-                                    static_cast<double>(stamps[i]) * 1e-9, static_cast<double>(stamps[i - 1]) * 1e-9));
+  std::size_t earlier = 0;  // the first row that is
+  for_each_step(stamps, [&](std::size_t i, std::int64_t step) {
+    if (step < 0 && earlier == 0) earlier = i;
     grid.repeated += step == 0;
-    steps.push_back(static_cast<double>(step));
-  }
+  });
+  if (earlier > 0)
+    return make_error(
+        fmt::format("{}, row {}", where, earlier + 1),
+        fmt::format("found time {:.9g} after {:.9g}, expected increasing times",
+                    static_cast<double>(stamps[earlier]) * 1e-9, static_cast<double>(stamps[earlier - 1]) * 1e-9));
   if (stamps.back() == stamps.front()) return make_error(where, "found the same time in all rows");
-  grid.mean_step_s = 1e-9 * static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(steps.size());
-  const double median_ns = quantile_of(steps, 0.5);
+  grid.mean_step_s =
+      1e-9 * static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(stamps.size() - 1);
+  const double median_ns = quantile_of_steps(stamps, 0.5);
   grid.median_step_s = median_ns * 1e-9;
   const FirstGuess guess = interval_s ? FirstGuess{1e9 * *interval_s, 1} : first_guess(stamps);
   double interval_ns = guess.interval_ns;
   if (!(interval_ns > 0)) return make_error(where, "found the same time in most rows, expected increasing times");
-  const Envelope envelope = envelope_of(guess, noise_of(stamps, guess), steps);
+  const Envelope envelope = envelope_of(guess, noise_of(stamps, guess), stamps);
   for (int pass = 0; pass < 3; ++pass) {
     grid.holes = holes_of(stamps, interval_ns, envelope);
     if (!interval_s) interval_ns = slope_of(stamps, grid.holes, interval_ns);
   }
   for (const SampleHole& hole : grid.holes) grid.lost += hole.lost;
   std::size_t hole = 0;
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
+  for_each_step(stamps, [&](std::size_t i, std::int64_t step) {
     const bool after_hole = hole < grid.holes.size() && grid.holes[hole].row == i;
     const double count = 1 + (after_hole ? static_cast<double>(grid.holes[hole++].lost) : 0);
-    const double off = std::fabs(static_cast<double>(stamps[i] - stamps[i - 1]) - count * interval_ns);
+    const double off = std::fabs(static_cast<double>(step) - count * interval_ns);
     grid.regular = grid.regular && (off <= 0.01 * interval_ns || (after_hole && off <= 0.3 * interval_ns));
-  }
+  });
   grid.jitter_s = 1e-9 * noise_of(stamps, {interval_ns, guess.rows});
   // Exact stamps: their own step has more digits than the fit.
-  if (!interval_s && grid.regular && quantile_of(steps, 0.1) == quantile_of(steps, 0.9)) interval_ns = median_ns;
+  if (!interval_s && grid.regular && quantile_of_steps(stamps, 0.1) == quantile_of_steps(stamps, 0.9))
+    interval_ns = median_ns;
   grid.interval_s = interval_ns / 1e9;
   describe(grid, stamps.size());
   return grid;

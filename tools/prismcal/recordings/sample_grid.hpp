@@ -3,13 +3,13 @@
 // jittered.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
+#include "tools/prismcal/recordings/packed_stamps.hpp"
 
 namespace prism::recordings {
 
@@ -29,7 +29,7 @@ struct SampleGrid {
   std::string remark;
 
   /// Times on the grid, in ns: the stamps without their jitter. `stamps_ns`: those of sample_grid().
-  std::vector<std::int64_t> times_ns(std::span<const std::int64_t> stamps_ns) const;
+  PackedStamps times_ns(const PackedStamps& stamps_ns) const;
 };
 
 /// Stamps are ends of intervals, never early and possibly late (USB, operating system), or rounded. The sample time is
@@ -37,8 +37,8 @@ struct SampleGrid {
 /// its lower envelope rises and stays (as LowerHull, drivers/lower_hull.hpp); a late stamp is followed by one that is
 /// not. A hole within a batch of equal stamps is placed at its first row. `interval_s`: the true sample time, if it is
 /// known. Errors: fewer than two stamps; one that is earlier than the one before, with its row from 1 in the place; the
-/// same time in all rows, or in most.
-Result<SampleGrid> sample_grid(std::span<const std::int64_t> stamps_ns, const std::string& where,
+/// same time in all rows, or in most. Needs little memory beside the stamps.
+Result<SampleGrid> sample_grid(const PackedStamps& stamps_ns, const std::string& where,
                                std::optional<double> interval_s = std::nullopt);
 
 }  // namespace prism::recordings

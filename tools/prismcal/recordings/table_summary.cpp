@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compensation/sample.hpp"
+#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 
 namespace prism::recordings {
@@ -55,14 +56,16 @@ void take(const std::vector<double>& values, ColumnSummary& column, Course& cour
   }
 }
 
-void summarise_time(const tables::TableSource& table, const std::vector<std::int64_t>& stamps, TableSummary& summary) {
+void summarise_time(const tables::TableSource& table, const PackedStamps& stamps, TableSummary& summary) {
   if (!table.time() || stamps.empty()) return;
   TimeSummary& time = *summary.time;
   time.format = table.time()->text;
   time.is_date = table.time()->has_date;
   time.first_ns = stamps.front();
   time.last_ns = stamps.back();
-  for (std::size_t i = 1; i < stamps.size(); ++i) time.backward += stamps[i] < stamps[i - 1];
+  std::int64_t before = stamps.front();
+  stamps.for_each(1, stamps.size(),
+                  [&](std::size_t, std::int64_t stamp) { time.backward += stamp < std::exchange(before, stamp); });
   if (time.backward > 0) return;
   if (auto grid = sample_grid(stamps, table.path()))
     time.grid = std::move(*grid);
@@ -97,13 +100,13 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
     if (good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
   }
   std::vector<Course> courses(numbers.size());
-  std::vector<std::int64_t> stamps;
+  PackedStamps stamps;
   tables::Block block;
   while (true) {
     const auto more = table.next(block);
     for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i)
       take(block.columns[i], summary.columns[numbers[i]], courses[i]);
-    stamps.insert(stamps.end(), block.time_ns.begin(), block.time_ns.end());
+    stamps.push(block.time_ns);
     if (!more) summary.problem = more.error().text();
     if (!more || !*more) break;
   }
