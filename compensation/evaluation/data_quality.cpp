@@ -10,14 +10,17 @@
 
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/bias_stability.hpp"
+#include "compensation/evaluation/far_runs.hpp"
+#include "compensation/evaluation/rate_steps.hpp"
+#include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {
 namespace {
 
 /// Deviation in noise sds that chance does not reach in a day of blocks.
 constexpr double kStandsOut = 8;
-/// Minimum numbers of blocks: for steps and noise, and for the noise of a part of the record.
-constexpr std::size_t kEnoughForNoise = 8, kEnoughForPart = 12;
+/// Minimum number of blocks for steps and noise.
+constexpr std::size_t kEnoughForNoise = 8;
 
 /// sd of the white part of blocks [begin, end): second differences have variance 6 sd² and do not depend on drift or
 /// ramps; the median is robust against outliers.
@@ -28,40 +31,6 @@ double noise_of(std::span<const double> blocks, const std::vector<bool>& follows
     differences.push_back(blocks[i] - 2 * blocks[i - 1] + blocks[i - 2]);
   }
   return differences.empty() ? 0 : robust_sd(differences) / std::sqrt(6.0);
-}
-
-double median_between(std::span<const double> blocks, std::size_t begin, std::size_t end) {
-  return median_of(
-      {blocks.begin() + static_cast<std::ptrdiff_t>(begin), blocks.begin() + static_cast<std::ptrdiff_t>(end)});
-}
-
-/// |difference| between the medians of the `wide` blocks before and after the start of block i; 0 at the ends.
-double step_at(std::span<const double> blocks, std::size_t i, std::size_t wide) {
-  if (i < wide || i + wide > blocks.size()) return 0;
-  return std::abs(median_between(blocks, i, i + wide) - median_between(blocks, i - wide, i));
-}
-
-/// A step minus the larger of its neighbours: a temperature ramp has equal steps everywhere and results in 0.
-double lone_step(std::span<const double> blocks, std::size_t i, std::size_t wide, std::size_t apart) {
-  const double before = i >= apart ? step_at(blocks, i - apart, wide) : 0;
-  return step_at(blocks, i, wide) - std::max(before, step_at(blocks, i + apart, wide));
-}
-
-struct Step {
-  double size = 0;  ///< deg/h
-  std::size_t block = 0;
-};
-
-/// Largest step that is sharp (between two blocks, or within one) and permanent (medians of three blocks on either
-/// side, which one outlier does not change).
-Step largest_step(std::span<const double> blocks) {
-  Step largest;
-  for (std::size_t i = 3; i + 3 <= blocks.size(); ++i) {
-    const double lasting = lone_step(blocks, i, 3, 6);
-    if (lasting <= largest.size) continue;
-    if (const double size = std::min(lasting, lone_step(blocks, i, 1, 2)); size > largest.size) largest = {size, i};
-  }
-  return largest;
 }
 
 /// Distance of block i from the prediction of its neighbours: the median over straight lines through two of the three
@@ -82,13 +51,24 @@ double deviation_at(std::span<const double> blocks, std::size_t i) {
   return median_of(std::move(deviations));
 }
 
+/// deviation_at(), but small if the blocks of one side predict the block: it is next to a step, and no outlier.
+double outlier_distance(std::span<const double> blocks, std::size_t i) {
+  double distance = deviation_at(blocks, i);
+  const auto line = [&](std::size_t near, std::size_t far, double ratio) {
+    return std::abs(blocks[i] - blocks[near] - ratio * (blocks[near] - blocks[far]));
+  };
+  if (i >= 3) distance = std::min(distance, std::max(line(i - 1, i - 2, 1), line(i - 2, i - 3, 2)));
+  if (i + 3 < blocks.size()) distance = std::min(distance, std::max(line(i + 1, i + 2, 1), line(i + 2, i + 3, 2)));
+  return distance;
+}
+
 /// The blocks whose distance from their neighbours exceeds both the noise and the effect of the temperature's own
 /// curvature there, with `sensitivity` deg/h per degC: where a chamber reverses, the rate also bends.
 std::vector<std::size_t> disturbed_blocks(std::span<const double> blocks, std::span<const double> temperature_degc,
                                           double sensitivity, double noise) {
   std::vector<std::size_t> disturbed;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const double beyond_noise = deviation_at(blocks, i) - kStandsOut * noise;
+    const double beyond_noise = outlier_distance(blocks, i) - kStandsOut * noise;
     if (!(beyond_noise > 0)) continue;
     double bend_degc = 0;
     for (std::size_t k = i - std::min<std::size_t>(i, 1); k < std::min(blocks.size(), i + 2); ++k)
@@ -156,16 +136,22 @@ struct Rest {
   std::vector<std::size_t> block, outliers;  ///< numbers of these blocks, and of the outliers
   std::vector<double> rate, temperature_degc;
   std::vector<bool> follows;
+  std::vector<double> missing;  ///< blocks before each of them, outliers included
 };
 
-Rest rest_of(std::span<const double> rate, std::span<const double> temperature_degc, const std::vector<bool>& follows,
+Rest rest_of(std::span<const double> rate, std::span<const double> temperature_degc, const Order& order,
              const std::vector<bool>& is_outlier) {
   Rest rest;
+  const std::vector<bool>& follows = order.follows;
+  double missing = 0;
   for (std::size_t i = 0; i < rate.size(); ++i) {
+    if (i > 0) missing += order.missing.empty() ? (follows.empty() || follows[i] ? 0 : 1) : order.missing[i];
     if (is_outlier[i]) {
       rest.outliers.push_back(i);
+      ++missing;
       continue;
     }
+    rest.missing.push_back(std::exchange(missing, 0));
     rest.follows.push_back(i > 0 && !is_outlier[i - 1] && (follows.empty() || follows[i]));
     rest.block.push_back(i);
     rest.rate.push_back(rate[i]);
@@ -174,16 +160,23 @@ Rest rest_of(std::span<const double> rate, std::span<const double> temperature_d
   return rest;
 }
 
-/// Leaves out the blocks further from their neighbours than `far`. Two bad blocks side by side shift the prediction for
-/// those next to them, so each pass leaves out only the furthest within three blocks.
-Rest without_outliers(std::span<const double> rate, std::span<const double> temperature_degc,
-                      const std::vector<bool>& follows, double far) {
+/// Leaves out runs of far blocks: at most 5 % of the record, more only if no turn of the gyro explains them; then the
+/// blocks further from their neighbours than `far`. Two bad blocks side by side shift the prediction for those next to
+/// them, so each pass leaves out only the furthest within three blocks.
+Rest without_outliers(std::span<const double> rate, std::span<const double> temperature_degc, const Order& order,
+                      double far) {
   constexpr int kPasses = 8;
+  constexpr double kAbsurd = 60;  // deg/h: four times the Earth rate
   std::vector<bool> is_outlier(rate.size(), false);
-  Rest rest = rest_of(rate, temperature_degc, follows, is_outlier);
+  const std::vector<FarRun> runs = far_runs(rate, {far, std::max(far, kAbsurd), rate.size() / 20, false});
+  for (const FarRun& run : runs) {
+    if (runs.size() <= kFewRuns || have_one_level(runs))
+      std::fill_n(is_outlier.begin() + static_cast<std::ptrdiff_t>(run.begin), run.end - run.begin, true);
+  }
+  Rest rest = rest_of(rate, temperature_degc, order, is_outlier);
   for (int pass = 0; pass < kPasses && far > 0 && 2 * rest.rate.size() > rate.size(); ++pass) {
     std::vector<double> deviations;
-    for (std::size_t i = 0; i < rest.rate.size(); ++i) deviations.push_back(deviation_at(rest.rate, i));
+    for (std::size_t i = 0; i < rest.rate.size(); ++i) deviations.push_back(outlier_distance(rest.rate, i));
     bool any = false;
     for (std::size_t i = 0; i < deviations.size(); ++i) {
       if (deviations[i] <= far) continue;
@@ -193,7 +186,7 @@ Rest without_outliers(std::span<const double> rate, std::span<const double> temp
       is_outlier[rest.block[i]] = any = true;
     }
     if (!any) break;
-    rest = rest_of(rate, temperature_degc, follows, is_outlier);
+    rest = rest_of(rate, temperature_degc, order, is_outlier);
   }
   return rest;
 }
@@ -204,15 +197,34 @@ double sensitivity_of(std::span<const double> temperature_degc, double sd, const
          std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
 }
 
-/// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
-void add_noise_findings(std::span<const double> rate, const std::vector<bool>& follows, const Rest& rest, double sd,
-                        double rest_sd, double noise, double quantiser, const DataQualitySettings& settings,
-                        std::vector<Finding>& findings) {
-  const Step step = largest_step(rest.rate);
+/// A step within the record; else one between the ends of a gap, which is a question.
+void add_step_finding(const Rest& rest, double rest_sd, double noise, const DataQualitySettings& settings,
+                      std::vector<Finding>& findings) {
+  const std::vector<std::size_t> parts = parts_of(rest.missing);
+  const Step step = largest_step(rest.rate, parts);
   const bool moved = step.size > kStandsOut * noise;
   findings.push_back(find("moved", moved ? step.size / rest_sd : 0, "sd", settings.max_step, false,
                           "the rate has a permanent step: was the gyro moved, or did its temperature jump?"));
   if (moved) findings.back().block = rest.block[step.block];
+  if (findings.back().verdict != Verdict::kPass) return;
+  const Step gap = largest_step_at_gaps(rest.rate, rest.missing, parts, kStandsOut * noise);
+  if (gap.size / rest_sd <= settings.max_step.warn) return;
+  const std::string question = fmt::format(
+      "the rates before and after a gap of {:.0f} blocks differ by more than their drift: was the gyro moved "
+      "meanwhile?",
+      rest.missing[gap.block]);
+  Finding& finding = findings.back();
+  finding.verdict = Verdict::kWarn;
+  finding.value = gap.size / rest_sd;
+  finding.text = fmt::format("{:.4g} sd; expected at most {:g}: {}", finding.value, settings.max_step.warn, question);
+  finding.block = rest.block[gap.block];
+}
+
+/// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
+void add_noise_findings(std::span<const double> rate, const std::vector<bool>& follows, const Rest& rest, double sd,
+                        double rest_sd, double noise, double quantiser, const DataQualitySettings& settings,
+                        std::vector<Finding>& findings) {
+  add_step_finding(rest, rest_sd, noise, settings, findings);
   std::vector<std::size_t> disturbed = rest.outliers;
   for (const std::size_t i : disturbed_blocks(rest.rate, rest.temperature_degc,
                                               sensitivity_of(rest.temperature_degc, rest_sd, settings), noise))
@@ -254,9 +266,10 @@ const char* verdict_text(Verdict verdict) {
 }
 
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
-                                       const std::vector<bool>& follows, const DataQualitySettings& settings,
+                                       const Order& order, const DataQualitySettings& settings,
                                        const std::string& where) {
   const std::size_t count = rate_deg_per_h.size();
+  const std::vector<bool>& follows = order.follows;
   if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
     return make_error(where, fmt::format("found {} temperatures and {} rates, expected equal numbers",
                                          temperature_degc.size(), count));
@@ -269,9 +282,11 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
 
   const double span_degc = temperature->peak_to_peak;
   const double step = quantiser_step(rate_deg_per_h), quantiser = step / std::sqrt(12.0);
-  const double noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
-  const double far = std::max(kStandsOut * noise, 5 * robust_sd({rate_deg_per_h.begin(), rate_deg_per_h.end()}));
-  const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, follows, count < kEnoughForNoise ? 0 : far);
+  const double any_noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
+  const double far = std::max(kStandsOut * any_noise, 5 * robust_sd({rate_deg_per_h.begin(), rate_deg_per_h.end()}));
+  const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, order, count < kEnoughForNoise ? 0 : far);
+  // A constant run has none.
+  const double noise = std::max(noise_of(rest.rate, rest.follows, 0, rest.rate.size()), quantiser);
   const auto rest_rate = summarise(rest.rate, Divisor::kNMinus1, where + ", rate");
   if (!rest_rate) return tl::unexpected(rest_rate.error());
   const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate->sd);

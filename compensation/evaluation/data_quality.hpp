@@ -28,7 +28,8 @@ struct DataQualitySettings {
   /// Fraction of the variance of the blocks above their noise floor: 1 − floor² / sd². Without gross outliers.
   Threshold min_explainable{0.5, 0.3};
   /// Largest sharp and permanent step of at least eight noise sds, in sds of all blocks (a step alone is 2): the gyro
-  /// was moved, so that the Earth rate in the record changed.
+  /// was moved, so that the Earth rate in the record changed. Not across a gap: drift may explain that, so it is warned
+  /// of at most, if it exceeds the drift next to the gap and elsewhere in the same time.
   Threshold max_step{0.25, 1};
   /// Fraction of the blocks further than eight noise sds from their neighbours' median: shocks, people, trucks.
   Threshold max_disturbed{0.02, 0.10};
@@ -61,10 +62,16 @@ struct DataQuality {
                                   ///< below 24; outliers and quantised only if they do not pass
 };
 
-/// Blocks of one record: means of temperature and rate, as for training. `follows[i]`: block i begins at the end of
-/// block i − 1; or empty. Errors: different lengths, values that are not finite, fewer than two blocks.
+/// How blocks follow each other; empty members: each begins at the end of the one before it.
+struct Order {
+  std::vector<bool> follows;    ///< block i begins at the end of block i − 1
+  std::vector<double> missing;  ///< blocks that are missing before block i; empty: one if it does not follow
+};
+
+/// Blocks of one record: means of temperature and rate, as for training. Errors: different lengths, values that are not
+/// finite, fewer than two blocks.
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
-                                       const std::vector<bool>& follows, const DataQualitySettings& settings,
+                                       const Order& order, const DataQualitySettings& settings,
                                        const std::string& where);
 
 }  // namespace prism::evaluation

@@ -25,7 +25,10 @@ def between(t, begin, end):
 FAULTS = {
     "good": (lambda i, t, r, c: (r, c, 5), 0, "", "ready: ", ""),
     "minus-999": (lambda i, t, r, c: (r, -999 if 5000 <= t < 5005 else c, 5), 0,
-                  "temperature: 10 of 28800 values implausible, the first in line 10001: found -999 degC", "ready: ", ""),
+                  "temperature: 4 s from 5001 s to 5004 s at -999 degC, far from the rest", "ready: ", ""),
+    "two-reasons": (lambda i, t, r, c: (r, -999 if i % 500 == 7 else c + 50 if i % 2000 == 11 else c, 5), 0,
+                    "temperature: 73 of 28800 values implausible: 58 outside the limits, the first in line 9: found -999 degC, expected -90 to 200; "
+                    "15 changed too fast, the first in line 13: found 70", "ready: ", ""),
     "hot": (lambda i, t, r, c: (r, 300 if i % 20 == 0 else c, 5), 1, "found 300 degC, expected -90 to 200; expected at most 1 %", "", ""),
     "jump": (lambda i, t, r, c: (r, c + 50 if 7000 <= t < 7001 else c, 5), 0, "temperature: 2 of 28800 values implausible", "ready: ", ""),
     "jump-stays": (lambda i, t, r, c: (r, c + 20 if t > 7000 else c, 5), 0, STAYED, "not ready: temperature jumped from ", ""),
@@ -40,8 +43,20 @@ FAULTS = {
     "filled-from-a-half": (lambda i, t, r, c: (9999 if between(t, 7000.5, 7029.5) else r, c, 5), 0, FILLED, "ready: ", ""),
     "filled-at-ends": (lambda i, t, r, c: (9999 if t <= 10 or t > 14380 else r, c, 5), 0, "10 s from 1 s to 10 s at 9999 deg/h", "ready: ", ""),
     "filled-often": (lambda i, t, r, c: (9999 if t % 1000 < 20 and t > 900 else r, c, 5), 0, "9 blocks more at 9999 deg/h", "ready: ", ""),
-    "moved": (lambda i, t, r, c: (r + 5 if t > 7000 else r, c, 5), 1, "not usable for training: moved ", "", ""),
-    "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33, 5), 0, "temperature stays at 33 degC from 5001 s to 14400 s", "", ""),
+    # Longer ones got a false reason and false times; drift over the gap was called a move of the gyro.
+    **{f"{name}-{length}": ((lambda value, q, length: lambda i, t, r, c: tuple(value if between(t, 5000, 5000 + length) and k == q else v
+                                                                               for k, v in enumerate((r, c, 5 + 1e-4 * math.sin(i)))))(value, q, length),
+                            0, f"{quantity}: {length} s from 5001 s to {5000 + length} s at {value:g} {unit}, far from the rest (by ", "ready: ",
+                            "--map uhfo=U:V")
+       for length in (1200, 7000)
+       for name, q, quantity, unit, value in (("rate", 0, "rate", "deg/h", 9999), ("absurd", 0, "rate", "deg/h", 1e9),
+                                              ("temperature", 1, "temperature", "degC", -999), ("power-on", 1, "temperature", "degC", 85),
+                                              ("uhfo", 2, "uhfo", "V", 9999), ("no-uhfo", 2, "uhfo", "V", 0))},
+    "hour-left-out": (lambda i, t, r, c: (r, c, 5), 0, "--leave-out 6001..9600: 3600 seconds left out", "ready: ", "--leave-out 6001..9600"),
+    "rate-stops": (lambda i, t, r, c: (8.4 if between(t, 6000, 7200) else r, c, 5), 0,
+                   "rate stays at 8.4 deg/h from 6001 s to 7200 s: its sensor has stopped; left out, as by --leave-out 6001..7200", "ready: ", ""),
+    "moved": (lambda i, t, r, c: (r + 5 if t > 7000 else r, c, 5), 1, "leaves out this and what follows", "", ""),
+    "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33, 5), 0, "temperature stays at 33 degC from 5001 s to 14400 s: its sensor has stopped; left out, as by --leave-out 5001..14400", "", ""),
     "no-u": (lambda i, t, r, c: (r, c, 0), 1, "input U: always 0: it cannot explain anything; use --inputs T,dTdt", "",
              "--map uhfo=U:V --inputs T,dTdt,U"),
     "no-temperature": (lambda i, t, r, c: (r, None, 5), 1, "found no temperature, expected one", "", ""),

@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -65,6 +67,56 @@ TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kRefuse);
   EXPECT_NEAR(named(report, "moved").value, 2, 0.3);
+}
+
+// The blocks next to the step were outliers, so that it was named 900 s too late.
+TEST(DataQualityCheck, FindsThePlaceOfAMoveAndNothingElse) {
+  Record record;
+  for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 5;
+  const DataQuality report = record.check();
+  EXPECT_EQ(named(report, "moved").block, std::optional<std::size_t>(500));
+  EXPECT_EQ(named(report, "disturbed").value, 0);
+}
+
+/// A record with a ramp, of which the blocks 200 to 259 are missing; `step` deg/h is added afterwards.
+DataQuality check_with_gap(double step) {
+  Record record, cut;
+  Order order{{false}, {0}};
+  cut.rate_deg_per_h.clear();
+  cut.temperature_degc.clear();
+  for (std::size_t i = 0; i < 924; ++i) {
+    if (i >= 200 && i < 260) continue;
+    const double phase = static_cast<double>(i) / 80;
+    cut.rate_deg_per_h.push_back(record.rate_deg_per_h[i] + 0.5 * std::sin(phase) + (i >= 260 ? step : 0));
+    cut.temperature_degc.push_back(15 + 55 * std::sin(phase));
+    if (i == 0) continue;
+    order.follows.push_back(i != 260);
+    order.missing.push_back(i == 260 ? 60 : 0);
+  }
+  return check_data_quality(cut.temperature_degc, cut.rate_deg_per_h, order, {}, "x").value();
+}
+
+// An hour that --leave-out removed ended as "was the gyro moved".
+TEST(DataQualityCheck, DoesNotTakeDriftOverAGapForAStep) {
+  EXPECT_EQ(named(check_with_gap(0), "moved").verdict, Verdict::kPass) << named(check_with_gap(0), "moved").text;
+  const DataQuality moved = check_with_gap(3);
+  EXPECT_EQ(named(moved, "moved").verdict, Verdict::kWarn);
+  EXPECT_EQ(named(moved, "moved").block, std::optional<std::size_t>(200));
+  EXPECT_NE(named(moved, "moved").text.find("a gap of 60 blocks"), std::string::npos) << named(moved, "moved").text;
+}
+
+// 9999 for more than three blocks: good blocks were called far, and the gyro was asked to have moved.
+TEST(DataQualityCheck, NamesLongRunsOfACodeForNoValue) {
+  for (const std::size_t length : {12, 36, 400}) {
+    for (const std::size_t begin : {0, 300, 924 - static_cast<int>(length)}) {
+      Record record;
+      std::fill_n(record.rate_deg_per_h.begin() + static_cast<std::ptrdiff_t>(begin), length, 9999);
+      const Finding outliers = named(record.check(), "outliers");
+      EXPECT_EQ(outliers.block, std::optional(begin)) << length;
+      EXPECT_EQ(outliers.run, length) << begin;
+      EXPECT_EQ(named(record.check(), "moved").verdict, Verdict::kPass);
+    }
+  }
 }
 
 TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
@@ -208,7 +260,7 @@ DataQuality check_real(const std::string& file, double row_s, double length_s, i
     follows.push_back(last >= 0 && number == last + 1);
     last = number;
   }
-  return check_data_quality(temperature, rate, follows, {}, file).value();
+  return check_data_quality(temperature, rate, {follows, {}}, {}, file).value();
 }
 
 TEST(DataQualityCheck, AcceptsARealChamberCycle) {

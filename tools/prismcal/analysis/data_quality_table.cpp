@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/prismcal/recordings/leave_out.hpp"
@@ -35,6 +36,7 @@ std::string place_text(const recordings::BlockTable& table, double hours, const 
   };
   if (finding.name == "outliers")
     text += fmt::format("; --leave-out {}..{} leaves {} out", time(first), time(last), finding.run > 1 ? "them" : "it");
+  if (finding.name == "moved") text += fmt::format("; --leave-out {}.. leaves out this and what follows", time(first));
   return text + ")";
 }
 
@@ -42,10 +44,13 @@ std::string place_text(const recordings::BlockTable& table, double hours, const 
 
 Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
                                              const evaluation::DataQualitySettings& settings) {
-  auto quality = evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
-                                                table.follows, settings, table.name);
-  if (!quality) return quality;
   const std::vector<double> hours = table.hours();
+  std::vector<double> missing(table.size());
+  for (std::size_t i = 1; i < table.size(); ++i)
+    missing[i] = (hours[i] - hours[i - 1]) * 3600 / table.features.length_s - 1;
+  auto quality = evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
+                                                {table.follows, std::move(missing)}, settings, table.name);
+  if (!quality) return quality;
   for (evaluation::Finding& finding : quality->findings) {
     if (finding.block && finding.verdict != evaluation::Verdict::kPass)
       finding.text += place_text(table, hours[*finding.block], finding);

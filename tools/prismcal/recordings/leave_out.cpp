@@ -29,6 +29,10 @@ std::string end_of_second(std::int64_t second, bool is_date) {
   return is_date ? utc_text(second + 1) : fmt::format("{} s", second + 1);
 }
 
+std::string leave_out_range(std::int64_t first, std::int64_t last, bool is_date) {
+  return is_date ? utc_text(first + 1) + ".." + utc_text(last + 1) : fmt::format("{}..{}", first + 1, last + 1);
+}
+
 Result<std::optional<LeaveOut::Time>> LeaveOut::parse_time(const std::string& text, const std::string& range) {
   if (text.empty()) return std::nullopt;
   if (const auto number = parse_number<double>(text)) return Time{*number, false};

@@ -14,6 +14,9 @@ namespace prism::recordings {
 /// The end of a second as in remarks and as --leave-out reads it: "2026-11-23T09:11:00Z", or "7001 s" without a date.
 std::string end_of_second(std::int64_t second, bool is_date);
 
+/// The range of --leave-out that leaves out exactly the seconds `first` to `last`: "7001..7031", or of dates.
+std::string leave_out_range(std::int64_t first, std::int64_t last, bool is_date);
+
 /// Ranges "FROM..TO" of times. A time is a date (ISO 8601, UTC without a zone) or a number of seconds: of the table's
 /// time, or for recordings with dates since 1970, below 1e8 since the recording's start. An empty end is open.
 class LeaveOut {

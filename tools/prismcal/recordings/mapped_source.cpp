@@ -15,6 +15,7 @@
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/recordings/second_judge.hpp"
 #include "tools/prismcal/recordings/table_judge.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
 
@@ -106,10 +107,9 @@ class Averaging {
   Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
     if (const auto second_mean = averager_.finish()) second_means_.push_back(*second_mean);
     if (!judged_) return {};
-    auto notes = judge_.finish(path);
+    const auto notes = judge_.finish(path, judge_seconds(second_means_, is_date));
     if (!notes) return tl::unexpected<Error>(notes.error());
-    for (const auto& more : {*notes, judge_seconds(second_means_, is_date)})
-      recording.notes.insert(recording.notes.end(), more.begin(), more.end());
+    recording.notes.insert(recording.notes.end(), notes->begin(), notes->end());
     return {};
   }
   const std::vector<compensation::SecondMean>& second_means() const { return second_means_; }

@@ -45,7 +45,7 @@ struct SourceOptions {
   /// not a mapped CSV.
   std::vector<std::string> map;
   tables::TableOptions table;  ///< how a mapped table is written; its interval_s: spacing of rows without a time, > 0
-  bool judged = true;          ///< mapped table: implausible values and single outliers are left out (table_judge.hpp)
+  bool judged = true;          ///< mapped table: implausible values and outliers are left out (table_judge.hpp)
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
   std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()

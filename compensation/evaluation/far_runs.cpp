@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/far_runs.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "compensation/evaluation/statistics.hpp"
+#include "compensation/sample.hpp"
+
+namespace prism::evaluation {
+namespace {
+
+/// Means of equal values differ in their last bits.
+bool equal(double a, double b) { return std::fabs(a - b) <= 1e-9 * std::max(std::fabs(a), std::fabs(b)); }
+
+/// The first and last value may be means of a part of the run and of values next to it.
+bool is_constant(std::span<const double> values, std::size_t begin, std::size_t end) {
+  if (end - begin > 2) ++begin, --end;
+  return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                     values.begin() + static_cast<std::ptrdiff_t>(end),
+                     [&](double value) { return equal(value, values[begin]); });
+}
+
+/// Parts of one run touch: a value that is only partly far has a mean of its own.
+void add_run(const FarRun& run, std::vector<FarRun>& runs) {
+  if (runs.empty() || runs.back().end < run.begin) return runs.push_back(run);
+  FarRun& last = runs.back();
+  const FarRun& larger = run.end - run.begin > last.end - last.begin ? run : last;
+  last = {last.begin, run.end, larger.level, larger.rest};
+}
+
+class Search {
+ public:
+  Search(std::span<const double> values, const FarLimits& limits)
+      : values_(values), limits_(limits), median_(values.empty() ? 0 : median_of({values.begin(), values.end()})) {}
+
+  std::vector<FarRun> runs() {
+    std::vector<FarRun> runs;
+    for (std::size_t i = 0; i < values_.size() && (runs.size() <= kFewRuns || have_one_level(runs));) {
+      const FarRun run = i == 0 || steps(i) ? run_at(i) : FarRun{i, i, 0, 0};
+      if (run.end > i) {
+        add_run(run, runs);
+        i = run.end;
+        continue;
+      }
+      before_.push_back(values_[i]);
+      if (before_.size() > kNear) before_.erase(before_.begin());
+      ++i;
+    }
+    return runs;
+  }
+
+ private:
+  static constexpr std::size_t kNear = 10, kMostSteps = 16;
+
+  bool steps(std::size_t i) const { return std::fabs(values_[i] - values_[i - 1]) > limits_.far; }
+  double near_rest(const FarRun& run) const { return std::max(limits_.far, 0.2 * run.distance()); }
+  /// Not the good values between the start and a far run, which may precede more good ones: the other values are at
+  /// least half and determine the median.
+  bool is_far(const FarRun& run, std::size_t end) const {
+    const std::size_t first = run.begin + (end > run.begin + 1 ? 1 : 0);  // the first one may be partly good
+    const double start = median_between(values_, first, std::min(end, first + 3));
+    return run.distance() > limits_.far && std::fabs(run.rest - median_) < std::fabs(run.level - median_) &&
+           std::fabs(start - run.rest) > near_rest(run);
+  }
+  bool may_be_so_long(const FarRun& run, std::size_t end) const {
+    if (end - run.begin <= limits_.longest || run.distance() > limits_.absurd) return true;
+    const bool changes = std::any_of(before_.begin(), before_.end(), [&](double v) { return !equal(v, before_[0]); });
+    return limits_.any_constant && (changes || before_.empty()) && is_constant(values_, run.begin, end);
+  }
+  /// The run that begins at the value; without one, end is begin.
+  FarRun run_at(std::size_t begin) const {
+    const std::size_t count = values_.size(), most = std::max<std::size_t>(count / 2, 1);
+    FarRun run{begin, begin, 0, 0};
+    std::size_t tried = 0;
+    for (std::size_t j = begin + 1; j <= std::min(count, begin + most) && tried < kMostSteps; ++j) {
+      if (j < count && !steps(j)) continue;
+      ++tried;
+      if (before_.empty() && j == count) break;
+      const double after = j < count ? median_between(values_, j, std::min(count, j + kNear)) : kUnknown;
+      run.rest = before_.empty() ? after : median_of(before_);
+      run.level = median_between(values_, begin, j);
+      const bool returns = j == count || std::fabs(after - run.rest) <= near_rest(run);
+      const bool leaves = limits_.any_constant && j - begin > 2 && std::fabs(after - run.level) > limits_.far &&
+                          is_constant(values_, begin, j);
+      if (is_far(run, j) && (returns || leaves) && may_be_so_long(run, j)) {
+        run.end = j;
+        break;
+      }
+    }
+    return run;
+  }
+
+  std::span<const double> values_;
+  FarLimits limits_;
+  double median_;
+  std::vector<double> before_;  ///< the last values that are not far
+};
+
+}  // namespace
+
+double median_between(std::span<const double> values, std::size_t begin, std::size_t end) {
+  const std::size_t stride = (end - begin) / 21 + 1;
+  std::vector<double> some;
+  for (std::size_t i = begin; i < end; i += stride) some.push_back(values[i]);
+  return median_of(std::move(some));
+}
+
+std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits) {
+  return limits.far > 0 ? Search(values, limits).runs() : std::vector<FarRun>();
+}
+
+bool have_one_level(const std::vector<FarRun>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [&](const FarRun& run) { return equal(run.level, runs[0].level); });
+}
+
+std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least) {
+  constexpr std::size_t kRatio = 50;
+  std::vector<ConstantRun> runs;
+  std::vector<std::size_t> lengths;
+  for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+    for (end = begin + 1; end < values.size() && equal(values[end], values[begin]);) ++end;
+    lengths.push_back(end - begin);
+    if (end - begin >= least && end - begin < values.size()) runs.push_back({begin, end, false});
+  }
+  std::sort(lengths.begin(), lengths.end());
+  std::vector<std::size_t> sums = {0};  // values in the shortest runs
+  for (const std::size_t length : lengths) sums.push_back(sums.back() + length);
+  for (ConstantRun& run : runs) {
+    const std::size_t length = run.end - run.begin;
+    const auto longer = std::upper_bound(lengths.begin(), lengths.end(), length / kRatio);
+    run.certain = 10 * sums[static_cast<std::size_t>(longer - lengths.begin())] >= 9 * (values.size() - length);
+  }
+  return runs;
+}
+
+double noise_of_steps(std::span<const double> values) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (!equal(values[i], values[i - 1])) steps.push_back(std::fabs(values[i] - values[i - 1]));
+  }
+  return steps.empty() ? 0 : kMadToSd * median_of(std::move(steps)) / std::sqrt(2.0);
+}
+
+}  // namespace prism::evaluation

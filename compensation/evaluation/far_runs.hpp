@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Runs of values without information: far from those before and after them, or without any change.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace prism::evaluation {
+
+/// Values [begin, end) of a series.
+struct FarRun {
+  std::size_t begin = 0, end = 0;
+  double level = 0;  ///< median, or that of the largest part
+  double rest = 0;   ///< median of the values next to the run
+  double distance() const { return std::fabs(level - rest); }
+};
+
+/// In the unit of the values.
+struct FarLimits {
+  double far = 0;            ///< > 0: least step at both ends of a run, and least distance
+  double absurd = HUGE_VAL;  ///< a run at a larger distance may have any length
+  std::size_t longest = 0;   ///< most values of a run that is neither absurd nor constant
+  /// A constant run may have any length, if the values before it change; those after it may be at another level.
+  bool any_constant = false;
+};
+
+inline constexpr std::size_t kFewRuns = 5;
+
+/// Runs between two steps above `far`, after which the values are as before, of at most half of the values. A step that
+/// stays begins none. A run at the start or end of the series needs one step only. Finite values. The search ends once
+/// more than kFewRuns runs have several levels.
+std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits);
+
+/// True if all runs have the same level: a code for "no value".
+bool have_one_level(const std::vector<FarRun>& runs);
+
+/// Values [begin, end) that are equal.
+struct ConstantRun {
+  std::size_t begin = 0, end = 0;
+  /// Nine tenths of the other values are in runs of at most a fiftieth of its length: the source has stopped. Else the
+  /// resolution may be coarse and the quantity constant.
+  bool certain = false;
+};
+
+/// Runs of at least `least` equal values, if not all values are equal. Finite values.
+std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least);
+
+/// sd of the white part by the steps between neighbours, without equal ones; 0: all are equal.
+double noise_of_steps(std::span<const double> values);
+
+/// Median of at most 21 of the values [begin, end), evenly spaced.
+double median_between(std::span<const double> values, std::size_t begin, std::size_t end);
+
+}  // namespace prism::evaluation
