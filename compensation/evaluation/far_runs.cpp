@@ -115,7 +115,7 @@ bool have_one_level(const std::vector<FarRun>& runs) {
 }
 
 std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least) {
-  constexpr std::size_t kRatio = 50;
+  constexpr std::size_t kRatio = 50, kRare = 200;
   std::vector<ConstantRun> runs;
   std::vector<std::size_t> lengths;
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
@@ -129,7 +129,11 @@ std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size
   for (ConstantRun& run : runs) {
     const std::size_t length = run.end - run.begin;
     const auto longer = std::upper_bound(lengths.begin(), lengths.end(), length / kRatio);
-    run.certain = 10 * sums[static_cast<std::size_t>(longer - lengths.begin())] >= 9 * (values.size() - length);
+    const std::size_t others = values.size() - length;
+    const auto same = static_cast<std::size_t>(
+        std::count_if(values.begin(), values.end(), [&](double value) { return equal(value, values[run.begin]); }));
+    run.certain = 10 * sums[static_cast<std::size_t>(longer - lengths.begin())] >= 9 * others &&
+                  kRare * (same - length) <= others;
   }
   return runs;
 }

@@ -39,8 +39,8 @@ bool have_one_level(const std::vector<FarRun>& runs);
 /// Values [begin, end) that are equal.
 struct ConstantRun {
   std::size_t begin = 0, end = 0;
-  /// Nine tenths of the other values are in runs of at most a fiftieth of its length: the source has stopped. Else the
-  /// resolution may be coarse and the quantity constant.
+  /// Nine tenths of the other values are in runs of at most a fiftieth of its length, and at most one in 200 of them is
+  /// equal to it: the source has stopped. Else the resolution may be coarse and the quantity constant.
   bool certain = false;
 };
 

@@ -68,6 +68,10 @@ TEST(ConstantRuns, TellAStoppedSourceFromACoarseOne) {
   for (double& value : coarse) value = std::round(value);
   for (const ConstantRun& run : constant_runs(coarse, 60)) EXPECT_FALSE(run.certain) << run.begin;
   EXPECT_TRUE(constant_runs(std::vector<double>(kCount, 5.0), 60).empty());
+  // A step of the resolution that is larger than the noise: it flickers only where it changes.
+  std::vector<double> coarser = test::white_noise(kCount, 0.05, 2);
+  for (std::size_t i = 0; i < kCount; ++i) coarser[i] = std::round((i < kCount / 2 ? 8.9 : 8.5) + coarser[i]);
+  for (const ConstantRun& run : constant_runs(coarser, 60)) EXPECT_FALSE(run.certain) << run.begin << " " << run.end;
 }
 
 TEST(NoiseOfSteps, DoesNotDependOnAConstantHalf) {
