@@ -6,6 +6,8 @@
 #include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 namespace prism::evaluation {
@@ -49,6 +51,8 @@ NoiseSquares non_negative_solution(const NoiseMatrix& normal, const NoiseSquares
 }
 
 constexpr auto kRamp = static_cast<Eigen::Index>(NoiseType::kRateRamp);
+constexpr NoiseType kWalk = NoiseType::kRateRandomWalk;
+constexpr double kCertain = 4.5;                                 ///< standard deviations of a ramp that is certain
 constexpr unsigned kRandom = kAll & ~(1U << (kNoiseTypes - 1));  // all but the ramp
 
 }  // namespace
@@ -143,11 +147,30 @@ bool AllanModel::find_ramp(const AllanCurve& curve, const Data& as_measured) {
   around_ramp_ = shrunk();
   slope_sd_ = sd(around_ramp_);
   around_ramp_(kRamp) = slope_ * slope_;
-  const NoiseType walk = NoiseType::kRateRandomWalk;
-  const double most = sd(fit_with(walk, strength_at(walk, -1)));
-  ramp_is_probable_ = std::abs(slope_) >= 3 * most;
-  ramp_is_certain_ = std::abs(slope_) >= 4 * most;
+  const double largest = strength_at(kWalk, -1);
+  ramp_is_probable_ = std::abs(slope_) >= 3 * sd(fit_with(kWalk, largest));
+  ramp_is_certain_ =
+      ramp_is_probable_ && ramp_evidence(largest, of_mean * 2 / std::pow(size, 4)) >= kCertain * kCertain;
   return true;
+}
+
+double AllanModel::ramp_evidence(double typical_walk, const NoiseSquares& slope_variance) const {
+  double with_ramp = std::numeric_limits<double>::infinity(), without = with_ramp;
+  const auto add = [&](double walk) {
+    const Linear at = linear(fit_with(kWalk, walk));
+    const double variance = slope_variance.dot(at.strengths);
+    const double points = at.residual.squaredNorm() + 2 * at.factor.diagonal().array().log().sum() + std::log(variance);
+    with_ramp = std::min(with_ramp, points);
+    const double none = points + slope_ * slope_ / variance;
+    without = std::min(without, none);
+    return none;
+  };
+  add(0);
+  add(best_(static_cast<Eigen::Index>(kWalk)));
+  for (double walk = typical_walk / 16; walk < typical_walk * 1e6; walk *= std::numbers::sqrt2) {
+    if (add(walk) > without + 10 && walk > typical_walk) break;
+  }
+  return without - with_ramp;
 }
 
 /// Chance alone makes B or K positive in most records without them, and so the uncertainty of a ramp too large. They

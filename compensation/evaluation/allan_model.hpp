@@ -41,8 +41,9 @@ class AllanModel {
   double slope() const { return slope_; }
   double slope_sd() const { return slope_sd_; }
 
-  /// The slope differs from 0 by four standard deviations, even with the largest K of the interval of one sigma. With
-  /// three it is probable.
+  /// No random walk explains the slope together with the other points: the ratio of the likelihoods with and without a
+  /// ramp, each with its most likely K, is as improbable as 4.5 standard deviations. The ramp is probable if the slope
+  /// exceeds three standard deviations with the largest K of the interval of one sigma.
   bool ramp_is_certain() const { return ramp_is_certain_; }
 
   /// Signed root of the quasi-likelihood ratio of `strength` against the best fit: nearly standard normal if `strength`
@@ -94,6 +95,8 @@ class AllanModel {
   double cost(const State& at, const NoiseSquares& squares) const;
   void find_best();
   bool find_ramp(const AllanCurve& curve, const Data& as_measured);
+  /// −2 ln of the ratio of the likelihoods of no ramp and of a ramp; `slope_variance` is for strengths of 1.
+  double ramp_evidence(double typical_walk, const NoiseSquares& slope_variance) const;
   NoiseSquares shrunk() const;
 
   // For intervals.

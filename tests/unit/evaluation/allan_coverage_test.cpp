@@ -192,6 +192,22 @@ TEST(AllanCoverage, NoSlowNoiseIsFoundInFlickerAndWhiteNoise) {
   }
 }
 
+// White noise and a random walk whose other points show hardly any walk. Before, the slope of each of these records was
+// a certain ramp (3 of 2 000 records): it exceeded four standard deviations with the largest K of one sigma, but a K
+// of two sigma explained it.
+TEST(AllanCoverage, AWalkThatTheOtherPointsHideIsNoRamp) {
+  for (const std::uint64_t seed : {5463, 5606, 6077}) {
+    test::NormalPairs normal(seed);
+    std::vector<double> rate(kValues);
+    for (double& value : rate) value = normal();
+    const std::vector<double> slow = test::averaged_walk(kValues, normal);
+    for (std::size_t i = 0; i < kValues; ++i) rate[i] += std::sqrt(3e-3) * slow[i];
+    const AllanModel model = AllanModel::fit(octaves(rate), "x").value();
+    EXPECT_GT(std::abs(model.slope()), 4 * model.slope_sd()) << seed;
+    EXPECT_FALSE(model.ramp_is_certain()) << seed;
+  }
+}
+
 // Samples of a walk instead of averages of it. Its Allan variance is k (2m² + 1) / (6m).
 TEST(AllanCoverage, OfASampledWalkBelowWhiteNoise) {
   int found = 0, inside = 0;
