@@ -75,6 +75,12 @@ class Search {
 
 }  // namespace
 
+double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
+  const Eigen::ArrayXd believed = (weight.array() >= kBelievedWeight).cast<double>();
+  const double mean = (believed * y.array()).sum() / believed.sum();
+  return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
+}
+
 std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                                  ReweightSettings settings, Eigen::VectorXd& weight,
                                                  ReweightReport& report) {
@@ -95,16 +101,14 @@ namespace {
 
 // Re-weights at `from`, then descends. `scale`: from the samples of its inverse Hessian to those of `part`.
 std::optional<QuasiNewtonResult> refined(Search& search, const CompositeSamples& part, const ReweightSettings& settings,
-                                         const QuasiNewtonResult& from, double scale) {
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(part.y.size());
+                                         Eigen::VectorXd weight, const QuasiNewtonResult& from, double scale) {
   ReweightReport report;
   if (!reweighted_system(part, from.x, settings, weight, report)) return std::nullopt;
   return search.descend(part, weight, from.x, kFineEvaluations, from.inverse_hessian * scale);
 }
 
 // The optima that the starts find, the best first; those of equal value are one.
-std::vector<QuasiNewtonResult> optima(Search& search, const CompositeSamples& coarse) {
-  const Eigen::VectorXd weight = Eigen::VectorXd::Ones(coarse.y.size());
+std::vector<QuasiNewtonResult> optima(Search& search, const CompositeSamples& coarse, const Eigen::VectorXd& weight) {
   std::vector<QuasiNewtonResult> all;
   for (const Eigen::VectorXd& start : starts(coarse.x.rows(), coarse.recordings > 1)) {
     auto found = search.descend(coarse, weight, start, kCoarseEvaluations);
@@ -120,12 +124,12 @@ std::vector<QuasiNewtonResult> optima(Search& search, const CompositeSamples& co
 // The best optimum, unless another one is clearly better with robust weights: without them outliers decide. Weights
 // differ between optima, so that small differences do not count.
 std::optional<QuasiNewtonResult> best_weighted(Search& search, const CompositeSamples& coarse,
-                                               const ReweightSettings& settings) {
+                                               const ReweightSettings& settings, const Eigen::VectorXd& first) {
   constexpr double kClear = 5;  // of the log likelihood
   std::optional<QuasiNewtonResult> best;
   double limit = std::numeric_limits<double>::infinity();
-  for (const QuasiNewtonResult& optimum : optima(search, coarse)) {
-    auto found = refined(search, coarse, settings, optimum, 1);
+  for (const QuasiNewtonResult& optimum : optima(search, coarse, first)) {
+    auto found = refined(search, coarse, settings, first, optimum, 1);
     if (!found || !(found->value < limit)) continue;
     limit = best ? found->value : found->value - kClear;
     best = std::move(found);
@@ -137,21 +141,27 @@ std::optional<QuasiNewtonResult> best_weighted(Search& search, const CompositeSa
 
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const CompositeProgress& progress,
-                                      const std::function<bool()>& stop) {
-  Search search(drift, progress, stop);
-  const CompositeSamples coarse = samples.part(thinned(samples.y.size(), kCoarseSamples));
-  auto best = best_weighted(search, coarse, settings);
+                                      const std::function<bool()>& stop, const Eigen::VectorXd& given) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(samples.y.size()), first = given.size() > 0 ? given : ones;
+  // Outliers enlarge the variance of the target, of which the drift is expected to be a share.
+  DriftPrior expected = drift;
+  expected.centre += 2 * std::log(believed_sd(samples.y, first) / believed_sd(samples.y, ones));
+  Search search(expected, progress, stop);
+  const std::vector<Eigen::Index> few = thinned(samples.y.size(), kCoarseSamples);
+  const CompositeSamples coarse = samples.part(few);
+  auto best = best_weighted(search, coarse, settings, first(few));
   if (!best) return make_error("composite kernel", "the search found no finite likelihood from any start");
   double searched = static_cast<double>(coarse.y.size());
   for (const Eigen::Index most : {kMiddleSamples, kFineSamples}) {
     if (static_cast<Eigen::Index>(searched) == samples.y.size()) break;
-    const CompositeSamples part = samples.part(thinned(samples.y.size(), most));
+    const std::vector<Eigen::Index> rows = thinned(samples.y.size(), most);
+    const CompositeSamples part = samples.part(rows);
     const double now = static_cast<double>(part.y.size());
-    best = refined(search, part, settings, *best, searched / now);
+    best = refined(search, part, settings, first(rows), *best, searched / now);
     if (!best) return make_error("composite kernel", "the search found no model");
     searched = now;
   }
-  return CompositeFit{best->x, Eigen::VectorXd::Ones(samples.y.size()), best->value, search.evaluations()};
+  return CompositeFit{best->x, first, best->value, search.evaluations()};
 }
 
 }  // namespace prism::training

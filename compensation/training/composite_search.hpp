@@ -20,9 +20,14 @@ std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples
                                                  ReweightSettings settings, Eigen::VectorXd& weight,
                                                  ReweightReport& report);
 
+/// The weights take rows with a smaller one for outliers.
+inline constexpr double kBelievedWeight = 0.3;
+/// Standard deviation of y without the rows that the weights take for outliers.
+double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight);
+
 struct CompositeFit {
   Eigen::VectorXd theta;
-  Eigen::VectorXd weight;  ///< N; all 1 after the search
+  Eigen::VectorXd weight;  ///< N; the first ones after the search
   double objective = 0;    ///< over the samples of the last search
   int evaluations = 0;
 };
@@ -31,9 +36,9 @@ struct CompositeFit {
 using CompositeProgress = std::function<void(int done, int expected, double objective)>;
 
 /// Several starts on every n-th sample (about 300), then the best is refined on about 500 and 1000; weights are
-/// iterated before each refinement. Errors: no start has a finite objective.
+/// iterated before each refinement, from `first` (N; empty: all 1). Errors: no start has a finite objective.
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const CompositeProgress& progress,
-                                      const std::function<bool()>& stop);
+                                      const std::function<bool()>& stop, const Eigen::VectorXd& first = {});
 
 }  // namespace prism::training

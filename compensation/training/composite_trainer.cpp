@@ -8,6 +8,7 @@
 #include "compensation/training/between_run_error.hpp"
 #include "compensation/training/composite_search.hpp"
 #include "compensation/training/composite_sparse.hpp"
+#include "compensation/training/gross_outliers.hpp"
 #include "compensation/training/methods.hpp"
 
 namespace prism::training {
@@ -50,6 +51,19 @@ DriftPrior drift_prior(Drift drift) {
     default:
       return {};
   }
+}
+
+// First weights: as good as none for rows far from their neighbours, so that no drift in time is found
+// that follows them. All 1 on clean gyros, if more than a quarter of the rows are far, and if the
+// 65 neighbours are more than a third of the record, because then ramps are far.
+Eigen::VectorXd first_weights(const TrainingData& data) {
+  constexpr Eigen::Index kMostShare = 4, kFewestRows = 195;
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.target.size());
+  if (data.target.size() < kFewestRows) return weight;
+  const auto suspects = gross_outliers(data.inputs, data.target, runs_of(data), kSuspect);
+  if (static_cast<Eigen::Index>(suspects.size()) * kMostShare <= data.target.size())
+    weight(suspects).setConstant(kMinCompositeWeight);
+  return weight;
 }
 
 struct HeldOut {
@@ -103,13 +117,15 @@ Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   return worst;
 }
 
-constexpr double kBelievedWeight = 0.3;
-
-// Standard deviation of the target, without the rows that the weights take for outliers; 1 on a clean record.
-double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
-  const Eigen::ArrayXd believed = (weight.array() >= kBelievedWeight).cast<double>();
-  const double mean = (believed * y.array()).sum() / believed.sum();
-  return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
+// The noise variance of the rows that the weights do not take for outliers, as a share of that of the likelihood, to
+// which an outlier adds up to ten times the square of the scale. 1 without outliers.
+double believed_noise(const CompositeSamples& samples, const CompositeFit& fit) {
+  const Eigen::ArrayXd believed = (fit.weight.array() >= kBelievedWeight).cast<double>();
+  if ((believed == 1).all()) return 1;
+  const auto system = CompositeSystem::make(samples, fit.theta, fit.weight);
+  if (!system) return 1;
+  const Eigen::ArrayXd square = fit.weight.array() * system->residual().array().square();
+  return std::min(1.0, (believed * square).sum() / believed.sum() / square.mean());
 }
 
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
@@ -126,7 +142,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
     const double assumed = compensation::kAssumedOffset * believed_sd(samples.y, fit.weight);
     spread.offset_deg_per_h = std::sqrt(assumed * assumed + kDaysDiffer * drift);
   }
-  spread.noise_deg_per_h = std::sqrt(variances.noise);
+  spread.noise_deg_per_h = std::sqrt(variances.noise * believed_noise(samples, fit));
   const Folds folds = held_out_folds(samples.recording);
   const auto held = hold_out(samples, fit, folds);
   if (!held || fold_count(folds) < 2) return spread;
@@ -274,8 +290,9 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   const auto told = [&](int done, int expected, double objective) {
     if (job.progress) job.progress(done, expected, {0, 0, 0, objective});
   };
-  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), told,
-                              [&] { return job.stop && *job.stop; });
+  auto fit = search_composite(
+      samples, settings.reweight, drift_prior(settings.drift), told, [&] { return job.stop && *job.stop; },
+      settings.reweight.weight.kind == WeightKind::kNone ? Eigen::VectorXd() : first_weights(job.data));
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
   auto p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);

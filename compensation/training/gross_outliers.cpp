@@ -15,8 +15,7 @@ namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kFewest = 20, kNeighbours = 65, kCompared = 2000;
-constexpr double kFar = 60;  // scales
-constexpr int kPasses = 6;   // each pass finds the rows that the previous ones hid
+constexpr int kPasses = 6;  // each pass finds the rows that the previous ones hid
 
 double median_among(std::vector<double> values) { return order_statistic(std::move(values), 0.5); }
 
@@ -83,7 +82,7 @@ double unit_of(const Eigen::VectorXd& distance) {
 }  // namespace
 
 std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
-                                         const std::vector<int>& runs) {
+                                         const std::vector<int>& runs, double scales) {
   std::vector<Eigen::Index> kept(static_cast<std::size_t>(target.size())), found;
   std::iota(kept.begin(), kept.end(), Eigen::Index{0});
   const Eigen::MatrixXd x = in_scales(inputs);
@@ -91,10 +90,10 @@ std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Ei
     const Eigen::Index neighbours = std::min<Eigen::Index>(kNeighbours, static_cast<Eigen::Index>(kept.size()) / 2);
     const Eigen::VectorXd y = target(kept);
     const Eigen::VectorXd time = from_time(y, taken(runs, kept), neighbours);
-    const double time_limit = kFar * unit_of(time);
+    const double time_limit = scales * unit_of(time);
     if ((time.array() <= time_limit).all()) break;  // spares clean records the neighbours
     const Eigen::VectorXd near = from_inputs(x(Eigen::all, kept), y, neighbours);
-    const double near_limit = kFar * unit_of(near);
+    const double near_limit = scales * unit_of(near);
     std::vector<Eigen::Index> rest;
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);

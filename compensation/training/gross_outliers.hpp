@@ -8,13 +8,17 @@
 
 namespace prism::training {
 
+inline constexpr double kGross = 60;
+/// Simulated gyros without outliers stay below 5, real chamber records do not.
+inline constexpr double kSuspect = 8;
+
 /// Rows whose target is far from the median of the 65 rows around them in their recording, and from that of the 65 rows
-/// with the nearest inputs: more than 60 robust scales (MAD) of all such distances, both times. In order. Clean records
-/// stay below 41 (docs/science.md); smaller outliers are left to the robust weights. None with fewer than 20 rows. An
-/// excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N; `runs`: recording
-/// of each row. O(N · min(N, 2000)).
+/// with the nearest inputs: more than `scales` robust scales (MAD) of all such distances, both times. In order. Clean
+/// records stay below 41 (docs/science.md); smaller outliers are left to the robust weights. None with fewer than 20
+/// rows. An excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N; `runs`:
+/// recording of each row. O(N · min(N, 2000)).
 std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
-                                         const std::vector<int>& runs);
+                                         const std::vector<int>& runs, double scales = kGross);
 
 /// Rows counted from 1, as ranges: "12, 50 to 57 and 3 others".
 std::string rows_text(const std::vector<Eigen::Index>& rows);

@@ -155,6 +155,26 @@ TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
   EXPECT_LT(model->samples.weight[7], 0.01);
 }
 
+// Outliers of 10 and 30 noises were part of the noise and of the drift that the model states: its sd was up to twice
+// the clean one.
+TEST(CompositeTrainer, OutliersAreNeitherNoiseNorDrift) {
+  constexpr double kNoise = 0.005;
+  DriftingRecord clean(400, 0.001);
+  for (double& target : clean.data.target) target += kNoise * clean.normal(clean.random);
+  TrainingData isolated = clean.data, bursts = clean.data;
+  for (Eigen::Index i = 0; i < 400; ++i) {
+    if (i % 10 == 3) isolated.target[i] += kNoise * (i % 20 == 3 ? 10 : -10);
+    if (i % 80 >= 70 && i % 80 < 78) bursts.target[i] += 30 * kNoise;
+  }
+  const auto stated = [](const TrainingData& data) { return *trained(data)->model->info().spread; };
+  const auto expected = stated(clean.data);
+  for (const TrainingData* data : {&isolated, &bursts}) {
+    const auto found = stated(*data);
+    EXPECT_NEAR(found.noise_deg_per_h / expected.noise_deg_per_h, 1, 0.2);
+    EXPECT_LT(found.nuisance_deg_per_h, 1.3 * expected.nuisance_deg_per_h);
+  }
+}
+
 // Drift in time is not modelled as structure: it is part of the sd, and the noise is part of sd_mean.
 TEST(CompositeTrainer, IncludesTheDriftInItsStandardDeviation) {
   const auto still = trained(DriftingRecord(400).data), drifting = trained(DriftingRecord(400, 0.005).data);
