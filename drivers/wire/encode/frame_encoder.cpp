@@ -42,6 +42,9 @@ void FrameEncoder::find_selectors() {
       }
     }
     for (Selector& selector : selectors) std::sort(selector.values.begin(), selector.values.end());
+    prepared_.emplace_back().usable =
+        kind.structure == Structure::kPlain &&
+        std::all_of(selectors.begin(), selectors.end(), [](const Selector& s) { return s.values.size() == 1; });
   }
 }
 
@@ -177,21 +180,33 @@ void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
   if (description_->gyro.meaning == RateEncoding::kIncrement) angles_ = angles;
 }
 
-void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
-  if (description_->sent_kinds.empty()) return;  // the columns are not chosen yet: nothing to send
-  const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
-  turn(state);
-  kind_ = &description_->kinds[static_cast<std::size_t>(index)];
-  frame_ = blanks_[static_cast<std::size_t>(index)];
+void FrameEncoder::begin_frame(int kind, const GyroState& state) {
+  const auto index = static_cast<std::size_t>(kind);
+  kind_ = &description_->kinds[index];
+  Prepared& prepared = prepared_[index];
+  if (!prepared.frame.empty() && prepared.status == state.status && prepared.valid == state.valid) {
+    frame_ = prepared.frame;
+    view_.look_at(*kind_, frame_);
+    return;
+  }
+  frame_ = blanks_[index];
   if (kind_->structure == Structure::kColumns) {
     raw_.resize(kind_->fields.size());
     for (std::size_t f = 0; f < raw_.size(); ++f) raw_[f] = kind_->fields[f].preset;
   } else {
     view_.look_at(*kind_, frame_);
   }
+  write_status(kind_->roles, state);
+  write_selectors(kind);
+  if (prepared.usable) prepared = {true, state.status, state.valid, frame_};
+}
+
+void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
+  if (description_->sent_kinds.empty()) return;  // the columns are not chosen yet: nothing to send
+  const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
+  turn(state);
+  begin_frame(index, state);
   const MessageFields& roles = kind_->roles;
-  write_status(roles, state);
-  write_selectors(index);
   write_counter(roles);
   for (std::size_t i = 0; i < roles.axes.size(); ++i) write_axis(roles.axes[i].gyro, state, i);
   latched_sensors_.resize(description_->sensors.size());

@@ -49,7 +49,16 @@ class FrameEncoder {
     std::vector<std::uint64_t> values;
   };
 
+  /// A blank frame with its selectors and status, for the next frame with the same ones.
+  struct Prepared {
+    bool usable = false;  ///< plain, and each selector has one value
+    std::uint32_t status = 0;
+    std::array<bool, kMaxAxes> valid{};
+    std::vector<std::uint8_t> frame;  ///< empty: not yet
+  };
+
   void find_selectors();
+  void begin_frame(int kind, const GyroState& state);
   void turn(const GyroState& state);
   void write_selectors(int kind);
   void write_counter(const MessageFields& roles);
@@ -65,6 +74,7 @@ class FrameEncoder {
   FrameDescriptionPtr description_;
   std::vector<std::vector<std::uint8_t>> blanks_;  ///< by message type; empty for text
   std::vector<std::vector<Selector>> selectors_;   ///< by message type
+  std::vector<Prepared> prepared_;                 ///< by message type
   std::uint64_t frame_number_ = 0;
   double ticks_ = 0;  ///< of the counter, modulo its modulus
   /// In units of AxisReading::value: accumulated, or the remainder that increments have not included yet.

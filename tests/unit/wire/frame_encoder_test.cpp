@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {
@@ -75,6 +80,30 @@ TEST(FrameEncoder, SendsTheMessageTypesInTurn) {
   std::string ids;
   for (const DecodedMessage& reading : test::decode(description, bytes)) ids += reading.has_gyro ? 'i' : 'c';
   EXPECT_EQ(ids, "ccccciccccci");
+}
+
+TEST(FrameEncoder, EachFrameHasItsOwnStatusAndValidity) {
+  constexpr std::uint32_t kBit = 0x40;
+  std::vector<GyroState> states(8, kEarth);
+  states[1].valid[0] = states[2].valid[0] = states[5].valid[0] = false;
+  states[2].status = states[3].status = states[6].status = kBit;
+  states[4].temperature_degc = states[5].temperature_degc = kUnknown;
+  for (const char* name : {"dsp1760", "second-means"}) {
+    const auto description = test::shipped(name);
+    const bool has_status = description->name == "dsp1760";
+    FrameEncoder encoder(description);
+    Bytes bytes;
+    for (const GyroState& state : states) encoder.encode(state, bytes);
+    const auto readings = test::decode(description, bytes);
+    ASSERT_EQ(readings.size(), states.size());
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      EXPECT_EQ(readings[i].gyro[0].valid, states[i].valid[0]) << name << ", " << i;
+      if (has_status)
+        EXPECT_EQ(readings[i].status & kBit, states[i].status) << i;
+      else
+        EXPECT_EQ(std::isnan(readings[i].temperature_degc), std::isnan(states[i].temperature_degc)) << i;
+    }
+  }
 }
 
 }  // namespace
