@@ -141,6 +141,7 @@ class Replay {
     if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
     auto files = named_files(options_.replay_sensors);
     if (!files) return tl::unexpected<Error>(files.error());
+    if (auto good = pipeline::check_sensor_files(setup, *files); !good) return good;
     if (files->empty()) *files = pipeline::sensor_files_beside(setup, options_.replay.front());
     auto opened = pipeline::SensorCaptures::open(setup, *files);
     if (!opened) return tl::unexpected<Error>(opened.error());

@@ -4,13 +4,74 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
+#include "base/escape.hpp"
+#include "base/text_number.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
+
 namespace prism::pipeline {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+drivers::RawByteStream raw_stream_of(const Setup::SensorLine& line) {
+  drivers::RawByteStream stream;
+  stream.bytes_per_second = std::max(line.frames->rate_hz * line.frames->max_frame_bytes, 1.0);
+  return stream;
+}
+
+bool has_value(const wire::DecodedMessage& message, std::size_t sensors) {
+  return std::any_of(message.sensors.begin(), message.sensors.begin() + static_cast<std::ptrdiff_t>(sensors),
+                     [](double value) { return std::isfinite(value); });
+}
+
+Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string& path) {
+  constexpr std::size_t kFirstBytes = 60;
+  auto reader = drivers::CaptureReader::open(path, raw_stream_of(line));
+  if (!reader) return tl::unexpected<Error>(reader.error());
+  wire::FrameDecoder decoder(line.frames);
+  std::vector<wire::DecodedMessage> messages;
+  std::string first;
+  const auto found = [&] {
+    return std::any_of(messages.begin(), messages.end(),
+                       [&](const auto& message) { return has_value(message, line.frames->sensors.size()); });
+  };
+  while (const auto packet = reader->next()) {
+    if (packet->event != drivers::CaptureEvent::kData) continue;
+    if (first.size() < kFirstBytes) first.append(packet->bytes.begin(), packet->bytes.end());
+    messages.clear();
+    decoder.feed(packet->bytes, packet->time_ns, messages);
+    if (found()) return {};
+  }
+  messages.clear();
+  decoder.finish(messages);
+  if (first.empty() || found()) return {};
+  std::vector<std::string> sensors;
+  for (const wire::SensorRule& rule : line.frames->sensors) sensors.push_back(rule.sensor.name);
+  return make_error(
+      path, fmt::format("found no value in {} bytes, the first line is \"{}\"; expected {} of the sensor "
+                        "line {}, described by {} ({})",
+                        decoder.counters().bytes, shortened(first.substr(0, first.find_first_of("\r\n")), kFirstBytes),
+                        fmt::join(sensors, ", "), line.name, line.frames->name, line.frames->title));
+}
+
+}  // namespace
+
+Result<void> check_sensor_files(const Setup& setup, const SensorFiles& files) {
+  for (const Setup::SensorLine& line : setup.sensor_lines) {
+    const auto named = files.find(line.name);
+    if (named == files.end()) continue;
+    for (const std::string& path : named->second) {
+      if (auto good = check_sensor_file(line, path); !good) return good;
+    }
+  }
+  return {};
+}
 
 SensorFiles sensor_files_beside(const Setup& setup, const std::string& gyro_capture) {
   SensorFiles files;
@@ -34,6 +95,7 @@ void SensorCaptures::Pass::take(const drivers::CapturePacket& packet) {
 Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFiles& files) {
   SensorCaptures captures;
   for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i) {
+    captures.names_.push_back(setup.sensor_lines[i].name);
     const Setup::SensorLine& line = setup.sensor_lines[i];
     const auto found = files.find(line.name);
     if (found == files.end() || found->second.empty()) {
@@ -43,7 +105,7 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     }
     Stream& stream = captures.streams_.emplace_back();
     stream.line = i;
-    stream.bare.bytes_per_second = std::max(line.frames->rate_hz * line.frames->max_frame_bytes, 1.0);
+    stream.bare = raw_stream_of(line);
     stream.files.assign(found->second.begin(), found->second.end());
     if (auto opened = captures.advance(stream); !opened) return tl::unexpected<Error>(opened.error());
   }
@@ -61,7 +123,12 @@ Result<void> SensorCaptures::advance(Stream& stream) {
   for (;;) {
     if (stream.reader) {
       stream.head = stream.reader->next();
-      if (stream.head) return stream.pass.take(*stream.head), Result<void>();
+      if (stream.head) {
+        stream.pass.take(*stream.head);
+        stream.last_ns = stream.head->time_ns;
+        if (stream.first_ns == 0) stream.first_ns = stream.last_ns;
+        return {};
+      }
       for (const std::string& damage : {stream.reader->damaged_places().text(), stream.reader->tail_damage()}) {
         if (!damage.empty()) notes_.push_back(damage);
       }
@@ -77,6 +144,8 @@ Result<void> SensorCaptures::advance(Stream& stream) {
 
 void SensorCaptures::until(const drivers::CapturePacket& gyro, const Give& give) {
   gyro_.take(gyro);
+  gyro_last_ns_ = gyro.time_ns;
+  if (gyro_first_ns_ == 0) gyro_first_ns_ = gyro.time_ns;
   for (Stream& stream : streams_) {
     const auto due = [&] {
       return stream.head &&
@@ -91,6 +160,23 @@ void SensorCaptures::until(const drivers::CapturePacket& gyro, const Give& give)
       }
     }
   }
+}
+
+std::vector<std::string> SensorCaptures::notes() const {
+  std::vector<std::string> notes = notes_;
+  const auto range = [](std::int64_t first_ns, std::int64_t last_ns) {
+    return utc_text(first_ns / 1'000'000'000) + " to " + utc_text(last_ns / 1'000'000'000);
+  };
+  for (const Stream& stream : streams_) {
+    // After a step of the host clock, times do not compare.
+    const bool in_order = gyro_.number == 0 && stream.pass.number == 0 && gyro_first_ns_ > 0 && stream.first_ns > 0;
+    if (!in_order || (stream.first_ns <= gyro_last_ns_ && stream.last_ns >= gyro_first_ns_)) continue;
+    notes.push_back(
+        fmt::format("{}: its capture is from {}, the gyro's from {}: no common time, so its values are "
+                    "unknown",
+                    names_[stream.line], range(stream.first_ns, stream.last_ns), range(gyro_first_ns_, gyro_last_ns_)));
+  }
+  return notes;
 }
 
 }  // namespace prism::pipeline

@@ -21,6 +21,9 @@ using SensorFiles = std::map<std::string, std::vector<std::string>>;
 /// Finds the files that prismd wrote: DIRECTORY/LINE/*.pcap in the directory of the gyro's capture, sorted by name.
 SensorFiles sensor_files_beside(const Setup& setup, const std::string& gyro_capture);
 
+/// Errors: a file of a sensor line that contains bytes, but no value of its sensors.
+Result<void> check_sensor_files(const Setup& setup, const SensorFiles& files);
+
 /// Orders by arrival; at equal times, the sensor line's packet is first. When the host clock was set back, every
 /// capture has a session that begins before its last packet; the n-th of these points correspond in all captures.
 class SensorCaptures {
@@ -33,8 +36,8 @@ class SensorCaptures {
   /// Passes all remaining packets up to the gyro's packet to `give`, those of the same time included.
   void until(const drivers::CapturePacket& gyro, const Give& give);
 
-  /// Warnings about the files, one line each.
-  const std::vector<std::string>& notes() const { return notes_; }
+  /// Warnings about the files, one line each; after the end also on lines without data in the time of the gyro's.
+  std::vector<std::string> notes() const;
 
  private:
   /// Counts how often the host clock was set back before a packet.
@@ -49,6 +52,7 @@ class SensorCaptures {
     std::deque<std::string> files;
     std::optional<drivers::CaptureReader> reader;
     std::optional<drivers::CapturePacket> head;
+    std::int64_t first_ns = 0, last_ns = 0;  ///< of packets that were read; 0: none
     Pass pass;
   };
   Result<void> advance(Stream& stream);
@@ -56,6 +60,8 @@ class SensorCaptures {
   std::vector<Stream> streams_;
   std::vector<std::string> notes_;
   Pass gyro_;
+  std::vector<std::string> names_;                     ///< of the sensor lines
+  std::int64_t gyro_first_ns_ = 0, gyro_last_ns_ = 0;  ///< 0: none
 };
 
 }  // namespace prism::pipeline

@@ -40,6 +40,14 @@ prismd fog-z.json --replay two/fog.pcap --out without >/dev/null 2>without.err |
 contains "a missing capture" "$(cat without.err)" "chamber: found no capture of this sensor line; its values are unknown"
 code=0; prismd fog-z.json --replay two/fog.pcap --replay-sensors oven=one/fog.pcap 2>wrong.err >/dev/null || code=$?
 contains "an unknown sensor line" "$(cat wrong.err)" 'found no sensor line "oven"'
+# A wrong file was accepted without a word.
+code=0; prismd fog-z.json --replay two/fog.pcap --replay-sensors chamber=/etc/hostname --out wrong 2>wrong.err >/dev/null || code=$?
+same "exit code: a file without a value" "$code" 1
+contains "a file without a value" "$(cat wrong.err)" "/etc/hostname: found no value in $(wc -c </etc/hostname) bytes, the first line is \"$(head -n 1 /etc/hostname)\"; expected temperature of the sensor line chamber, described by ascii-columns"
+printf '1,20.5\r\n2,20.6\r\n3,20.7\r\n' >late.txt
+prismd fog-z.json --replay two/fog.pcap --replay-sensors chamber=late.txt --out late 2>late.err >/dev/null || true
+contains "a file of another time" "$(cat late.err)" "chamber: its capture is from 1970-01-01T"
+contains "a file of another time" "$(cat late.err)" "no common time, so its values are unknown"
 
 # Configuration errors.
 refused() { # WHAT EXPECTED: wrong.json must be rejected with this text

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/sha256.hpp"
@@ -93,7 +94,7 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   if (recording.seconds == 0 && options.leave_out.empty())
     return make_error(path, "found no frame of " + setup->config.frames);
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
-  recording.notes.insert(recording.notes.end(), sensors->notes().begin(), sensors->notes().end());
+  for (std::string& note : sensors->notes()) recording.notes.push_back(std::move(note));
   if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
   if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
   const auto sum = sha256_of_file(path);
