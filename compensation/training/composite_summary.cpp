@@ -24,7 +24,9 @@ MethodSummary describe_composite(const TrainedModel& trained, const TrainingSett
   json["skill"] = p.trust.skill;
   json["centres"] = trained.centres;
   json["reweighting"] = {{"solves", trained.reweight->solves}, {"converged", trained.reweight->converged}};
-  const auto share = [](double variance) { return variance < 1e-3 ? "0" : plain_number(variance, 2); };
+  const auto share = [](double variance) {
+    return variance < 1e-3 ? std::string("0 %") : plain_number(100 * variance, 2) + " %";
+  };
   constexpr double kConstant_h = 100;
   const std::string pace =
       v.nuisance_time_h > kConstant_h ? "slowly" : fmt::format("over {} h", plain_number(v.nuisance_time_h, 2));
@@ -35,8 +37,8 @@ MethodSummary describe_composite(const TrainedModel& trained, const TrainingSett
                   "at {:g} or less",
                   p.trust.skill, compensation::evidence_of(p.trust.skill, p.trust.overlap), compensation::kFullSkill,
                   compensation::kNoSkill));
-  text += detail_line("bias", fmt::format("smooth {}, linear {}, quadratic {} in the inputs; drift in time {}, "
-                                          "changing {}; noise {} (variances in units of that of the bias)",
+  text += detail_line("bias", fmt::format("shares of its variance: smooth {}, linear {}, quadratic {} in the inputs; "
+                                          "drift in time {}, changing {}; noise {} (the sum may differ from 100 %)",
                                           share(v.kernel.rbf), share(v.kernel.linear), share(v.kernel.quadratic),
                                           share(v.nuisance), pace, share(v.noise)));
   text +=

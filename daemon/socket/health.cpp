@@ -54,8 +54,12 @@ void add_axis(Findings& found, const Sources& sources, std::size_t axis) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   const std::string prefix = acquisition.axis_prefix(axis), &model = acquisition.setup().axes[axis].model_problem;
   if (!model.empty()) found.add(Level::kFailed, fmt::format("{}model: {}", prefix, model));
-  const std::uint32_t quality = current_quality(sources, axis) & ~compensation::kNoData;  // the line's problem
-  if (quality == compensation::kGood || (quality == compensation::kNoModel && !model.empty())) return;
+  std::uint32_t quality = current_quality(sources, axis) & ~compensation::kNoData;  // the line's problem
+  if (quality & compensation::kNoModel) {
+    if (model.empty()) found.add(Level::kFailed, prefix + "no model: rates are recorded uncorrected");
+    quality &= ~compensation::kNoModel;
+  }
+  if (quality == compensation::kGood) return;
   found.add(quality & kUnusable ? Level::kFailed : Level::kCaution,
             fmt::format("{}quality: {}", prefix, compensation::quality_text(quality)));
 }

@@ -158,6 +158,7 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
                            const compensation::ModelInfo* model, const CommonOptions& options) {
   recordings::SourceOptions source = options.source;
   if (options.quiet) source.table.silence();
+  source.several = true;  // the caller checks the ranges of --leave-out
   BlockLoader loader(path, features, model, options);
   auto recording = recordings::read_recording(path, source, loader);
   if (!recording) return tl::unexpected(recording.error());

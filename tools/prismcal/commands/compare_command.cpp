@@ -46,6 +46,7 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
     same_blocks =
         same_blocks && comparison.models.back()->info().features == comparison.models.front()->info().features;
   }
+  recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
   for (const compensation::ModelPtr& model : comparison.models) {
     const bool first = comparison.evaluations.empty();
     comparison.evaluations.emplace_back();
@@ -54,6 +55,7 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
       if (first || !same_blocks) {
         auto read = load_blocks(choice.recordings[r], model->info().features, &model->info(), choice.common);
         if (!read) return tl::unexpected(read.error());
+        unmatched.add(read->recording);
         own = std::move(*read);
       } else if (auto same =
                      check_gyro(choice.recordings[r], comparison.recordings[r].recording, model->info(), choice.common);
@@ -71,6 +73,7 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
       if (first) comparison.recordings.push_back(std::move(loaded));
     }
   }
+  if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
   return comparison;
 }
 

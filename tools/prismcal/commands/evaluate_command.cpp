@@ -131,9 +131,11 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   std::vector<Case> cases;
+  recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
   for (const std::string& path : choice.recordings) {
     auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
+    unmatched.add(loaded->recording);
     auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
     if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
@@ -143,8 +145,10 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (!choice.training.empty()) {
     auto loaded = load_blocks(choice.training, (*model)->info().features, &(*model)->info(), choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
+    unmatched.add(loaded->recording);
     training = std::move(*loaded);
   }
+  if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
 
   report::Report report = begin_report(**model, cases, choice.common);
   report.facts.emplace(report.facts.begin() + 3, "correction", correction->text());

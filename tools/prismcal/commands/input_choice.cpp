@@ -47,7 +47,9 @@ class KnownCounter : public recordings::SecondConsumer {
 /// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
 Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   KnownCounter counter;
-  const auto recording = recordings::read_recording(choice.files.front(), choice.recordings.source, counter);
+  recordings::SourceOptions source = choice.recordings.source;
+  source.several = true;  // the training checks the ranges of --leave-out
+  const auto recording = recordings::read_recording(choice.files.front(), source, counter);
   if (!recording) return tl::unexpected<Error>(recording.error());
   std::vector<std::string> names = {"T", "dTdt"};
   if (counter.uhfo_often()) names.emplace_back("U");

@@ -125,10 +125,12 @@ Judgement judge(const training::TrainedModel& trained, const std::optional<Expec
                 const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions) {
   Judgement judgement = judge_model(trained, expected, quality, held_out);
   if (questions.empty()) return judgement;
-  // A fault of the data may be the reason of the rest.
+  // A fault of the data may be the reason of the rest, and comes with its own advice.
   judgement.readiness = std::max(judgement.readiness, Readiness::kDoubtful);
   const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";
-  judgement.reason = questions.front() + others + (judgement.reason.empty() ? "" : "; " + judgement.reason);
+  std::string reason = judgement.reason;
+  if (!held_out) reason = reason.substr(0, reason.find(": "));  // another cycle does not help against a fault
+  judgement.reason = questions.front() + others + (reason.empty() ? "" : "; " + reason);
   return judgement;
 }
 

@@ -112,11 +112,14 @@ Result<AxisReport> report_axis(ReportChoice choice, const std::vector<analysis::
   std::vector<std::pair<std::string, std::string>> paths = {{"training", choice.training}, {"repeat", choice.repeat}};
   for (const std::string& other : choice.others) paths.emplace_back("other profile", other);
   std::vector<Loaded> loaded;
+  recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
   for (const auto& [role, path] : paths) {
     auto one = load_blocks(path, compensation::FeatureDefinition{}, nullptr, choice.common);
     if (!one) return tl::unexpected(one.error());
+    unmatched.add(one->recording);
     loaded.push_back(std::move(*one));
   }
+  if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
   const auto quality = analysis::check_blocks(loaded.front().table);
   if (!quality) return tl::unexpected(quality.error());
   const std::string reason = analysis::data_quality_error(*quality);

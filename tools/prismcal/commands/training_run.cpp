@@ -27,8 +27,8 @@
 namespace prism::commands {
 namespace {
 
-/// Errors: an input has the same value in all samples.
-Result<void> check_inputs_change(const training::TrainingData& data) {
+/// An input that has the same value in all samples; the temperature's first, because it is the reason of others.
+std::optional<Error> constant_input(const training::TrainingData& data) {
   std::vector<std::string> changing;
   std::optional<Error> constant;
   for (std::size_t d = 0; d < data.names.size(); ++d) {
@@ -36,13 +36,12 @@ Result<void> check_inputs_change(const training::TrainingData& data) {
     const double value = row.minCoeff();
     if (value != row.maxCoeff()) {
       changing.push_back(data.names[d]);
-    } else if (!constant) {
+    } else if (!constant || data.names[d] == compensation::kInputTemperature) {
       constant = Error{"input " + data.names[d], fmt::format("always {:.6g}: it cannot explain anything", value)};
     }
   }
-  if (!constant) return {};
-  if (!changing.empty()) constant->what += fmt::format("; use --inputs {}", fmt::join(changing, ","));
-  return tl::unexpected<Error>(*constant);
+  if (constant && !changing.empty()) constant->what += fmt::format("; use --inputs {}", fmt::join(changing, ","));
+  return constant;
 }
 
 // Checks the data quality of all recordings, and returns the worst. Adds the results to set.facts and prints those that
@@ -124,9 +123,13 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (!choice.method.quiet) {
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
   }
+  // A recording that cannot be used must not be called usable first. Of a constant temperature its quality says more.
+  const auto constant = constant_input(set->data);
+  const bool is_temperature = constant && constant->where == std::string("input ") + compensation::kInputTemperature;
+  if (constant && !is_temperature) return tl::unexpected<Error>(*constant);
   auto quality = check_recordings(*set, choice);
   if (!quality) return tl::unexpected<Error>(quality.error());
-  if (auto change = check_inputs_change(set->data); !change) return tl::unexpected<Error>(change.error());
+  if (constant) return tl::unexpected<Error>(*constant);
   std::vector<TrainingRun::Curve> curves;
   for (recordings::BlockTable& table : set->tables)
     curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});

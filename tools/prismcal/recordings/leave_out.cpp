@@ -89,6 +89,14 @@ bool LeaveOut::contains(std::int64_t second) {
   return any;
 }
 
+std::vector<std::string> LeaveOut::unmatched() const {
+  std::vector<std::string> texts;
+  for (const Range& range : ranges_) {
+    if (range.seconds == 0) texts.push_back(range.text);
+  }
+  return texts;
+}
+
 std::vector<std::string> LeaveOut::notes() const {
   std::vector<std::string> notes;
   for (const Range& range : ranges_)

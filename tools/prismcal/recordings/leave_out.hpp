@@ -32,6 +32,8 @@ class LeaveOut {
   bool contains(std::int64_t second);
   /// One line per range: the seconds that it left out.
   std::vector<std::string> notes() const;
+  /// Texts of the ranges that contain no second of the recording.
+  std::vector<std::string> unmatched() const;
 
  private:
   struct Time {

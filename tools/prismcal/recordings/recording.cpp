@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -99,11 +100,28 @@ Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool 
 
 Result<void> SecondFeed::finish() {
   for (std::string& note : leave_out_.notes()) recording_.notes.push_back(std::move(note));
+  recording_.unmatched = leave_out_.unmatched();
   recording_.questions = jumps_.questions(is_date_);
   return begun_ ? Result<void>() : begin();
 }
 
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+void UnmatchedRanges::add(const Recording& recording) {
+  std::erase_if(ranges_, [&](const std::string& range) {
+    return std::find(recording.unmatched.begin(), recording.unmatched.end(), range) == recording.unmatched.end();
+  });
+}
+
+Result<void> UnmatchedRanges::finish() const {
+  if (ranges_.empty()) return {};
+  return make_error("--leave-out",
+                    fmt::format("found \"{}\", which contains no second of a recording: nothing would be "
+                                "left out",
+                                ranges_.front()));
+}
+
+namespace {
+
+Result<Recording> read(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
   auto leave_out = LeaveOut::parse(options.leave_out);
@@ -120,6 +138,17 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
                           *kind, shell_word(path)));
   }
   return read_log(path, options, std::move(*leave_out), consumer);
+}
+
+}  // namespace
+
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+  auto recording = read(path, options, consumer);
+  if (!recording || options.several) return recording;
+  UnmatchedRanges unmatched(options.leave_out);
+  unmatched.add(*recording);
+  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
+  return recording;
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.hpp"
@@ -30,6 +31,7 @@ struct Recording {
   SensorList sensor_list;                        ///< of the first second; null: no sensors
   std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
   std::vector<std::string> notes;                ///< readable lines on data left out
+  std::vector<std::string> unmatched;            ///< ranges of SourceOptions::leave_out without a second of it
   std::vector<std::string> questions;            ///< jumps that stay: faults, or true (jump_finder.hpp)
   std::vector<std::string> deletions;            ///< those of them on segments that retention deleted
 
@@ -49,6 +51,7 @@ struct SourceOptions {
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
   std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()
+  bool several = false;  ///< one of several recordings: a range of leave_out may contain none of its times
 };
 
 struct SiteOptions {
@@ -90,8 +93,19 @@ class SecondFeed {
 };
 
 /// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
-/// of seconds. Errors: also those of the consumer.
+/// of seconds. Errors: also those of the consumer; a range of leave_out without a second of it, unless options.several.
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
+
+/// Finds ranges of --leave-out that contain no second of any of several recordings.
+class UnmatchedRanges {
+ public:
+  explicit UnmatchedRanges(std::vector<std::string> ranges) : ranges_(std::move(ranges)) {}
+  void add(const Recording& recording);
+  Result<void> finish() const;  ///< Errors: there is one.
+
+ private:
+  std::vector<std::string> ranges_;
+};
 
 /// Returns the axes to choose from: those in the headers of the logs, or those in the configuration of a capture. Reads
 /// no rows.

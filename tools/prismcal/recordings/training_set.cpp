@@ -206,10 +206,14 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
   if (auto mapped = check_map(inputs, options.source.map); !mapped) return tl::unexpected<Error>(mapped.error());
+  SourceOptions source = options.source;
+  source.several = true;
+  UnmatchedRanges unmatched(source.leave_out);
   for (const std::string& path : paths) {
     TableMaker maker(set, options.site);
-    const auto recording = read_recording(path, options.source, maker);
+    const auto recording = read_recording(path, source, maker);
     if (!recording) return tl::unexpected<Error>(recording.error());
+    unmatched.add(*recording);
     auto table = maker.finish();
     if (!table) return tl::unexpected<Error>(table.error());
     const auto left_out = append_recording(*table, set);
@@ -227,6 +231,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     set.questions.insert(set.questions.end(), recording->questions.begin(), recording->questions.end());
     set.tables.push_back(std::move(*table));
   }
+  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   if (set.data.target.size() == 0) return missing_input(set);
   return set;
 }
