@@ -7,18 +7,16 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=${1:-60}
 least=${2:-1}
-total=0
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 mkdir -p build/fuzz/found
-code=0
-for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
-  [ -f "$fuzzer" ] && [ -x "$fuzzer" ] || continue
-  name=$(basename "$fuzzer")
-  corpus=build/fuzz/corpus/$name
+
+# run_one FUZZER: prints its number of runs, or the end of its log.
+run_one() {
+  local name=${1##*/} seeds=() said=good
+  local corpus=build/fuzz/corpus/$name
   mkdir -p "$corpus"
-  seeds=()
   case "$name" in
     fuzz_model_text | fuzz_model_report) seeds=(config/models) ;;
     fuzz_frame_description | fuzz_description_report) seeds=(config/frames) ;;
@@ -29,12 +27,20 @@ for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
     fuzz_table) seeds=(tests/files/data) ;;
     fuzz_rpc_line) seeds=(tests/fuzz/corpus/rpc) ;;
   esac
-  "$fuzzer" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \
-    >"$corpus.log" 2>&1 && said=good || { said=FAILED code=1; tail -40 "$corpus.log"; }
-  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$corpus.log")
-  total=$((total + ${runs:-0}))
-  echo "$name: ${runs:-0} runs in $seconds s, $said"
-done
+  "$1" -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$name-" "$corpus" "${seeds[@]}" \
+    >"$corpus.log" 2>&1 || { said=FAILED; tail -40 "$corpus.log"; }
+  echo "$name: $(runs_of "$corpus.log") runs in $seconds s, $said"
+  [ "$said" = good ]
+}
+runs_of() { awk '/^stat::number_of_executed_units:/ {n += $2} END {print n + 0}' "$@"; }
+export -f run_one runs_of
+export seconds
+
+code=0
+mapfile -t fuzzers < <(find build/fuzz/tests/fuzz -maxdepth 1 -type f -perm -u+x -name 'fuzz_*' | sort)
+printf '%s\0' "${fuzzers[@]}" | xargs -0 -n 1 -P "$(nproc)" bash -c 'run_one "$1"' fuzz || code=1
+logs=("${fuzzers[@]/#*\//build/fuzz/corpus/}")
+total=$(runs_of "${logs[@]/%/.log}" </dev/null)
 if [ "$total" -lt "$least" ]; then
   echo "tests/fuzz/run.sh: found $total runs, expected at least $least" >&2
   code=1
