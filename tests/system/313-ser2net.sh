@@ -12,9 +12,12 @@ through() { # NAME PORT: prismd receives the complete stream through this server
 END
   start_prismd
   wait_for 10 field_is .state status receiving
+  sleep 1  # the pty may hold frames from before the server, with a gap behind them
+  local missing
+  missing=$(field .timing.missing_frames line)
   sleep 3
   [ "$(field .decoder.frames line)" -gt 100 ] || fail "$1: found $(field .decoder.frames line) frames, expected more than 100"
-  same "$1: missing frames" "$(field .timing.missing_frames line)" 0
+  same "$1: missing frames" "$(field .timing.missing_frames line)" "$missing"
   same "$1: rejected frames" "$(field .decoder.bad_check line)" 0
   kill -9 "$server"
   wait_for 5 field_is .state status connecting
