@@ -56,7 +56,7 @@ void add_axis(Findings& found, const Sources& sources, std::size_t axis) {
   if (!model.empty()) found.add(Level::kFailed, fmt::format("{}model: {}", prefix, model));
   std::uint32_t quality = current_quality(sources, axis) & ~compensation::kNoData;  // the line's problem
   if (quality & compensation::kNoModel) {
-    if (model.empty()) found.add(Level::kFailed, prefix + "no model: rates are recorded uncorrected");
+    if (model.empty()) found.add(Level::kCaution, prefix + "no model is configured: rates are uncorrected");
     quality &= ~compensation::kNoModel;
   }
   if (quality == compensation::kGood) return;

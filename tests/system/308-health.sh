@@ -30,6 +30,11 @@ cp "$good" "$dir/model.json"
 prismctl reload >/dev/null
 wait_for 20 field_is .health.state status good
 same "problems of a good state" "$(field '.health.problems | length' status)" 0
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+jq 'del(.model)' "$dir/gyro.json" >"$dir/m.json" && mv "$dir/m.json" "$dir/gyro.json"
+start_prismd
+wait_for 20 field_is .health.state status caution
+contains "without a model" "$(prismctl status | grep -A2 health)" "caution: no model is configured: rates are uncorrected"
 kill "$sim"
 wait_for 10 field_is .health.state status failed
 contains "without the gyro" "$(field '.health.problems[]' status)" "line: "
