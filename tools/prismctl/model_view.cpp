@@ -82,14 +82,19 @@ std::string expected_text(const json& training) {
   const auto gain = number(at(expected, "improvement_percent")), low = number(at(expected, "low_percent")),
              high = number(at(expected, "high_percent"));
   const json& spread = at(training, "spread");
-  const auto nuisance = number(at(spread, "nuisance_deg_per_h")), noise = number(at(spread, "noise_deg_per_h"));
+  const auto drift = number(at(spread, "nuisance_deg_per_h")), offset = number(at(spread, "offset_deg_per_h")),
+             noise = number(at(spread, "noise_deg_per_h"));
+  const double factor = number(at(spread, "factor")).value_or(1);
   std::vector<std::string> parts;
   if (gain && low && high)
     parts.push_back(fmt::format("improvement {:.0f} % ({:.0f} to {:.0f} %)", *gain, *low, *high));
   if (const auto skill = number(at(training, "skill")))
     parts.push_back(fmt::format("each half of the recording explains {:.0f} % of the other's variation", 100 * *skill));
-  if (nuisance && noise)
-    parts.push_back(fmt::format("error on another day {:.2g} deg/h, noise of a mean {:.2g} deg/h", *nuisance, *noise));
+  if (drift && noise)
+    parts.push_back(
+        fmt::format("errors on another day (1 sigma): unexplained drift {:.2g}, constant offset {:.2g}, noise of a "
+                    "mean {:.2g} deg/h",
+                    factor * *drift, factor * offset.value_or(0), factor * *noise));
   return parts.empty() ? "see the report of prismcal evaluate" : joined(parts);
 }
 

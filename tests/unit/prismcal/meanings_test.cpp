@@ -30,10 +30,13 @@ TEST(Meanings, OfBiasStability) {
 TEST(Meanings, OfSoaksAndRamps) {
   const std::vector<ThermalKind> kinds = {ThermalKind::kSoak, ThermalKind::kSoak, ThermalKind::kHeating,
                                           ThermalKind::kCooling};
-  EXPECT_THAT(segments_meaning(kinds, {1, -1, 1, -1}), HasSubstr("as good while the temperature changes as at rest"));
-  EXPECT_THAT(segments_meaning(kinds, {1, -1, 3, -3}), HasSubstr("weaker while the temperature changes"));
-  EXPECT_THAT(segments_meaning(kinds, {3, -3, 1, -1}), HasSubstr("weaker at constant temperature"));
-  EXPECT_THAT(segments_meaning({kinds[0], kinds[1]}, {1, -1}), HasSubstr("only soaks"));
+  const std::vector<double> large = {9, -9, 9, -9};
+  EXPECT_THAT(segments_meaning(kinds, large, {1, -1, 1, -1}),
+              HasSubstr("as good while the temperature changes as at rest"));
+  EXPECT_THAT(segments_meaning(kinds, large, {1, -1, 3, -3}), HasSubstr("weaker while the temperature changes"));
+  EXPECT_THAT(segments_meaning(kinds, large, {3, -3, 1, -1}), HasSubstr("weaker at constant temperature"));
+  EXPECT_THAT(segments_meaning(kinds, {1, -1, 1, -1}, {3, -3, 3, -3}), HasSubstr("the model makes both worse"));
+  EXPECT_THAT(segments_meaning({kinds[0], kinds[1]}, {9, -9}, {1, -1}), HasSubstr("only soaks"));
 }
 
 TEST(Meanings, OfTheLoop) {
@@ -54,6 +57,12 @@ TEST(Meanings, OfTheAllanDeviation) {
       allan_curve_meaning({1, 10, 100}, {3, 1, 2}, {3, 1, 0.5}),
       HasSubstr("most at averages of 100 s: 0.5 instead of 2 deg/h; in averages below 100 s the noise dominates"));
   EXPECT_THAT(allan_curve_meaning({1, 10}, {3, 1}, {3, 1}), HasSubstr("does not change"));
+  EXPECT_THAT(allan_curve_meaning({1, 10}, {3, 1}, {3, 2}),
+              HasSubstr("makes the rate worse, most at averages of 10 s: 2 instead of 1"));
+  EXPECT_THAT(allan_curve_meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
+              HasSubstr("most at averages of 100 s: 0.5 instead of 1 deg/h; in averages below 100 s"));
+  EXPECT_THAT(allan_curve_meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
+              HasSubstr("it makes it worse, most at averages of 10 s"));
   evaluation::AllanCoefficients before, after;
   before.angle_random_walk_deg_per_sqrt_h = {.value = 0.001};
   after.angle_random_walk_deg_per_sqrt_h = {.value = 0.00101};

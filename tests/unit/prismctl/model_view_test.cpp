@@ -23,24 +23,24 @@ json trained() {
         "data_quality": {"verdict": "warn", "findings": [
           {"name": "temperature_span", "verdict": "pass", "value": 52.7, "unit": "degC", "warn_below": 25},
           {"name": "length", "verdict": "warn", "value": 143, "unit": "blocks", "warn_below": 200}]}}],
-      "training": {"expected": {"improvement_percent": 46.2, "low_percent": 31.4, "high_percent": 58}, "skill": 0.74, "spread": {"nuisance_deg_per_h": 0.000995, "noise_deg_per_h": 0.00572}}}})");
+      "training": {"expected": {"improvement_percent": 46.2, "low_percent": 31.4, "high_percent": 58}, "skill": 0.74, "spread": {"nuisance_deg_per_h": 0.000995, "offset_deg_per_h": 0.0021, "noise_deg_per_h": 0.00572, "factor": 2}}}})");
 }
 
 TEST(ModelView, AnswersWhatAPersonAsks) {
-  EXPECT_EQ(model_view(trained()),
-            "model        composite T,dTdt (composite)\n"
-            "id           d5ddc53c95af\n"
-            "file         /m.json\n"
-            "in use since 2026-11-26T14:34:02Z\n"
-            "gyro         any\n"
-            "made         2026-11-26T15:25:55Z by prismcal 0.3.0\n"
-            "trained on   rec: 143 means of 100 s (4.0 h), 2026-01-01T00:00:01Z to 2026-01-01T00:07:30Z, 2 gaps\n"
-            "             data quality warn: length 143 blocks, expected at least 200\n"
-            "range        T -24.33 to 28.36 degC, dTdt -0.0147 to 0.0147 degC/s\n"
-            "expect       improvement 46 % (31 to 58 %), each half of the recording explains 74 % of the other's "
-            "variation, error on another day "
-            "0.001 deg/h, noise of a "
-            "mean 0.0057 deg/h\n");
+  EXPECT_EQ(
+      model_view(trained()),
+      "model        composite T,dTdt (composite)\n"
+      "id           d5ddc53c95af\n"
+      "file         /m.json\n"
+      "in use since 2026-11-26T14:34:02Z\n"
+      "gyro         any\n"
+      "made         2026-11-26T15:25:55Z by prismcal 0.3.0\n"
+      "trained on   rec: 143 means of 100 s (4.0 h), 2026-01-01T00:00:01Z to 2026-01-01T00:07:30Z, 2 gaps\n"
+      "             data quality warn: length 143 blocks, expected at least 200\n"
+      "range        T -24.33 to 28.36 degC, dTdt -0.0147 to 0.0147 degC/s\n"
+      "expect       improvement 46 % (31 to 58 %), each half of the recording explains 74 % of the other's "
+      "variation, errors on another day (1 sigma): unexplained drift 0.002, constant offset 0.0042, noise of a mean "
+      "0.011 deg/h\n");
 }
 
 TEST(ModelView, AModelOfAPaperHasItsSource) {

@@ -249,9 +249,8 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
   return Figure{
       recording.id + "_residual",
       "Residual on " + recording.table->name,
-      fmt::format(
-          "{} s means; bins from −4 to +4 sigma. The autocorrelation of white noise is within the dashed lines.",
-          recording.table->features.length_s),
+      fmt::format("{} s means; bins from −4 to +4 sigma. 95 % of the lags of white noise are within the dashed lines.",
+                  recording.table->features.length_s),
       {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}},
       residual_meaning(*r, recording.table->features.length_s)};
 }

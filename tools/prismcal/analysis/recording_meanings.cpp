@@ -36,6 +36,28 @@ double mean_of_finite(const std::vector<double>& values) {
   return count > 0 ? sum / count : 0;
 }
 
+struct KindDeviations {
+  std::optional<double> soak, ramp;  // rms of deviations from the mean; unknown with fewer than two values
+};
+
+// Of the blocks that have a corrected value.
+KindDeviations deviations(const std::vector<evaluation::ThermalKind>& kinds, const std::vector<double>& values,
+                          const std::vector<double>& corrected) {
+  std::vector<double> known, of_kind[2];  // soaks, ramps
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isfinite(corrected[i])) known.push_back(values[i]);
+  }
+  const double mean = mean_of_finite(known);
+  for (std::size_t i = 0; i < std::min(kinds.size(), values.size()); ++i) {
+    if (std::isfinite(corrected[i]))
+      of_kind[kinds[i] != evaluation::ThermalKind::kSoak].push_back((values[i] - mean) * (values[i] - mean));
+  }
+  const auto rms = [](const std::vector<double>& squares) {
+    return squares.size() < 2 ? std::optional<double>() : std::sqrt(mean_of_finite(squares));
+  };
+  return {rms(of_kind[0]), rms(of_kind[1])};
+}
+
 /// "1.5 h" or "400 s".
 std::string duration_text(double seconds) {
   return seconds < 3600 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.1f} h", seconds / 3600);
@@ -87,27 +109,24 @@ std::string bias_meaning(const recordings::BlockTable& table, const std::vector<
 }
 
 std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
+                             const std::vector<double>& bias_deg_per_h,
                              const std::vector<double>& corrected_deg_per_h) {
   constexpr double kAlike = 1.25;
-  const double mean = mean_of_finite(corrected_deg_per_h);
-  double sums[2] = {0, 0}, counts[2] = {0, 0};  // soaks, ramps
-  for (std::size_t i = 0; i < std::min(kinds.size(), corrected_deg_per_h.size()); ++i) {
-    if (!std::isfinite(corrected_deg_per_h[i])) continue;
-    const std::size_t ramp = kinds[i] != evaluation::ThermalKind::kSoak;
-    sums[ramp] += (corrected_deg_per_h[i] - mean) * (corrected_deg_per_h[i] - mean);
-    ++counts[ramp];
-  }
-  if (counts[0] < 2 || counts[1] < 2)
+  const KindDeviations before = deviations(kinds, bias_deg_per_h, corrected_deg_per_h),
+                       after = deviations(kinds, corrected_deg_per_h, corrected_deg_per_h);
+  if (!after.soak || !after.ramp)
     return fmt::format("The recording has only {}: it does not show how the model does in {}.",
-                       counts[0] < 2 ? "ramps" : "soaks", counts[0] < 2 ? "soaks" : "ramps");
-  const double soak = std::sqrt(sums[0] / counts[0]), ramp = std::sqrt(sums[1] / counts[1]);
+                       after.soak ? "soaks" : "ramps", after.soak ? "ramps" : "soaks");
+  const double soak = *after.soak, ramp = *after.ramp;
   const char* const conclusion =
-      ramp > kAlike * soak   ? "the model is weaker while the temperature changes: train with more such ramps"
+      soak >= *before.soak && ramp >= *before.ramp ? "the model makes both worse"
+      : ramp > kAlike * soak ? "the model is weaker while the temperature changes: train with more such ramps"
       : soak > kAlike * ramp ? "the model is weaker at constant temperature: drift in time, which no input shows"
                              : "the model is as good while the temperature changes as at rest";
   return fmt::format(
-      "After the correction, deviations from the mean are {:.5f} deg/h (rms) in soaks and {:.5f} in ramps: {}.", soak,
-      ramp, conclusion);
+      "After the correction, deviations from the mean are {:.5f} deg/h (rms) in soaks and {:.5f} in ramps (before: "
+      "{:.5f} and {:.5f}): {}.",
+      soak, ramp, *before.soak, *before.ramp, conclusion);
 }
 
 std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after) {
@@ -138,25 +157,30 @@ std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evalu
 std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
                                 const std::vector<double>& after) {
   constexpr double kVisible = 1.1;
-  double best = 0;
-  std::size_t at = 0;
-  std::optional<double> from;
+  double best = 0, worst = std::numeric_limits<double>::infinity();
+  std::size_t best_at = 0, worst_at = 0;
+  double from = 0;  // the first averaging time from which on it helps; 0: none
   for (std::size_t i = 0; i < std::min({tau_s.size(), before.size(), after.size()}); ++i) {
     if (!(before[i] > 0 && after[i] > 0)) continue;
     const double ratio = before[i] / after[i];
-    if (ratio > best) best = ratio, at = i;
+    if (ratio > best) best = ratio, best_at = i;
+    if (ratio < worst) worst = ratio, worst_at = i;
     if (ratio <= kVisible)
-      from.reset();
-    else if (!from)
+      from = 0;
+    else if (from == 0)
       from = tau_s[i];
   }
-  if (best <= kVisible) return "The correction does not change the Allan deviation visibly: the noise dominates.";
-  return fmt::format(
-      "The correction helps most at averages of {}: {:.4g} instead of {:.4g} deg/h{}.", duration_text(tau_s[at]),
-      after[at], before[at],
-      from && *from > tau_s.front()
-          ? fmt::format("; in averages below {} the noise dominates, which no model removes", duration_text(*from))
-          : "");
+  const auto change = [&](const char* what, std::size_t at) {
+    return fmt::format("{} at averages of {}: {:.4g} instead of {:.4g} deg/h", what, duration_text(tau_s[at]),
+                       after[at], before[at]);
+  };
+  std::string text;
+  if (best > kVisible) text = change("The correction helps most", best_at);
+  if (best > kVisible && from > tau_s.front())
+    text += fmt::format("; in averages below {} the noise dominates, which no model removes", duration_text(from));
+  if (worst * kVisible < 1)
+    text += change(text.empty() ? "The correction makes the rate worse, most" : "; it makes it worse, most", worst_at);
+  return text.empty() ? "The correction does not change the Allan deviation visibly: the noise dominates." : text + ".";
 }
 
 std::string allan_meaning(const evaluation::AllanCoefficients& before, const evaluation::AllanCoefficients& after) {
@@ -180,8 +204,8 @@ std::string allan_meaning(const evaluation::AllanCoefficients& before, const eva
 }
 
 std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s) {
-  // Of the lags of white noise, 5 % are outside the band; three times that is not chance.
-  constexpr double kByChance = 0.15;
+  // Of the lags of white noise, 5 % are outside the band; twice that is hardly chance.
+  constexpr double kByChance = 0.1;
   const std::vector<double>& r = residual.coefficient;
   if (r.size() < 2) return "The residual is too short for a conclusion.";
   const auto inside = [&](double value) { return std::abs(value) <= residual.band; };

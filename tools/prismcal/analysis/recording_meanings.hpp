@@ -25,7 +25,7 @@ std::string bias_meaning(const recordings::BlockTable& table, const std::vector<
 
 /// Is the correction as good while the temperature changes as in soaks? One value per block.
 std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
-                             const std::vector<double>& corrected_deg_per_h);
+                             const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h);
 
 /// The differences between heating and cooling before and after.
 std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
@@ -34,7 +34,7 @@ std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation:
 std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
                                bool knows_slope);
 
-/// The averaging times at which the correction helps. Deviations at the same increasing averaging times.
+/// The averaging times at which the correction helps or harms. Deviations at the same increasing averaging times.
 std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
                                 const std::vector<double>& after);
 /// Does the model add noise, and why a bias instability may appear after compensation only.

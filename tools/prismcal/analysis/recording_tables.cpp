@@ -191,7 +191,7 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
   }
   table.meaning =
       segments_meaning(evaluation::thermal_kinds(times(data), data.column(compensation::kInputTemperature), kSoakSlope),
-                       recording.evaluation->corrected_deg_per_h);
+                       data.bias_deg_per_h, recording.evaluation->corrected_deg_per_h);
   return table;
 }
 
