@@ -58,7 +58,7 @@ FAULTS = {
     "hour-left-out": (lambda i, t, r, c: (r, c, 5), 0, "--leave-out 6001..9600: 3600 seconds left out", "ready: ", "--leave-out 6001..9600"),
     "rate-stops": (lambda i, t, r, c: (8.4 if between(t, 6000, 7200) else r, c, 5), 0,
                    "rate stays at 8.4 deg/h from 6001 s to 7200 s: its sensor has stopped; left out, as by --leave-out 6001..7200", "ready: ", ""),
-    "moved": (lambda i, t, r, c: (r + 5 if t > 7000 else r, c, 5), 1, "leaves out this and what follows", "", ""),
+    "moved": (lambda i, t, r, c: (r + 5 if t > 7000 else r, c, 5), 1, "--leave-out 6911.. leaves out that one and what follows", "", ""),
     "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33, 5), 0, "temperature stays at 33 degC from 5001 s to 14400 s: its sensor has stopped; left out, as by --leave-out 5001..14400", "", ""),
     "no-u": (lambda i, t, r, c: (r, c, 0), 1, "input U: always 0: it cannot explain anything; use --inputs T,dTdt", "",
              "--map uhfo=U:V --inputs T,dTdt,U"),

@@ -36,7 +36,15 @@ std::string place_text(const recordings::BlockTable& table, double hours, const 
   };
   if (finding.name == "outliers")
     text += fmt::format("; --leave-out {}..{} leaves {} out", time(first), time(last), finding.run > 1 ? "them" : "it");
-  if (finding.name == "moved") text += fmt::format("; --leave-out {}.. leaves out this and what follows", time(first));
+  if (finding.name == "moved") {
+    // The end of the block before may already belong to the new place. Before a gap it does not matter.
+    const bool after_gap = *finding.block == 0 || !table.follows[*finding.block];
+    text += after_gap ? fmt::format("; --leave-out {}.. leaves out this and what follows", time(first))
+                      : fmt::format(
+                            "; the step may be in the block before: --leave-out {}.. leaves out that one and "
+                            "what follows",
+                            time(first - table.features.length_s));
+  }
   return text + ")";
 }
 
