@@ -73,7 +73,7 @@ class Judge {
       leave_out(far[k].begin, far[k].end, limits.far);
     }
     if (far.size() > evaluation::kFewRuns)
-      notes.push_back(fmt::format("{}: {} more at {:.6g} {}: left out", quantity_.name,
+      notes.push_back(fmt::format("{}: {} more at {:.6g} {}: not used", quantity_.name,
                                   counted(far.size() - evaluation::kFewRuns, "block"), far[0].level, quantity_.unit));
     forget_unknown();
   }
@@ -83,11 +83,12 @@ class Judge {
     for (const auto& run : runs) {
       const bool is_long = 5 * (run.end - run.begin) >= values_.size();
       if (!run.certain && (quantity_.noisy || !is_long)) continue;
-      notes.push_back(fmt::format("{} stays at {:.6g} {} from {} to {}: {}", quantity_.name, values_[run.begin],
-                                  quantity_.unit, end_of_second(second(run.begin), is_date_),
-                                  end_of_second(second(run.end - 1), is_date_),
-                                  run.certain ? "its sensor has stopped; left out, as by " + option(run.begin, run.end)
-                                              : "has its sensor stopped? Then " + option(run.begin, run.end)));
+      notes.push_back(fmt::format(
+          "{} is constant at {:.6g} {} from {} to {}: {}", quantity_.name, values_[run.begin], quantity_.unit,
+          end_of_second(second(run.begin), is_date_), end_of_second(second(run.end - 1), is_date_),
+          run.certain
+              ? fmt::format("a stopped sensor or a code for no value; these values of {} are not used", quantity_.name)
+              : "has its sensor stopped? Then " + option(run.begin, run.end)));
       if (run.certain) leave_out(run.begin, run.end, quantity_.least_far);
     }
   }
@@ -99,12 +100,13 @@ class Judge {
   std::string far_text(const FarRun& run) const {
     const std::string first = end_of_second(second(run.begin), is_date_);
     if (run.end - run.begin == 1)
-      return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; left out", quantity_.name, first,
+      return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; not used", quantity_.name, first,
                          run.level, quantity_.unit, run.distance(), quantity_.unit);
-    return fmt::format("{}: {} s from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}): left out, as by {}",
-                       quantity_.name, second(run.end - 1) - second(run.begin) + 1, first,
-                       end_of_second(second(run.end - 1), is_date_), run.level, quantity_.unit, run.distance(),
-                       quantity_.unit, option(run.begin, run.end));
+    return fmt::format(
+        "{}: {} s from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}): these values of {} are not used",
+        quantity_.name, second(run.end - 1) - second(run.begin) + 1, first,
+        end_of_second(second(run.end - 1), is_date_), run.level, quantity_.unit, run.distance(), quantity_.unit,
+        quantity_.name);
   }
 
   void leave_out(std::size_t begin, std::size_t end, double far) {

@@ -17,7 +17,7 @@ struct SecondRange {
 };
 
 struct JudgedSeconds {
-  std::vector<std::string> notes;  ///< one line each, with the --leave-out that leaves out the same seconds
+  std::vector<std::string> notes;  ///< one line each
   /// Seconds whose values are explained by the notes, in order: rate, temperature, uhfo.
   std::array<std::vector<SecondRange>, 3> explained;
 };
