@@ -230,6 +230,21 @@ TEST(BlockTable, SkipsImplausibleSeconds) {
   EXPECT_EQ(table.gaps, 1u);
 }
 
+// It was "found no temperature", or "in 2 segments".
+TEST(BlockTable, NamesOtherClocks) {
+  auto second_means = test::simulated_day(1000, 0, 9);
+  for (auto& second_mean : second_means) second_mean.clocks_differ = true;
+  const std::string why =
+      " 1000 seconds: the rate_hz of the description does not fit; correct it and replay the capture";
+  EXPECT_EQ(recordings::make_block_table(second_means, {}, 0, "day").error().text(),
+            "day: clocks_differ marks all" + why);
+  for (std::size_t i = 0; i < 60; ++i) second_means[i].clocks_differ = false;
+  EXPECT_EQ(recordings::make_block_table(second_means, {}, 0, "day").error().text(),
+            "day: found 1000 seconds in 2 segments, expected 110 s without a gap for a block; clocks_differ marks 940 "
+            "of" +
+                why);
+}
+
 TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
   const auto second_means = test::simulated_day(1000, 0, 6);
   const recordings::BlockTable table =

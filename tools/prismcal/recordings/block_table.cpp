@@ -51,6 +51,8 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
   if (begins_session) extractor_.reset();
   session_begins_ = session_begins_ || begins_session;
   if (original.partial) return {};
+  ++whole_;
+  clocks_differ_ += original.clocks_differ;
   compensation::SecondMean second_mean = original;
   if (std::exchange(session_begins_, false)) {
     constexpr std::int64_t kGap = 1;  // the real time between two sessions is unknown
@@ -103,15 +105,25 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
   on_grid_ = true;
 }
 
+std::string BlockTableBuilder::clocks_text() const {
+  return fmt::format(
+      "clocks_differ marks {} {}: the rate_hz of the description does not fit; correct it and replay the "
+      "capture",
+      clocks_differ_ == whole_ ? "all" : fmt::format("{} of", clocks_differ_), counted(whole_, "second"));
+}
+
 Result<BlockTable> BlockTableBuilder::finish() {
   if (table_.blocks.empty()) {
+    const auto error = [&](const std::string& why) {
+      return make_error(table_.name, clocks_differ_ > 0 ? why + "; " + clocks_text() : why);
+    };
+    if (clocks_differ_ > 0 && clocks_differ_ == whole_) return make_error(table_.name, clocks_text());
     if (pushed_ > 0 && !any_temperature_)
-      return make_error(table_.name, "found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT)");
-    if (pushed_ > 0 && !any_rate_) return make_error(table_.name, "found no rate, expected one");
-    return make_error(
-        table_.name,
-        fmt::format("found {} in {}, expected {} s without a gap for a block", counted(pushed_, "second"),
-                    counted(table_.gaps + (pushed_ > 0 ? 1 : 0), "segment"), compensation::history_s(table_.features)));
+      return error("found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT)");
+    if (pushed_ > 0 && !any_rate_) return error("found no rate, expected one");
+    return error(fmt::format("found {} in {}, expected {} s without a gap for a block", counted(pushed_, "second"),
+                             counted(table_.gaps + (pushed_ > 0 ? 1 : 0), "segment"),
+                             compensation::history_s(table_.features)));
   }
   return std::move(table_);
 }

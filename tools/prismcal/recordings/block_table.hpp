@@ -55,10 +55,12 @@ class BlockTableBuilder {
   void add_second(const compensation::SecondMean& second_mean);
   void miss(std::size_t seconds);
   void add_window(const compensation::Window& window);
+  std::string clocks_text() const;
 
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
   std::size_t pushed_ = 0;
+  std::size_t whole_ = 0, clocks_differ_ = 0;  ///< seconds that are not partial, and those of them with other clocks
   bool any_rate_ = false, any_temperature_ = false;
   std::int64_t shift_s_ = 0;               ///< added to the seconds of this session
   std::optional<std::int64_t> last_;       ///< shifted
