@@ -230,6 +230,19 @@ TEST(BlockTable, SkipsImplausibleSeconds) {
   EXPECT_EQ(table.gaps, 1u);
 }
 
+// A report said that no second was missing; a thermometer that is read less often leaves no gap.
+TEST(BlockTable, CountsSecondsWithoutATemperatureAsMissing) {
+  auto second_means = test::simulated_day(4000, 0, 9);
+  for (std::size_t i = 1000; i < 2500; ++i) second_means[i].temperature_degc = kUnknown;
+  for (std::size_t i = 3000; i < 4000; ++i) {
+    if (i % 4 != 0) second_means[i].temperature_degc = kUnknown;
+  }
+  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  EXPECT_EQ(table.missing_s, 1500u);
+  EXPECT_EQ(table.unused_s, 1500u);
+  EXPECT_EQ(table.gaps, 1u);
+}
+
 // It was "found no temperature", or "in 2 segments".
 TEST(BlockTable, NamesOtherClocks) {
   auto second_means = test::simulated_day(1000, 0, 9);

@@ -214,7 +214,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
-                          report::fixed_cell(static_cast<double>(loaded->recording.seconds), 0),
+                          report::fixed_cell(static_cast<double>(loaded->recording.seconds - t.unused_s), 0),
                           report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
                           report::fixed_cell(static_cast<double>(t.size()), 0),
                           report::fixed_cell(static_cast<double>(t.gaps), 0),
@@ -225,10 +225,11 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     lowest = std::min(lowest, *low);
     highest = std::max(highest, *high);
   }
-  table.meaning = fmt::format("The recordings cover {:.1f} to {:.1f} degC; {}.", lowest, highest,
-                              missing_s == 0 ? "no second is missing"
-                                             : fmt::format("{} {} missing and not used", counted(missing_s, "second"),
-                                                           missing_s == 1 ? "is" : "are"));
+  table.meaning =
+      fmt::format("The recordings cover {:.1f} to {:.1f} degC; {}.", lowest, highest,
+                  missing_s == 0 ? "no second is missing"
+                                 : fmt::format("{} {} missing or without a value, and not used",
+                                               counted(missing_s, "second"), missing_s == 1 ? "is" : "are"));
   return table;
 }
 

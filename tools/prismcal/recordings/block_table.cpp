@@ -76,10 +76,20 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
   }
   const bool known = std::isfinite(second_mean.rate_deg_per_h);
   any_rate_ = any_rate_ || known;
-  any_temperature_ = any_temperature_ || std::isfinite(second_mean.temperature_degc);
-  if (!known) miss(1);
+  const bool has_temperature = std::isfinite(second_mean.temperature_degc);
+  any_temperature_ = any_temperature_ || has_temperature;
+  if (!last_temperature_) last_temperature_ = second_mean.second - 1;
+  if (has_temperature) last_temperature_ = second_mean.second, without_temperature_ = 0;
+  const bool too_long = second_mean.second - *last_temperature_ > table_.features.max_gap_s;
+  if (!known) {
+    leave_unused(1);
+  } else if (too_long) {
+    leave_unused(1 + std::exchange(without_temperature_, 0));
+  } else {
+    without_temperature_ += !has_temperature;
+  }
   table_.seconds.push(second_mean.second, known ? second_mean.rate_deg_per_h : kUnknown);
-  in_gap_ = !known;
+  in_gap_ = !known || too_long;
   table_.missing_frames += second_mean.missing_frames;
 }
 
@@ -87,6 +97,11 @@ void BlockTableBuilder::miss(std::size_t seconds) {
   table_.missing_s += seconds;
   if (!in_gap_) ++table_.gaps;
   in_gap_ = true;
+}
+
+void BlockTableBuilder::leave_unused(std::size_t seconds) {
+  table_.unused_s += seconds;
+  miss(seconds);
 }
 
 void BlockTableBuilder::add_window(const compensation::Window& window) {

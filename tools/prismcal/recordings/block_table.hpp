@@ -25,8 +25,10 @@ struct BlockTable {
   std::vector<bool> follows;           ///< block i starts at the end of block i − 1
   std::vector<double> bias_deg_per_h;  ///< block mean of the rate − Earth rate, one per block
   SecondSeries seconds;                ///< 1 Hz, rate with Earth rate; kUnknown in gaps (at most 60 s of each)
-  std::size_t missing_s = 0;           ///< seconds without a row or without a rate
-  std::size_t gaps = 0;                ///< contiguous runs of such seconds
+  /// Seconds without a row or without a rate, and those without a temperature for longer than max_gap_s.
+  std::size_t missing_s = 0;
+  std::size_t unused_s = 0;  ///< those of them that have a row
+  std::size_t gaps = 0;      ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
 
   std::size_t size() const { return blocks.size(); }
@@ -48,24 +50,28 @@ class BlockTableBuilder {
   void reserve(std::size_t seconds);
   /// Errors: a second out of order within a session.
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session = false);
-  /// Errors: no full block, because the recording has no rate or temperature, is too short or full of gaps.
+  /// Errors: no full block, because the recording has no rate or temperature or other clocks, is too short or full
+  /// of gaps.
   Result<BlockTable> finish();
 
  private:
   void add_second(const compensation::SecondMean& second_mean);
   void miss(std::size_t seconds);
-  void add_window(const compensation::Window& window);
+  void leave_unused(std::size_t seconds);
   std::string clocks_text() const;
+  void add_window(const compensation::Window& window);
 
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
   std::size_t pushed_ = 0;
   std::size_t whole_ = 0, clocks_differ_ = 0;  ///< seconds that are not partial, and those of them with other clocks
   bool any_rate_ = false, any_temperature_ = false;
-  std::int64_t shift_s_ = 0;               ///< added to the seconds of this session
-  std::optional<std::int64_t> last_;       ///< shifted
-  bool session_begins_ = false;            ///< since the last second that was used
-  bool in_gap_ = false, on_grid_ = false;  ///< on_grid_: the grid restarts after each gap
+  std::int64_t shift_s_ = 0;                      ///< added to the seconds of this session
+  std::optional<std::int64_t> last_;              ///< shifted
+  std::optional<std::int64_t> last_temperature_;  ///< second of the last known temperature
+  std::size_t without_temperature_ = 0;           ///< used seconds since then
+  bool session_begins_ = false;                   ///< since the last second that was used
+  bool in_gap_ = false, on_grid_ = false;         ///< on_grid_: the grid restarts after each gap
   std::int64_t next_end_ = 0;
 };
 

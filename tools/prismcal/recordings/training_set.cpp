@@ -220,9 +220,10 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     if (!left_out) return tl::unexpected<Error>(left_out.error());
     set.facts.push_back(facts_of(*recording, *table, *left_out));
     table->seconds = {};  // not needed for training
-    set.notes.push_back(fmt::format("{}: {} of {} s; {}, {} s in all; {} left out (unknown input, or lags not settled)",
-                                    recording->name, counted(table->size() - *left_out, "block"), set.features.length_s,
-                                    counted(table->gaps, "gap"), table->missing_s, counted(*left_out, "block")));
+    set.notes.push_back(
+        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled)",
+                    recording->name, counted(table->size() - *left_out, "block"), set.features.length_s,
+                    counted(table->gaps, "gap"), table->missing_s, counted(*left_out, "block")));
     const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
     for (const auto* texts : {&recording->notes, &recording->questions}) {
       for (std::size_t i = 0; !announced && i < texts->size(); ++i)
