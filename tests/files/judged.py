@@ -36,6 +36,7 @@ FAULTS = {
     "left-out": (lambda i, t, r, c: (r, c + 20 if between(t, 7000, 7500) else c, 5), 0, "--leave-out 7000..7520: 521 seconds left out",
                  "ready: ", "--leave-out 7000..7520"),
     "no-range": (lambda i, t, r, c: (r, c, 5), 1, "--leave-out: found \"7000-7520\", expected FROM..TO", "", "--leave-out 7000-7520"),
+    "backwards": (lambda i, t, r, c: (r, c, 5), 1, "--leave-out: found \"7200..3600\", which ends before it begins", "", "--leave-out 7200..3600"),
     # It was silent with --quiet.
     "nothing-left-out": (lambda i, t, r, c: (r, c, 5), 1, "--leave-out: found \"90000..90100\", which contains no second of a recording", "",
                          "--leave-out 90000..90100 --quiet"),

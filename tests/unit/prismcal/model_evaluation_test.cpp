@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
+#include "tools/prismcal/recordings/leave_out.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -256,6 +257,11 @@ TEST(BlockTable, NamesOtherClocks) {
             "day: found 1000 seconds in 2 segments, expected 110 s without a gap for a block; clocks_differ marks 940 "
             "of" +
                 why);
+}
+
+TEST(LeaveOut, NamesARangeThatEndsBeforeItBegins) {
+  EXPECT_EQ(recordings::LeaveOut::parse({"7200..3600"}).error().text(),
+            "--leave-out: found \"7200..3600\", which ends before it begins");
 }
 
 TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {

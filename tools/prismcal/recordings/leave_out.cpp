@@ -51,7 +51,8 @@ Result<LeaveOut> LeaveOut::parse(const std::vector<std::string>& ranges) {
     const auto from = parse_time(text.substr(0, dots), text), to = parse_time(text.substr(dots + 2), text);
     if (!from) return tl::unexpected<Error>(from.error());
     if (!to) return tl::unexpected<Error>(to.error());
-    if (*from && *to && (*from)->is_date == (*to)->is_date && (*from)->s > (*to)->s) return no_range(text);
+    if (*from && *to && (*from)->is_date == (*to)->is_date && (*from)->s > (*to)->s)
+      return make_error("--leave-out", fmt::format("found \"{}\", which ends before it begins", text));
     leave_out.ranges_.push_back({text, *from, *to});
   }
   return leave_out;
