@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
+#include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -144,6 +145,23 @@ double sent_rate_hz(const wire::FrameDescription& frames) {
          static_cast<double>(std::max<std::ptrdiff_t>(with_gyro, 1));
 }
 
+/// The counter of a device that is set to another rate: its ticks per second stay.
+std::optional<int> scale_counter(SimOptions& options) {
+  const auto& rule = options.frames->counter;
+  if (!rule || !rule->step_follows_rate) return std::nullopt;
+  const double rate_hz = options.simulation.rate_hz, step = rule->ticks_per_s / rate_hz;
+  if (rule->modulus != 0 && step >= static_cast<double>(rule->modulus)) {
+    return complain(kUsage, fmt::format("--rate: found {}, expected more than {}: the counter of \"{}\" begins again "
+                                        "after {} ticks, {} a second",
+                                        rate_hz, rule->ticks_per_s / static_cast<double>(rule->modulus),
+                                        options.frames->name, rule->modulus, rule->ticks_per_s));
+  }
+  const auto scaled = std::make_shared<wire::FrameDescription>(*options.frames);
+  scaled->counter->ticks_per_frame = step;
+  options.frames = scaled;
+  return std::nullopt;
+}
+
 // "y:10:20"
 Result<simulation::InvalidTime> read_invalid(const std::string& text, const wire::FrameDescription& frames) {
   const std::size_t first = text.find(':'), second = text.find(':', first + 1);
@@ -212,6 +230,7 @@ std::optional<int> understand(const CommandLine& line, SimOptions& options) {
   }
   if (auto code = read_frames(line, options)) return code;
   options.simulation.rate_hz = line.rate_hz.value_or(sent_rate_hz(*options.frames));
+  if (auto code = line.rate_hz ? scale_counter(options) : std::nullopt) return code;
   if (auto code = place(line, options)) return code;
   for (const std::string& text : line.invalid) {
     const auto time = read_invalid(text, *options.frames);

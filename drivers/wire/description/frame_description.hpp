@@ -45,7 +45,9 @@ struct CounterRule {
   std::uint64_t modulus = 0;   ///< the counter runs 0 .. modulus-1; 0 means 2^64
   double ticks_per_frame = 1;  ///< nominal step from one counted frame to the next
   double ticks_per_s = 0;      ///< nominal ticks per second
-  bool step_varies = false;    ///< externally triggered: a step other than ticks_per_frame is not a loss
+  /// The step is ticks_per_s / rate_hz; otherwise it is described, for every rate.
+  bool step_follows_rate = false;
+  bool step_varies = false;  ///< externally triggered: a step other than ticks_per_frame is not a loss
 
   /// Ticks from one value of the counter to the next one, modulo the modulus; both are below it.
   std::uint64_t ticks_between(std::uint64_t from, std::uint64_t to) const {

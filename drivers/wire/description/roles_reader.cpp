@@ -182,6 +182,7 @@ void read_counter(const Section& s, FrameDescription& description) {
     s.fail("modulus", fmt::format("{} is more than the field's {}", rule.modulus, own));
   rule.step_varies = s.boolean("step_varies", rule.step_varies);
   rule.ticks_per_s = s.number("ticks_per_s", {1e-3, 1e10}, 0);
+  rule.step_follows_rate = rule.ticks_per_s > 0 && !s.has("step");
   const double step = rule.ticks_per_s > 0 ? rule.ticks_per_s / description.rate_hz : 1;
   rule.ticks_per_frame = s.number("step", {1e-3, 1e10}, step);
   if (rule.ticks_per_s == 0) rule.ticks_per_s = rule.ticks_per_frame * description.rate_hz;

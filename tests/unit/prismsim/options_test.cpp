@@ -2,6 +2,7 @@
 // prismsim's command line: values and errors.
 #include "tools/prismsim/options.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -44,6 +45,21 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
 // 8.5 deg/h to 51, because the message counter runs at 600 per second.
 TEST(SimOptions, UseTheRateOfFramesWithGyroData) {
   EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
+}
+
+// Regression: at 10 frames/s, time tags advanced as at 1000, and prismd rejected the capture.
+TEST(SimOptions, ScaleACounterOfTimeToTheRateSent) {
+  const auto step = [](const char* rate, const char* frames) {
+    const Parsed parsed = parse({"--out", "a.pcap", "--rate", rate}, frames);
+    return parsed.code ? -1 : parsed.options.frames->counter->ticks_per_frame;
+  };
+  EXPECT_EQ(step("10", "stim300"), 200);
+  EXPECT_EQ(step("1000", "stim300"), 2);
+  EXPECT_EQ(step("10", "trplg"), 1) << "counts frames";
+  const Parsed slow = parse({"--out", "a.pcap", "--rate", "5"}, "stim300");
+  EXPECT_EQ(slow.code, 64);
+  EXPECT_THAT(slow.complaint, testing::HasSubstr("--rate: found 5, expected more than 7.8125: the counter of "
+                                                 "\"stim300\" begins again after 256 ticks, 2000 a second"));
 }
 
 TEST(SimOptions, ReadTheBiasComponents) {
