@@ -232,6 +232,7 @@ class Live {
       co_await tick_.async_wait(kUse);
       if (!is_disk_blocked()) acquisition_.sync();
       watch_disk();
+      events_.tell_late();
       follow_clock();
       publisher_.release_late();
       if (server_) server_->watch_file();

@@ -31,6 +31,33 @@ TEST_F(EventLogTest, TheSameIsToldOnceInTenSecondsAndThenWithItsCount) {
   EXPECT_EQ(log.recent().back().repeats, 0u);
 }
 
+// Earlier bug: a line that came back within ten seconds of its last "receiving" was never reported as back.
+TEST_F(EventLogTest, TheLastEventToldOfALineIsTheLastThatHappened) {
+  const auto line = [this](const char* kind, std::int64_t time_ns) {
+    log.add(Severity::kInfo, kind, kind, time_ns, now += seconds(1));
+  };
+  line("line_receiving", 1);
+  line("line_lost", 2);
+  line("line_receiving", 3);
+  line("line_lost", 4);
+  line("line_receiving", 5);
+  add("full");  // of another subject
+  log.tell_late(now);
+  EXPECT_THAT(told, ElementsAre("line_receiving", "line_lost", "full"));
+  log.tell_late(now += EventLog::kQuiet);
+  EXPECT_THAT(told, ElementsAre("line_receiving", "line_lost", "full", "line_lost", "line_receiving"));
+  EXPECT_EQ(log.recent().back().time_ns, 5);
+  EXPECT_EQ(log.recent().back().repeats, 1u) << "the one of time 3";
+  log.tell_late(now += EventLog::kQuiet);
+  EXPECT_EQ(told.size(), 5u) << "nothing happened since";
+}
+
+TEST_F(EventLogTest, ASuppressedEventIsToldBeforeTheNextOfItsLine) {
+  for (const char* kind : {"line_receiving", "line_lost", "line_receiving", "line_silent"})
+    log.add(Severity::kInfo, kind, kind, 0, now += seconds(1));
+  EXPECT_THAT(told, ElementsAre("line_receiving", "line_lost", "line_receiving", "line_silent"));
+}
+
 TEST_F(EventLogTest, AnotherTextOrKindIsToldAtOnce) {
   add("full");
   add("gone");
