@@ -14,7 +14,8 @@ void print_plan(const char* what, const std::optional<config::LogSegmentSettings
                 const std::optional<pipeline::StoragePlan>& plan) {
   if (!plan) return;
   fmt::print("{}: keeps {}\n", what, plan->text());
-  const std::string warning = pipeline::space_warning(*plan, settings->directory);
+  std::string warning = pipeline::directory_problem(settings->directory);
+  if (warning.empty()) warning = pipeline::space_warning(*plan, settings->directory);
   if (!warning.empty()) fmt::print("warning: {}: {}\n", what, warning);
 }
 

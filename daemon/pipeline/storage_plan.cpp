@@ -2,9 +2,12 @@
 #include "daemon/pipeline/storage_plan.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
+#include <system_error>
 
 namespace prism::pipeline {
 namespace {
@@ -17,6 +20,14 @@ StoragePlan plan_of(const config::LogSegmentSettings& settings, double bytes_per
   const auto days = static_cast<double>(settings.keep_days);
   const double kept = std::min(days, static_cast<double>(settings.keep_bytes) / bytes_per_day);
   return {kept, kept * bytes_per_day, frames_per_s, settings.keep_days};
+}
+
+/// The directory, or the part of its path that exists.
+std::filesystem::path existing_part(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::path place = directory;
+  while (!std::filesystem::exists(place, error) && place.has_relative_path()) place = place.parent_path();
+  return place.empty() ? std::filesystem::path(".") : place;
 }
 
 }  // namespace
@@ -41,12 +52,27 @@ std::optional<StoragePlan> capture_plan(const Setup& setup) {
   return plan_of(*setup.config.capture, kDayS * frames.rate_hz * frame, frames.rate_hz);
 }
 
-std::string space_warning(const StoragePlan& plan, const std::string& directory) {
+std::string directory_problem(const std::string& directory) {
   namespace fs = std::filesystem;
+  const fs::path place = existing_part(directory);
+  const bool is_there = place == fs::path(directory);
+  const auto problem = [&](const std::string& why) {
+    return fmt::format("{}: cannot be {}: {}", directory, is_there ? "written" : "created", why);
+  };
   std::error_code error;
-  fs::path place = directory;
-  while (!fs::exists(place, error) && place.has_relative_path()) place = place.parent_path();
-  const auto space = fs::space(place, error);
+  if (!fs::is_directory(place, error)) {
+    return error ? "" : problem(is_there ? "it is not a directory" : place.string() + " is not a directory");
+  }
+  if (const auto space = fs::space(place, error); !error && space.capacity == 0)
+    return problem(place.string() + " is a file system without storage");
+  if (::access(place.c_str(), W_OK | X_OK) == 0) return {};
+  const std::string why = std::error_code(errno, std::generic_category()).message();
+  return problem(errno == EACCES ? fmt::format("{} (as the user who ran this check)", why) : why);
+}
+
+std::string space_warning(const StoragePlan& plan, const std::string& directory) {
+  std::error_code error;
+  const auto space = std::filesystem::space(existing_part(directory), error);
   if (error || plan.bytes <= static_cast<double>(space.available)) return {};
   return fmt::format("{}: needs {:.1f} GiB, {:.1f} GiB are free", directory, plan.bytes / kGiB,
                      static_cast<double>(space.available) / kGiB);

@@ -24,6 +24,10 @@ struct StoragePlan {
 std::optional<StoragePlan> log_plan(const Setup& setup);
 std::optional<StoragePlan> capture_plan(const Setup& setup);
 
+/// Why the service would not be able to write to `directory`, as far as this user can tell without writing; "" if
+/// nothing speaks against it. Asks the file system; may wait for it.
+std::string directory_problem(const std::string& directory);
+
 /// Reads the free space of the file system; may wait for it. Empty if the plan fits, or if the space is not known.
 std::string space_warning(const StoragePlan& plan, const std::string& directory);
 

@@ -14,6 +14,11 @@ check '{"directory": "'"$dir"'"}' '{"directory": "'"$dir"'/new/capture", "keep_d
 contains "400 frames/s" "$(cat "$dir/o")" "at 400 frames/s"
 contains "too little space" "$(cat "$dir/o")" "warning: capture: $dir/new/capture: needs "
 frames 200
+check '{"directory": "/dev/null/x"}' '{"directory": "/proc/x", "keep_mib": 10240}'
+contains "below a device" "$(cat "$dir/o")" "warning: log: /dev/null/x: cannot be created: /dev/null is not a directory"
+contains "below /proc" "$(cat "$dir/o")" "warning: capture: /proc/x: cannot be created: /proc is a file system without storage"
+check '{"directory": "'"$dir/gyro.json"'"}' '{"keep_days": 30}'
+contains "a file" "$(cat "$dir/o")" "warning: log: $dir/gyro.json: cannot be written: it is not a directory"
 
 jq '.capture = {"directory": "'"$dir"'/capture", "keep_days": 30}' "$dir/gyro.json" >"$dir/c.json" && mv "$dir/c.json" "$dir/gyro.json"
 start_sim --profile steady --speed 1
