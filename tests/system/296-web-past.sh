@@ -61,7 +61,7 @@ same "the last 20 s" "$(jq '.[1] | length >= 15' <<<"$near")" true
 same "the same seconds in a view of an hour" "$(rows $((now - 3600)) "$now" | jq -c --argjson from $((now - 20)) '[.[1][] | select(.[0] > $from)]')" "$(jq -c '.[1]' <<<"$near")"
 
 # After retention deleted segments of the log, prismweb returns their minutes.
-run_before() { rows $((first + 1000)) $((first + 2200)) | jq -c "[.[0], (.[1] | length $1)]"; }
+run_before() { rows $((first + 1000)) $((first + 2200)) | jq -c "[.[0], (.[1] | length ${1:-})]"; }
 from_log() { [ "$(run_before)" = '["seconds",1200]' ]; }
 wait_for 10 from_log  # prismd may be busy
 for segment in $(ls log/*.csv | sort -V | head -3); do rm "$segment"; done
