@@ -57,30 +57,34 @@ bool serves_the_mean(const training::TrainedModel& trained) {
 }
 
 /// Of the model and the data quality.
-Judgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                      const evaluation::DataQuality& quality, bool held_out) {
-  if (held_out) return {Readiness::kNotReady, "trained without the held-out part: train again without --hold-out"};
+struct ModelJudgement {
+  Readiness readiness = Readiness::kReady;
+  std::string reason, advice;  // empty if ready
+};
+
+ModelJudgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
+                           const evaluation::DataQuality& quality, bool held_out) {
+  if (held_out) return {Readiness::kNotReady, "trained without the held-out part", "train again without --hold-out"};
   if (quality.nothing_to_compensate)
-    return {Readiness::kNotReady,
-            "the bias changes with temperature by less than its noise: record larger temperature changes"};
+    return {Readiness::kNotReady, "the bias changes with temperature by less than its noise",
+            "record larger temperature changes"};
   if (quality.verdict == evaluation::Verdict::kRefuse)
-    return {Readiness::kNotReady, "the data quality fails, --force was given: record a cycle without these faults"};
+    return {Readiness::kNotReady, "the data quality fails, --force was given", "record a cycle without these faults"};
   if (!expected)
     return {Readiness::kNotReady,
-            fmt::format("{} samples are too few to test the model on parts of the recording: record a longer cycle",
-                        trained.samples.fitted.size())};
+            fmt::format("{} samples are too few to test the model on parts of the recording",
+                        trained.samples.fitted.size()),
+            "record a longer cycle"};
   if (serves_the_mean(trained))
     return {Readiness::kNotReady,
-            "the halves of the recording contradict each other, so prismd would correct only the mean: record a longer "
-            "or wider cycle"};
+            "the halves of the recording contradict each other, so prismd would correct only the mean",
+            "record a longer or wider cycle"};
   if (expected->explained <= 0)
-    return {
-        Readiness::kNotReady,
-        "held-out parts of the recording get worse with it: record a longer or wider cycle, or add inputs (--inputs "
-        "auto)"};
+    return {Readiness::kNotReady, "held-out parts of the recording get worse with it",
+            "record a longer or wider cycle, or add inputs (--inputs auto)"};
   if (expected->improvement && expected->improvement->low <= 0)
-    return {Readiness::kDoubtful,
-            "it may also be no improvement: judge it on another recording, or record a longer or wider cycle"};
+    return {Readiness::kDoubtful, "it may also be no improvement",
+            "judge it on another recording, or record a longer or wider cycle"};
   return {};
 }
 
@@ -123,15 +127,15 @@ const char* readiness_text(Readiness readiness) {
 
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
                 const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions) {
-  Judgement judgement = judge_model(trained, expected, quality, held_out);
-  if (questions.empty()) return judgement;
-  // A fault of the data may be the reason of the rest, and comes with its own advice.
-  judgement.readiness = std::max(judgement.readiness, Readiness::kDoubtful);
+  const ModelJudgement model = judge_model(trained, expected, quality, held_out);
+  std::string reason = model.reason;
+  // Another cycle does not help against a fault of the data, which comes with its own advice.
+  if (!model.advice.empty() && (questions.empty() || held_out)) reason += ": " + model.advice;
+  if (questions.empty()) return {model.readiness, reason};
+  // The fault may be the reason of the rest.
   const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";
-  std::string reason = judgement.reason;
-  if (!held_out) reason = reason.substr(0, reason.find(": "));  // another cycle does not help against a fault
-  judgement.reason = questions.front() + others + (reason.empty() ? "" : "; " + reason);
-  return judgement;
+  return {std::max(model.readiness, Readiness::kDoubtful),
+          questions.front() + others + (reason.empty() ? "" : "; " + reason)};
 }
 
 std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,
