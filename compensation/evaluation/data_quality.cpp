@@ -168,11 +168,8 @@ Rest without_outliers(std::span<const double> rate, std::span<const double> temp
   constexpr int kPasses = 8;
   constexpr double kAbsurd = 60;  // deg/h: four times the Earth rate
   std::vector<bool> is_outlier(rate.size(), false);
-  const std::vector<FarRun> runs = far_runs(rate, {far, std::max(far, kAbsurd), rate.size() / 20, false});
-  for (const FarRun& run : runs) {
-    if (runs.size() <= kFewRuns || have_one_level(runs))
-      std::fill_n(is_outlier.begin() + static_cast<std::ptrdiff_t>(run.begin), run.end - run.begin, true);
-  }
+  for (const FarRun& run : far_runs(rate, {far, std::max(far, kAbsurd), rate.size() / 20, false}))
+    std::fill_n(is_outlier.begin() + static_cast<std::ptrdiff_t>(run.begin), run.end - run.begin, true);
   Rest rest = rest_of(rate, temperature_degc, order, is_outlier);
   for (int pass = 0; pass < kPasses && far > 0 && 2 * rest.rate.size() > rate.size(); ++pass) {
     std::vector<double> deviations;

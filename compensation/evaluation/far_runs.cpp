@@ -29,6 +29,11 @@ void add_run(const FarRun& run, std::vector<FarRun>& runs) {
   last = {last.begin, run.end, larger.level, larger.rest};
 }
 
+/// A code for "no value".
+bool have_one_level(const std::vector<FarRun>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [&](const FarRun& run) { return equal(run.level, runs[0].level); });
+}
+
 class Search {
  public:
   Search(std::span<const double> values, const FarLimits& limits)
@@ -36,10 +41,11 @@ class Search {
 
   std::vector<FarRun> runs() {
     std::vector<FarRun> runs;
-    for (std::size_t i = 0; i < values_.size() && (runs.size() <= kFewRuns || have_one_level(runs));) {
+    for (std::size_t i = 0; i < values_.size();) {
       const FarRun run = i == 0 || steps(i) ? run_at(i) : FarRun{i, i, 0, 0};
       if (run.end > i) {
         add_run(run, runs);
+        if (runs.size() > kFewRuns && !have_one_level(runs)) return {};
         i = run.end;
         continue;
       }
@@ -108,10 +114,6 @@ double median_between(std::span<const double> values, std::size_t begin, std::si
 
 std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits) {
   return limits.far > 0 ? Search(values, limits).runs() : std::vector<FarRun>();
-}
-
-bool have_one_level(const std::vector<FarRun>& runs) {
-  return std::all_of(runs.begin(), runs.end(), [&](const FarRun& run) { return equal(run.level, runs[0].level); });
 }
 
 std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least) {

@@ -29,12 +29,9 @@ struct FarLimits {
 inline constexpr std::size_t kFewRuns = 5;
 
 /// Runs between two steps above `far`, after which the values are as before, of at most half of the values. A step that
-/// stays begins none. A run at the start or end of the series needs one step only. Finite values. The search ends once
-/// more than kFewRuns runs have several levels.
+/// stays begins none. A run at the start or end of the series needs one step only. Finite values. None at all if there
+/// are more than kFewRuns with several levels: then the values change so. Many of one level are a code for "no value".
 std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits);
-
-/// True if all runs have the same level: a code for "no value".
-bool have_one_level(const std::vector<FarRun>& runs);
 
 /// Values [begin, end) that are equal.
 struct ConstantRun {

@@ -95,7 +95,6 @@ void SensorCaptures::Pass::take(const drivers::CapturePacket& packet) {
 Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFiles& files) {
   SensorCaptures captures;
   for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i) {
-    captures.names_.push_back(setup.sensor_lines[i].name);
     const Setup::SensorLine& line = setup.sensor_lines[i];
     const auto found = files.find(line.name);
     if (found == files.end() || found->second.empty()) {
@@ -105,6 +104,7 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     }
     Stream& stream = captures.streams_.emplace_back();
     stream.line = i;
+    stream.name = line.name;
     stream.bare = raw_stream_of(line);
     stream.files.assign(found->second.begin(), found->second.end());
     if (auto opened = captures.advance(stream); !opened) return tl::unexpected<Error>(opened.error());
@@ -174,7 +174,7 @@ std::vector<std::string> SensorCaptures::notes() const {
     notes.push_back(
         fmt::format("{}: its capture is from {}, the gyro's from {}: no common time, so its values are "
                     "unknown",
-                    names_[stream.line], range(stream.first_ns, stream.last_ns), range(gyro_first_ns_, gyro_last_ns_)));
+                    stream.name, range(stream.first_ns, stream.last_ns), range(gyro_first_ns_, gyro_last_ns_)));
   }
   return notes;
 }

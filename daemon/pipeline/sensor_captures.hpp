@@ -47,7 +47,8 @@ class SensorCaptures {
     void take(const drivers::CapturePacket& packet);
   };
   struct Stream {
-    std::size_t line = 0;
+    std::size_t line = 0;  ///< number of the sensor line
+    std::string name;      ///< and its name
     drivers::RawByteStream bare;
     std::deque<std::string> files;
     std::optional<drivers::CaptureReader> reader;
@@ -60,7 +61,6 @@ class SensorCaptures {
   std::vector<Stream> streams_;
   std::vector<std::string> notes_;
   Pass gyro_;
-  std::vector<std::string> names_;                     ///< of the sensor lines
   std::int64_t gyro_first_ns_ = 0, gyro_last_ns_ = 0;  ///< 0: none
 };
 

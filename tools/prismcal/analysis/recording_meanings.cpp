@@ -85,8 +85,7 @@ std::string stability_meaning(const evaluation::BiasStability& s) {
                        floor);
   return fmt::format(
       "The model removes {:.1f} % of the drift's variance above the white noise ({:.5f} deg/h). The rest, {:.5f} "
-      "deg/h, "
-      "is {:.1f} times that noise: a better recording, more inputs or another model could remove more.",
+      "deg/h, is {:.1f} times that noise: a better recording, more inputs or another model could remove more.",
       100 * std::min(*s.explained, 1.0), floor, after, after / floor);
 }
 

@@ -130,8 +130,8 @@ Table stability_table(const EvaluatedRecording& recording) {
       "{}, {} blocks. Floor: 1 sigma of a mean from white noise alone, estimated from first differences. Explained = "
       "(before² − after²) / (before² − floor²): at 100 % only white noise is left; above 100 % the residual is "
       "below the estimated floor. 95 % of further: 95 % prediction interval of the improvement in another recording of "
-      "the "
-      "same profile. With shift: the improvement if the shift of the mean since the training counts as an error, too.",
+      "the same profile. With shift: the improvement if the shift of the mean since the training counts as an error, "
+      "too.",
       means_text(recording), s.before.count);
   if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
     table.caption += fmt::format(

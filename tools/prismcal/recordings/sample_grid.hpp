@@ -37,7 +37,7 @@ struct SampleGrid {
 /// its lower envelope rises and stays (as LowerHull, drivers/lower_hull.hpp); a late stamp is followed by one that is
 /// not. A hole within a batch of equal stamps is placed at its first row. `interval_s`: the true sample time, if it is
 /// known. Errors: fewer than two stamps; one that is earlier than the one before, with its row from 1 in the place; the
-/// same time in all rows, or in most. Needs little memory beside the stamps.
+/// same time in all rows, or in most. Memory: little more than that of the stamps.
 Result<SampleGrid> sample_grid(const PackedStamps& stamps_ns, const std::string& where,
                                std::optional<double> interval_s = std::nullopt);
 

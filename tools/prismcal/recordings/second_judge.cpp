@@ -25,7 +25,7 @@ struct Quantity {
   double least_far;     ///< a smaller distance is never far
   double absurd;        ///< FarLimits::absurd
   bool noisy;           ///< short runs may have any value
-  std::size_t stopped;  ///< least number of equal values of a source that has stopped
+  std::size_t stopped;  ///< fewer equal values do not show that the sensor has stopped
 };
 
 constexpr std::array<Quantity, 3> kJudged = {{
@@ -67,7 +67,6 @@ class Judge {
     limits.longest = quantity_.noisy ? std::clamp<std::size_t>(values_.size() / 20, 1, 600) : 0;
     limits.any_constant = true;
     const std::vector<FarRun> far = evaluation::far_runs(values_, limits);
-    if (far.size() > evaluation::kFewRuns && !have_one_level(far)) return;
     for (std::size_t k = 0; k < far.size(); ++k) {
       if (k < evaluation::kFewRuns) notes.push_back(far_text(far[k]));
       leave_out(far[k].begin, far[k].end, limits.far);
