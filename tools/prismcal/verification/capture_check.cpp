@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
 #include "drivers/capture_file.hpp"
