@@ -112,6 +112,10 @@ def main():
          "Time\t12:00:00,5\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t60\t60\t\nX_Dimension\tTime\tTime\t\n"
          "X0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,5\t0,5\t\n***End_of_Header***\t\t\t\n"
          + table("\t", ",", head=("X_Value", "rate", "T", "Comment")), columns=("X_Value", "rate", "T"), time="X_Value:s")
+    same("labview-units.lvm", "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\nChannels\t2\t\t\n"
+         "Y_Unit_Label\tdeg/s\tK\t\nDelta_X\t0.5\t0.5\t\n***End_of_Header***\t\t\t\n"
+         + table("\t", rate=[f"{r / 3600:.17g}" for r in RATE], temp=[num(t + 273.15) for t in TEMP], head=("X_Value", "gyro", "chamber", "Comment")),
+         columns=("X_Value", "gyro", "chamber"), time="X_Value:s", options=["--nearly"])
     same("preamble.csv", "Station 4\nOperator: Mueller\nStarted at 12:00\n\n" + table(";"))
     same("matlab-writetable.csv", table(head=("Time", "rate_x", "Temp")), columns=("Time", "rate_x", "Temp"), time="Time:s")
     same("header-newline.csv", table(head=("t_s", '"rate\n[deg/h]"', "T_degC")), columns=("1", "2", "3"))

@@ -26,6 +26,7 @@ constexpr std::array<std::pair<const char*, char>, 6> kSeparators = {
 struct Sample {
   std::vector<SampleLine> lines;
   std::vector<SampleLine> comments;
+  std::vector<SampleLine> labview_units;  ///< "Y_Unit_Label", and the unit of each further column
   std::string encoding;
   char stated_separator = 'x';  ///< of "sep=;"; 'x': none
 };
@@ -44,6 +45,8 @@ Result<Sample> read_sample(const std::string& path, const TableOptions& options)
       sample.comments.push_back({lines->number(), std::string(line), true});
     } else if (line.starts_with("***End_of_Header***")) {
       sample.lines.clear();
+    } else if (line.starts_with("Y_Unit_Label")) {
+      sample.labview_units = {{lines->number(), std::string(line), lines->ended()}};
     } else {
       sample.lines.push_back({lines->number(), std::string(line), lines->ended()});
     }
@@ -125,8 +128,21 @@ Result<const Reading*> choose(const std::string& path, const std::vector<Reading
   return best;
 }
 
-Result<void> name_columns(const std::string& path, const Reading& reading, Dialect& dialect) {
+/// The units of the columns that the header of a LabVIEW measurement file states.
+std::vector<std::string> labview_units(const Sample& sample, Dialect& dialect) {
+  const auto rows = split_sample(sample.labview_units, dialect.separator);
+  if (rows.empty()) return {};
+  std::vector<std::string> units = rows[0].cells;
+  units[0].clear();
+  std::replace_if(
+      units.begin(), units.end(), [](const std::string& unit) { return !is_unit_cell(unit); }, "");
+  dialect.units_line = rows[0].number;
+  return units;
+}
+
+Result<void> name_columns(const std::string& path, const Reading& reading, const Sample& sample, Dialect& dialect) {
   std::vector<std::string> names = reading.names(), units = reading.units();
+  if (units.empty()) units = labview_units(sample, dialect);
   for (std::size_t i = 0; i < dialect.width; ++i) {
     const std::string where = fmt::format("{}:{}", path, dialect.header_line);
     std::string name = i < names.size() ? names[i] : "";
@@ -181,7 +197,7 @@ Result<Dialect> detect_dialect(const std::string& path, const TableOptions& opti
   dialect.trailing = reading.trailing();
   dialect.width = reading.width();
   dialect.sample = reading.data();
-  if (auto good = name_columns(path, reading, dialect); !good) return tl::unexpected<Error>(good.error());
+  if (auto good = name_columns(path, reading, *sample, dialect); !good) return tl::unexpected<Error>(good.error());
   return dialect;
 }
 
