@@ -264,7 +264,7 @@ const char* verdict_text(Verdict verdict) {
 
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
                                        const Order& order, const DataQualitySettings& settings,
-                                       const std::string& where) {
+                                       const std::string& where, double rate_step_deg_per_h) {
   const std::size_t count = rate_deg_per_h.size();
   const std::vector<bool>& follows = order.follows;
   if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
@@ -278,7 +278,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (!rate) return tl::unexpected(rate.error());
 
   const double span_degc = temperature->peak_to_peak;
-  const double step = quantiser_step(rate_deg_per_h), quantiser = step / std::sqrt(12.0);
+  const double step = std::max(quantiser_step(rate_deg_per_h), rate_step_deg_per_h), quantiser = step / std::sqrt(12.0);
   const double any_noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
   const double far = std::max(kStandsOut * any_noise, 5 * robust_sd({rate_deg_per_h.begin(), rate_deg_per_h.end()}));
   const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, order, count < kEnoughForNoise ? 0 : far);
@@ -307,7 +307,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
     if (step > noise) {  // a smaller step is below the noise
       findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =
-          fmt::format("{:.4g} deg/h; the means change in steps of this size, so smaller changes are not visible", step);
+          fmt::format("{:.4g} deg/h; the rate changes in steps of this size, so smaller changes are not visible", step);
     }
   } else {
     findings.push_back({"noise", Verdict::kRefuse, 0, "deg/h"});

@@ -60,6 +60,11 @@ FAULTS = {
     "rate-stops": (lambda i, t, r, c: (8.4 if between(t, 6000, 7200) else r, c, 5), 0,
                    "rate is constant at 8.4 deg/h from 6001 s to 7200 s: a stopped sensor or a code for no value; these values of rate are not used", "ready: ", ""),
     "moved": (lambda i, t, r, c: (r + 5 if t > 7000 else r, c, 5), 1, "--leave-out 6911.. leaves out that one and what follows", "", ""),
+    "turned": (lambda i, t, r, c: (r + 40 if between(t, 7000, 7600) else r, c, 5), 0, "(by 39.99 deg/h: a fault, or a turn of the gyro)", "ready: ", ""),
+    # It was called noisy and disturbed.
+    "rounded": (lambda i, t, r, c: (round(0.05 * c), c, 5), 1, "quantised 1 deg/h; the rate changes in steps of this size", "", ""),
+    "other-sign": (lambda i, t, r, c: (-r, c, 5), 0, "the mean rate is -8.6 deg/h, the site's Earth rate 8.65 deg/h: has the rate or the elevation", "doubtful: the mean rate is",
+                   "--latitude 35.1 --elevation 90"),
     "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33, 5), 0, "temperature is constant at 33 degC from 5001 s to 14400 s: a stopped sensor or a code for no value; these values of temperature are not used", "", ""),
     "no-u": (lambda i, t, r, c: (r, c, 0), 1, "input U: always 0: it cannot explain anything; use --inputs T,dTdt", "",
              "--map uhfo=U:V --inputs T,dTdt,U"),

@@ -57,7 +57,8 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
   for (std::size_t i = 1; i < table.size(); ++i)
     missing[i] = (hours[i] - hours[i - 1]) * 3600 / table.features.length_s - 1;
   auto quality = evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
-                                                {table.follows, std::move(missing)}, settings, table.name);
+                                                {table.follows, std::move(missing)}, settings, table.name,
+                                                table.rate_step_deg_per_h);
   if (!quality) return quality;
   for (evaluation::Finding& finding : quality->findings) {
     if (finding.block && finding.verdict != evaluation::Verdict::kPass)
@@ -123,6 +124,15 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
       why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
   }
   return fmt::format("not usable for training: {}.", why);
+}
+
+std::vector<std::string> disturbances(const evaluation::DataQuality& quality) {
+  std::vector<std::string> texts;
+  for (const evaluation::Finding& finding : quality.findings) {
+    if (finding.verdict != evaluation::Verdict::kPass && is_disturbance(finding.name))
+      texts.push_back(finding.name + " " + finding.text);
+  }
+  return texts;
 }
 
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "compensation/evaluation/data_quality.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
@@ -23,6 +25,9 @@ std::string data_quality_words(const evaluation::DataQuality& quality);
 
 /// Returns why the recording cannot be used for training; empty if it can.
 std::string data_quality_error(const evaluation::DataQuality& quality);
+
+/// The findings on disturbances of the rate (moved, disturbed, outliers) that do not pass: "moved 4.1 sd; …".
+std::vector<std::string> disturbances(const evaluation::DataQuality& quality);
 
 /// One line: whether the recording can be used for training, or why not.
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording);

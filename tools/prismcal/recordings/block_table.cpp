@@ -89,6 +89,7 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
     without_temperature_ += !has_temperature;
   }
   table_.seconds.push(second_mean.second, known ? second_mean.rate_deg_per_h : kUnknown);
+  resolution_.push(known ? second_mean.rate_deg_per_h : kUnknown);
   in_gap_ = !known || too_long;
   table_.missing_frames += second_mean.missing_frames;
 }
@@ -140,6 +141,7 @@ Result<BlockTable> BlockTableBuilder::finish() {
                              counted(table_.gaps + (pushed_ > 0 ? 1 : 0), "segment"),
                              compensation::history_s(table_.features)));
   }
+  table_.rate_step_deg_per_h = resolution_.step_deg_per_h();
   return std::move(table_);
 }
 

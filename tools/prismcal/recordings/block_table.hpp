@@ -11,6 +11,7 @@
 #include "base/result.hpp"
 #include "compensation/evaluation/rate_source.hpp"
 #include "compensation/feature_extractor.hpp"
+#include "tools/prismcal/recordings/resolution_finder.hpp"
 #include "tools/prismcal/recordings/second_series.hpp"
 #include "tools/prismcal/recordings/window_list.hpp"
 
@@ -30,6 +31,7 @@ struct BlockTable {
   std::size_t unused_s = 0;  ///< those of them that have a row
   std::size_t gaps = 0;      ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
+  double rate_step_deg_per_h = 0;  ///< of a coarsely rounded rate (ResolutionFinder); 0: finer than its noise
 
   std::size_t size() const { return blocks.size(); }
   std::vector<double> column(
@@ -63,6 +65,7 @@ class BlockTableBuilder {
 
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
+  ResolutionFinder resolution_;
   std::size_t pushed_ = 0;
   std::size_t whole_ = 0, clocks_differ_ = 0;  ///< seconds that are not partial, and those of them with other clocks
   bool any_rate_ = false, any_temperature_ = false;

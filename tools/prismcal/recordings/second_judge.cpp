@@ -102,10 +102,10 @@ class Judge {
       return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; not used", quantity_.name, first,
                          run.level, quantity_.unit, run.distance(), quantity_.unit);
     return fmt::format(
-        "{}: {} s from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}): these values of {} are not used",
+        "{}: {} s from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}{}): these values of {} are not used",
         quantity_.name, second(run.end - 1) - second(run.begin) + 1, first,
         end_of_second(second(run.end - 1), is_date_), run.level, quantity_.unit, run.distance(), quantity_.unit,
-        quantity_.name);
+        quantity_.noisy ? ": a fault, or a turn of the gyro" : "", quantity_.name);
   }
 
   void leave_out(std::size_t begin, std::size_t end, double far) {

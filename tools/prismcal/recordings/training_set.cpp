@@ -211,13 +211,15 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   UnmatchedRanges unmatched(source.leave_out);
   for (const std::string& path : paths) {
     TableMaker maker(set, options.site);
-    const auto recording = read_recording(path, source, maker);
+    auto recording = read_recording(path, source, maker);
     if (!recording) return tl::unexpected<Error>(recording.error());
     unmatched.add(*recording);
     auto table = maker.finish();
     if (!table) return tl::unexpected<Error>(table.error());
     const auto left_out = append_recording(*table, set);
     if (!left_out) return tl::unexpected<Error>(left_out.error());
+    const std::string question = sign_question(*table);
+    if (!question.empty()) recording->questions.push_back(question);
     set.facts.push_back(facts_of(*recording, *table, *left_out));
     table->seconds = {};  // not needed for training
     set.notes.push_back(
@@ -229,6 +231,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
       for (std::size_t i = 0; !announced && i < texts->size(); ++i)
         set.notes.push_back(recording->name + ": " + (*texts)[i]);
     }
+    if (announced && !question.empty()) set.notes.push_back(recording->name + ": " + question);
     set.questions.insert(set.questions.end(), recording->questions.begin(), recording->questions.end());
     set.tables.push_back(std::move(*table));
   }

@@ -14,8 +14,9 @@ constexpr double kLeastEarthRate = 0.5;       // deg/h
 constexpr double kGreatestAtRest = 5 * 3600;  // deg/h; values of deg/h that are taken for deg/s have more
 constexpr double kTolerance = 0.3;            // of the Earth rate: the bias of a gyro that detects it
 
-// Of the blocks whose bias is known, with the Earth rate.
-double mean_rate(const BlockTable& table) {
+}  // namespace
+
+double mean_rate_deg_per_h(const BlockTable& table) {
   double sum = 0;
   std::size_t count = 0;
   for (const double bias : table.bias_deg_per_h) {
@@ -25,8 +26,6 @@ double mean_rate(const BlockTable& table) {
   }
   return sum / static_cast<double>(count) + table.earth_rate_deg_per_h;
 }
-
-}  // namespace
 
 std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_deg_per_h) {
   const double earth = earth_rate_deg_per_h;
@@ -40,9 +39,19 @@ std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_
   return std::nullopt;
 }
 
+std::string sign_question(const BlockTable& table) {
+  constexpr double kNear = 0.1;  // of the Earth rate: chance hardly leads a large bias there
+  const double earth = table.earth_rate_deg_per_h, mean = mean_rate_deg_per_h(table);
+  if (std::abs(earth) < kLeastEarthRate || !(std::abs(mean + earth) < kNear * std::abs(earth))) return {};
+  return fmt::format(
+      "the mean rate is {:.3g} deg/h, the site's Earth rate {:.3g} deg/h: has the rate or the elevation the wrong "
+      "sign?",
+      mean, earth);
+}
+
 Result<BlockTable> with_plausible_unit(Result<BlockTable> table, const SiteOptions& options) {
   if (!table || options.accept_unit) return table;
-  const double mean = mean_rate(*table);
+  const double mean = mean_rate_deg_per_h(*table);
   const auto unit = likely_unit(mean, table->earth_rate_deg_per_h);
   if (!unit && !(std::abs(mean) >= kGreatestAtRest)) return table;
   if (!unit)

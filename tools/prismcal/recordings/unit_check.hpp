@@ -16,6 +16,12 @@ namespace prism::recordings {
 /// 0.5 deg/h.
 std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_deg_per_h);
 
+/// Mean over the blocks, with the Earth rate.
+double mean_rate_deg_per_h(const BlockTable& table);
+
+/// A question if the mean rate is the Earth rate with the other sign (within 10 %); else empty.
+std::string sign_question(const BlockTable& table);
+
 /// The table. Errors, unless the options accept that: its mean rate is the Earth rate in another unit, or above 5
 /// deg/s.
 Result<BlockTable> with_plausible_unit(Result<BlockTable> table, const SiteOptions& options);
