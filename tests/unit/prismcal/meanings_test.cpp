@@ -16,7 +16,8 @@ TEST(Meanings, OfBiasStability) {
   evaluation::BiasStability s;
   EXPECT_THAT(stability_meaning(s), HasSubstr("nothing to remove"));
   s.improvement = -0.1;
-  EXPECT_THAT(stability_meaning(s), HasSubstr("worse than without"));
+  EXPECT_THAT(stability_meaning(s), HasSubstr("do not use it for such recordings."));
+  EXPECT_THAT(stability_meaning(s, true), HasSubstr("unless the recording is at fault"));
   s.improvement = 0.5;
   s.floor_deg_per_h = 0.006;
   s.explained = 0.97;
@@ -35,6 +36,8 @@ TEST(Meanings, OfSoaksAndRamps) {
               HasSubstr("as good while the temperature changes as at rest"));
   EXPECT_THAT(segments_meaning(kinds, large, {1, -1, 3, -3}), HasSubstr("weaker while the temperature changes"));
   EXPECT_THAT(segments_meaning(kinds, large, {3, -3, 1, -1}), HasSubstr("weaker at constant temperature"));
+  EXPECT_THAT(segments_meaning(kinds, large, {1, -1, 3, -3}, 39.4),
+              HasSubstr("39 % of the recording are outside the training, so this says little"));
   EXPECT_THAT(segments_meaning(kinds, {1, -1, 1, -1}, {3, -3, 3, -3}), HasSubstr("the model makes both worse"));
   EXPECT_THAT(segments_meaning({kinds[0], kinds[1]}, {9, -9}, {1, -1}), HasSubstr("only soaks"));
 }

@@ -129,7 +129,21 @@ TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
                                        evaluation::Divisor::kN)
                   .error()
                   .text(),
-              HasSubstr("input U of model \"needs U\" is unknown in block 1 of"));
+              HasSubstr("input U of model \"needs U\" is unknown in 19 of 19 blocks"));
+}
+
+TEST(ModelEvaluation, LeavesOutBlocksWithAnUnknownInput) {
+  auto second_means = test::simulated_day(8000, 0, 4);
+  for (std::size_t i = 4000; i < 5000; ++i) second_means[i].uhfo_v = kUnknown;
+  compensation::ModelInfo info;
+  info.name = "needs U";
+  info.inputs = {"U"};
+  const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
+  const auto table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto evaluated = analysis::evaluate_model(model, table, {}, evaluation::Divisor::kN).value();
+  EXPECT_THAT(evaluated.without_input, testing::AllOf(testing::Ge(9u), testing::Le(11u)));
+  EXPECT_EQ(evaluated.uncorrected, evaluated.without_input);
+  EXPECT_EQ(evaluated.missing_input, "U");
 }
 
 /// Runs prismd's engine on the same seconds, as samples of one second each.

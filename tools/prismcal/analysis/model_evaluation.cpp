@@ -40,31 +40,46 @@ void count_coverage(const compensation::Model& model, const recordings::BlockTab
   }
 }
 
-std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
-                                      const ModelEvaluation& result) {
-  std::vector<double> inputs;
-  for (const std::string& name : model.info().inputs)
-    inputs.push_back(compensation::input_value(table.blocks[0], model.info().features, name));
-  const double mean = model.predict(inputs).mean_deg_per_h;
-  if (!std::isfinite(mean)) return std::nullopt;
+std::optional<double> training_mean(const compensation::Model& model, const recordings::BlockTable& table) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::vector<double> inputs = compensation::gather_inputs(model, table.blocks[i]);
+    if (inputs.empty()) continue;
+    const double mean = model.predict(inputs).mean_deg_per_h;
+    return std::isfinite(mean) ? std::optional(mean) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> rms_improvement(const recordings::BlockTable& table, const ModelEvaluation& result) {
+  if (!result.training_mean_deg_per_h) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
-  for (double& bias : before) bias -= mean;
+  for (double& bias : before) bias -= *result.training_mean_deg_per_h;
   const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
   if (!summary || !(summary->rms > 0)) return std::nullopt;
   return 1 - result.stability.after.rms / summary->rms;
 }
 
-/// Names the input that a block lacks.
-tl::unexpected<Error> missing_input(const compensation::Model& model, const recordings::BlockTable& table,
-                                    std::size_t block) {
+/// The input of the model that a block lacks.
+std::string missing_input(const compensation::Model& model, const recordings::BlockTable& table, std::size_t block) {
   const compensation::ModelInfo& info = model.info();
   const auto unknown = std::find_if_not(info.inputs.begin(), info.inputs.end(), [&](const std::string& name) {
     return std::isfinite(compensation::input_value(table.blocks[block], info.features, name));
   });
-  return make_error(
-      table.name, fmt::format("input {} of model \"{}\" is unknown in block {} of {}; expected it in all blocks, or a "
-                              "model without it (prismcal train --inputs)",
-                              unknown == info.inputs.end() ? "" : *unknown, info.name, block + 1, table.size()));
+  return unknown == info.inputs.end() ? "" : *unknown;
+}
+
+/// Fewer than two blocks have a correction.
+tl::unexpected<Error> too_few(const compensation::Model& model, const recordings::BlockTable& table,
+                              const ModelEvaluation& result, double max_bias_deg_per_h) {
+  const std::string& name = model.info().name;
+  if (result.without_input > 0)
+    return make_error(table.name, fmt::format("input {} of model \"{}\" is unknown in {} of {} blocks; expected it, or "
+                                              "a model without it (prismcal train --inputs)",
+                                              result.missing_input, name, result.without_input, table.size()));
+  return make_error(table.name,
+                    fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks: prismd would "
+                                "not publish corrected rates; set the limit with --max-bias or --config",
+                                name, max_bias_deg_per_h, result.uncorrected, table.size()));
 }
 
 Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
@@ -124,7 +139,8 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);
-    if (correction.quality & compensation::kInputMissing) return missing_input(*model, table, i);
+    if ((correction.quality & compensation::kInputMissing) && result.without_input++ == 0)
+      result.missing_input = missing_input(*model, table, i);
     result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
     result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
     result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);
@@ -132,17 +148,13 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
     result.slew_limited += (correction.quality & compensation::kSlewLimited) != 0;
     result.uncorrected += !std::isfinite(correction.bias_deg_per_h);
   }
-  if (table.size() < result.uncorrected + 2) {
-    return make_error(table.name,
-                      fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks: prismd would "
-                                  "not publish corrected rates; set the limit with --max-bias or --config",
-                                  info.name, settings.engine.max_bias_deg_per_h, result.uncorrected, table.size()));
-  }
+  if (table.size() < result.uncorrected + 2) return too_few(*model, table, result, settings.engine.max_bias_deg_per_h);
   result.predicted_warming_deg_per_h = follow_warming(engine, table);
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
-  result.rms_improvement = rms_improvement(*model, table, result);
+  result.training_mean_deg_per_h = training_mean(*model, table);
+  result.rms_improvement = rms_improvement(table, result);
   count_coverage(*model, table, settings, result);
   const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
                                                      result.where_corrected(result.corrected_deg_per_h), table.name);

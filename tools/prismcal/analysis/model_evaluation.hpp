@@ -28,6 +28,7 @@ struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over blocks with a correction
   /// 95 % prediction interval of the improvement in another recording; nullopt if these blocks do not determine it.
   std::optional<evaluation::PredictionInterval> improvement_interval;
+  std::optional<double> training_mean_deg_per_h;  ///< nullopt if the model does not contain it
   /// 1 − rms(after) / rms(before − mean of the training). Unlike 1 sigma it includes a shift of the bias since the
   /// training. Nullopt if the model does not contain the training mean.
   std::optional<double> rms_improvement;
@@ -35,8 +36,10 @@ struct ModelEvaluation {
   std::vector<double> corrected_deg_per_h;  ///< corrected mean of each block as prismd logs it, minus the Earth rate
   std::vector<double> predicted_warming_deg_per_h;  ///< the same for each window of table.warming: by the fallback
   std::vector<bool> extrapolating;
-  std::size_t extrapolated = 0;  ///< number of extrapolating blocks
-  std::size_t uncorrected = 0;   ///< blocks with a bias above the limit: prismd publishes no corrected rate
+  std::size_t extrapolated = 0;   ///< number of extrapolating blocks
+  std::size_t uncorrected = 0;    ///< blocks for which prismd publishes no corrected rate
+  std::size_t without_input = 0;  ///< those of them with an unknown input of the model; the rest: bias above the limit
+  std::string missing_input;      ///< of the first of these
 
   std::size_t with_sd = 0;        ///< blocks with a correction for which the model gives sd_mean (sd with noise)
   std::size_t within_two_sd = 0;  ///< those of them within 2 sd_mean of the prediction
@@ -70,8 +73,8 @@ report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation
                              const recordings::BlockTable& table);
 
 /// Applies the engine's correction to each block of `table`. Between consecutive blocks the slew limit allows the
-/// change of all seconds between them. Errors: the features of model and table differ, the recording lacks an input,
-/// fewer than two blocks with a correction, and those of CompensationEngine::use().
+/// change of all seconds between them. Errors: the features of model and table differ, fewer than two blocks with a
+/// correction, and those of CompensationEngine::use().
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                        const CorrectionSettings& settings, evaluation::Divisor divisor);
 

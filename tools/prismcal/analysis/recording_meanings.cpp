@@ -74,10 +74,12 @@ std::string record_meaning(const recordings::BlockTable& table) {
       t.low, t.high, 60 * std::max(std::abs(slope.low), std::abs(slope.high)), bias.width());
 }
 
-std::string stability_meaning(const evaluation::BiasStability& s) {
+std::string stability_meaning(const evaluation::BiasStability& s, bool doubtful) {
   constexpr double kAlmostNoise = 1.1;
   if (!s.improvement) return "The raw bias is constant: there is nothing to remove.";
-  if (*s.improvement <= 0) return "With this model the rate is worse than without: do not use it for such recordings.";
+  if (*s.improvement <= 0)
+    return fmt::format("With this model the rate is worse than without: do not use it for such recordings{}.",
+                       doubtful ? ", unless the recording is at fault (see the warning)" : "");
   if (!s.floor_deg_per_h || !s.explained) return "The drift is hardly larger than the noise: little can be removed.";
   const double after = s.after.sd, floor = *s.floor_deg_per_h;
   if (after <= kAlmostNoise * floor)
@@ -108,17 +110,20 @@ std::string bias_meaning(const recordings::BlockTable& table, const std::vector<
 }
 
 std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
-                             const std::vector<double>& bias_deg_per_h,
-                             const std::vector<double>& corrected_deg_per_h) {
-  constexpr double kAlike = 1.25;
+                             const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h,
+                             double extrapolated_percent) {
+  constexpr double kAlike = 1.25, kFew = 10;
   const KindDeviations before = deviations(kinds, bias_deg_per_h, corrected_deg_per_h),
                        after = deviations(kinds, corrected_deg_per_h, corrected_deg_per_h);
   if (!after.soak || !after.ramp)
     return fmt::format("The recording has only {}: it does not show how the model does in {}.",
                        after.soak ? "soaks" : "ramps", after.soak ? "ramps" : "soaks");
   const double soak = *after.soak, ramp = *after.ramp;
-  const char* const conclusion =
+  const std::string conclusion =
       soak >= *before.soak && ramp >= *before.ramp ? "the model makes both worse"
+      : extrapolated_percent > kFew
+          ? fmt::format("{:.0f} % of the recording are outside the training, so this says little of the model",
+                        extrapolated_percent)
       : ramp > kAlike * soak ? "the model is weaker while the temperature changes: train with more such ramps"
       : soak > kAlike * ramp ? "the model is weaker at constant temperature: drift in time, which no input shows"
                              : "the model is as good while the temperature changes as at rest";

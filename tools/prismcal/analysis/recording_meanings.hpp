@@ -18,14 +18,15 @@ namespace prism::analysis {
 std::string record_meaning(const recordings::BlockTable& table);
 
 /// Is white noise all that is left, or could a better model remove more?
-std::string stability_meaning(const evaluation::BiasStability& stability);
+std::string stability_meaning(const evaluation::BiasStability& stability, bool doubtful = false);
 
 /// The largest deviation that the model leaves. One value per block; corrected values may be unknown.
 std::string bias_meaning(const recordings::BlockTable& table, const std::vector<double>& corrected_deg_per_h);
 
 /// Is the correction as good while the temperature changes as in soaks? One value per block.
 std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
-                             const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h);
+                             const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h,
+                             double extrapolated_percent = 0);
 
 /// The differences between heating and cooling before and after.
 std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);

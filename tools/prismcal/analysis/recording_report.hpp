@@ -20,6 +20,7 @@ struct EvaluatedRecording {
   const ModelEvaluation* evaluation = nullptr;
   const recordings::BlockTable* training = nullptr;  ///< null: unknown
   const std::vector<double>* weights = nullptr;      ///< v_k of the training blocks; null: unweighted or unknown
+  bool doubtful = false;                             ///< the recording may be the reason of its result
 };
 
 /// Hysteresis between heating and cooling in bins of kHysteresisBin degC, over blocks with a correction. `bias`: of all

@@ -106,12 +106,12 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
   const bool helps = *s.improvement > 0;
   const auto& interval = evaluated.improvement_interval;
   const bool unsure = interval && interval->holds_zero();
-  return {
-      fmt::format("{}: the model {} {:.1f} % of the drift: {}.{} {}", recording.table->name, helps ? "removes" : "adds",
-                  100 * std::abs(*s.improvement), sigmas, further_text(evaluated), outside),
-      unsure  ? report::Emphasis::kWarn
-      : helps ? report::Emphasis::kGood
-              : report::Emphasis::kBad};
+  return {fmt::format("{}: the model {} {:.1f} %{}: {}.{} {}", recording.table->name,
+                      helps ? "removes" : "makes the drift larger by", 100 * std::abs(*s.improvement),
+                      helps ? " of the drift" : "", sigmas, further_text(evaluated), outside),
+          unsure  ? report::Emphasis::kWarn
+          : helps ? report::Emphasis::kGood
+                  : report::Emphasis::kBad};
 }
 
 namespace {
@@ -133,12 +133,15 @@ Table stability_table(const EvaluatedRecording& recording) {
       "the same profile. With shift: the improvement if the shift of the mean since the training counts as an error, "
       "too.",
       means_text(recording), s.before.count);
-  if (const std::size_t without = recording.evaluation->uncorrected; without > 0) {
-    table.caption += fmt::format(
-        " {} more blocks are left out: the model's bias is above the limit, so prismd publishes no corrected rate.",
-        without);
-  }
-  if (const std::size_t limited = recording.evaluation->slew_limited; limited > 0) {
+  const ModelEvaluation& evaluated = *recording.evaluation;
+  const auto left_out = [&](std::size_t blocks, const std::string& why) {
+    if (blocks > 0)
+      table.caption +=
+          fmt::format(" {} more blocks are left out: {}, so prismd publishes no corrected rate.", blocks, why);
+  };
+  left_out(evaluated.without_input, fmt::format("input {} of the model is unknown", evaluated.missing_input));
+  left_out(evaluated.uncorrected - evaluated.without_input, "the model's bias is above the limit");
+  if (const std::size_t limited = evaluated.slew_limited; limited > 0) {
     table.caption += fmt::format(
         " In {} blocks the correction changed faster than the slew limit allows: prismd publishes the limited "
         "correction.",
@@ -154,7 +157,7 @@ Table stability_table(const EvaluatedRecording& recording) {
                              text_cell(interval_text(recording.evaluation->improvement_interval)),
                              percent_cell(recording.evaluation->rms_improvement)});
   table.rows = {before, after};
-  table.meaning = stability_meaning(s);
+  table.meaning = stability_meaning(s, recording.doubtful);
   return table;
 }
 
@@ -189,9 +192,9 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
     }
     table.rows.push_back(std::move(row));
   }
-  table.meaning =
-      segments_meaning(evaluation::thermal_kinds(times(data), data.column(compensation::kInputTemperature), kSoakSlope),
-                       data.bias_deg_per_h, recording.evaluation->corrected_deg_per_h);
+  table.meaning = segments_meaning(
+      evaluation::thermal_kinds(times(data), data.column(compensation::kInputTemperature), kSoakSlope),
+      data.bias_deg_per_h, recording.evaluation->corrected_deg_per_h, recording.evaluation->extrapolated_percent());
   return table;
 }
 

@@ -191,6 +191,12 @@ void add_overlap(report::Report& report, const std::string& recording, const std
   report.warning += fmt::format("{}Not a test on {}: {}.", report.warning.empty() ? "" : " ", recording, overlap);
 }
 
+void add_doubts(report::Report& report, const std::string& recording, const std::vector<std::string>& doubts) {
+  if (doubts.empty()) return;
+  report.warning += fmt::format("{}Judge the recording {} before the model: {}{}", report.warning.empty() ? "" : " ",
+                                recording, fmt::join(doubts, "; "), doubts.back().ends_with('?') ? "" : ".");
+}
+
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
   report::Table table{"recordings", "The recordings", "", {}, {}};
   table.columns = {{"role", "", false},

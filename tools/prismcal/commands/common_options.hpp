@@ -56,6 +56,9 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
 /// Adds a warning to the report that the evaluation on this recording is not a test, and why.
 void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap);
 
+/// Adds a warning to the report that the recording may be the reason of its result (recording_doubts()).
+void add_doubts(report::Report& report, const std::string& recording, const std::vector<std::string>& doubts);
+
 /// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 

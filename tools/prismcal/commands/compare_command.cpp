@@ -10,6 +10,7 @@
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
+#include "tools/prismcal/analysis/recording_doubts.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
@@ -165,6 +166,11 @@ Result<void> compare(const CompareChoice& choice) {
     all.emplace_back("evaluated", &loaded);
   }
   for (const auto& [recording, overlap] : comparison->overlaps) add_overlap(report, recording, overlap);
+  for (std::size_t r = 0; r < comparison->recordings.size(); ++r) {
+    const Loaded& loaded = comparison->recordings[r];
+    add_doubts(report, loaded.table.name,
+               analysis::recording_doubts(loaded.table, comparison->evaluations[0][r], loaded.recording.questions));
+  }
   const report::Table table = comparison_table(*comparison, choice.common.divisor);
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
   if (!choice.common.json && !report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));

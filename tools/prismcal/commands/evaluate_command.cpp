@@ -13,6 +13,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
+#include "tools/prismcal/analysis/recording_doubts.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
@@ -42,6 +43,7 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
       {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.divisor))}};
   for (const Case& c : cases) {
     if (!c.overlap.empty()) add_overlap(report, c.loaded.table.name, c.overlap);
+    add_doubts(report, c.loaded.table.name, c.doubts);
   }
   for (const Case& c : cases) append_recording_facts(report.facts, c.loaded, "recording " + c.loaded.table.name);
   return report;
@@ -139,7 +141,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
     auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
     if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
-    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap)});
+    auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions);
+    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts)});
   }
   std::optional<Loaded> training;
   if (!choice.training.empty()) {
@@ -158,8 +161,12 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
-                                                 &cases[i].evaluation, training ? &training->table : nullptr, nullptr};
+    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1),
+                                                 &cases[i].loaded.table,
+                                                 &cases[i].evaluation,
+                                                 training ? &training->table : nullptr,
+                                                 nullptr,
+                                                 !cases[i].doubts.empty()};
     report.sections.push_back(
         recording_section(recording, cases[i].overlap, *limits, choice.common, evaluation.within_limits));
   }

@@ -20,7 +20,8 @@ struct EvaluateChoice {
 struct RecordingEvaluation {
   Loaded loaded;
   analysis::ModelEvaluation evaluation;
-  std::string overlap;  ///< with the training data (overlap_text()); empty: none known
+  std::string overlap;              ///< with the training data (overlap_text()); empty: none known
+  std::vector<std::string> doubts;  ///< recording_doubts()
 };
 
 struct Evaluation {

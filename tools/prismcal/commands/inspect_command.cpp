@@ -11,6 +11,8 @@
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
+#include "compensation/evaluation/data_quality.hpp"
+#include "compensation/feature_extractor.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/inspect_bytes.hpp"
@@ -65,6 +67,17 @@ std::string grid_text(const TimeSummary& time) {
   return grid.remark.empty() ? text : text + "\n  " + grid.remark;
 }
 
+/// Of a record with fewer blocks than a training accepts.
+void print_if_too_short(double seconds) {
+  const compensation::FeatureDefinition features;
+  const double least_s =
+      evaluation::DataQualitySettings{}.min_blocks.reject * features.length_s + compensation::history_s(features);
+  if (seconds < least_s)
+    fmt::print(
+        "These are only {:.3g} s. The command needs at least {:g} s; a model needs a complete temperature cycle.\n",
+        seconds, least_s);
+}
+
 void print(const TableSummary& summary, const std::string& path) {
   fmt::print("{}: {}\n{}, {}{}\n\n", path, summary.dialect, counted(summary.rows, "row"),
              counted(summary.columns.size(), "column"),
@@ -98,6 +111,7 @@ void print(const TableSummary& summary, const std::string& path) {
   else
     fmt::print("\n{}\n", printable(summary.command));
   fmt::print("{}\n", recordings::kSiteAdvice);
+  if (summary.time) print_if_too_short(static_cast<double>(summary.time->last_ns - summary.time->first_ns) / 1e9);
 }
 
 nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& path) {
@@ -145,7 +159,8 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
 }
 
 /// The configuration and the command to train on bytes that the description fits. The words in capitals are refused.
-void print_next(const InspectChoice& choice, const std::string& kind, const wire::FrameDescription& frames) {
+void print_next(const InspectChoice& choice, const std::string& kind, const wire::SniffScore& score) {
+  const wire::FrameDescription& frames = *score.description;
   std::string site = "\"site\": {\"latitude_deg\": LATITUDE, \"elevation_deg\": ELEVATION}", options;
   if (frames.axis_names.size() > 1) {
     std::string axes;
@@ -160,6 +175,7 @@ void print_next(const InspectChoice& choice, const std::string& kind, const wire
       "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, {}}}\n"
       "then: prismcal train {} --config gyro.json{} --out model.json\n",
       frames.name, site, shell_word(choice.file), options);
+  print_if_too_short(static_cast<double>(score.rates) / (score.rate_hz > 0 ? score.rate_hz : frames.rate_hz));
   if (kind != "capture")
     fmt::print(
         "The file has no arrival times: time comes from the description's rate (rate_hz), or from its counter with "
@@ -180,7 +196,7 @@ Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
         {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
     if (!choice.json) fmt::print("  {}\n", wire::sniff_line(score));
   }
-  if (!choice.json && !fitting->empty()) print_next(choice, kind, *fitting->front().description);
+  if (!choice.json && !fitting->empty()) print_next(choice, kind, fitting->front());
   if (!choice.json && fitting->empty())
     fmt::print(
         "\nTried: the shipped descriptions and those in ./frames. Describe its frames (docs/frames.md, part 1); "

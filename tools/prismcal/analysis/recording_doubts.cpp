@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/analysis/recording_doubts.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/recordings/unit_check.hpp"
+
+namespace prism::analysis {
+namespace {
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+/// Pearson's correlation; 0 if one of them is constant.
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const double mean_a = mean_of(a), mean_b = mean_of(b);
+  double aa = 0, bb = 0, ab = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    aa += (a[i] - mean_a) * (a[i] - mean_a);
+    bb += (b[i] - mean_b) * (b[i] - mean_b);
+    ab += (a[i] - mean_a) * (b[i] - mean_b);
+  }
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
+/// A drift that the model with the other sign would remove.
+std::string reversed_drift(const recordings::BlockTable& table, const ModelEvaluation& evaluation) {
+  constexpr double kReversed = -0.6;
+  const double r = correlation(evaluation.where_corrected(table.bias_deg_per_h),
+                               evaluation.where_corrected(evaluation.predicted_deg_per_h));
+  if (r > kReversed) return {};
+  return fmt::format(
+      "its drift is the opposite of the model's (correlation {:.2f}): has its rate or that of the training the wrong "
+      "sign?",
+      r);
+}
+
+/// A mean bias that the training does not explain, and what would.
+std::string other_mean(const recordings::BlockTable& table, const ModelEvaluation& evaluation) {
+  constexpr double kFar = 20, kLeast = 0.5;  // sd of the bias, deg/h: no turn-on offset
+  constexpr double kNear = 0.1;              // of the Earth rate
+  const double training = *evaluation.training_mean_deg_per_h, earth = table.earth_rate_deg_per_h;
+  const double mean = mean_rate_deg_per_h(table) - earth, shift = mean - training;
+  if (std::abs(shift) < std::max(kLeast, kFar * evaluation.stability.before.sd)) return {};
+  const double other_rate = -mean - 2 * earth, other_earth = mean + 2 * earth;
+  const auto near = [&](double bias) { return std::abs(bias - training) < kNear * std::abs(earth); };
+  const std::string text =
+      fmt::format("its mean bias is {:.4g} deg/h, that of the training {:.4g} deg/h", mean, training);
+  if (near(other_rate) || near(other_earth))
+    return text + fmt::format(
+                      "; with the other sign of the rate it would be {:.4g}, with that of the Earth rate "
+                      "(elevation) {:.4g}: is one of them wrong?",
+                      other_rate, other_earth);
+  return text + ": are Earth rate, unit and sign the same in both?";
+}
+
+}  // namespace
+
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluation,
+                                          const std::vector<std::string>& questions) {
+  std::vector<std::string> doubts = questions;
+  const auto add = [&](std::string text) {
+    if (!text.empty()) doubts.push_back(std::move(text));
+  };
+  if (const auto quality = check_blocks(table)) {
+    for (std::string& text : disturbances(*quality)) add(std::move(text));
+  }
+  add(reversed_drift(table, evaluation));
+  add(evaluation.training_mean_deg_per_h ? other_mean(table, evaluation) : recordings::sign_question(table));
+  return doubts;
+}
+
+}  // namespace prism::analysis
