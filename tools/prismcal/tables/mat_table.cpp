@@ -154,7 +154,11 @@ class MatTable : public TableSource {
       if (!time_) continue;
       const double value = data_[selection_.time->column].values[at_];
       if (!std::isfinite(value)) return make_error(fmt::format("{}, row {}", path_, at_ + 1), "found no time");
-      block.time_ns.push_back(time_->from_number(value, 0));
+      const auto time_ns = time_->from_number(value, 0);
+      if (!time_ns)
+        return make_error(fmt::format("{}, row {}", path_, at_ + 1),
+                          fmt::format("found time {:g}, expected one within 285 years of 1970", value));
+      block.time_ns.push_back(*time_ns);
     }
     counts_.rows += block.rows;
     return block.rows > 0;

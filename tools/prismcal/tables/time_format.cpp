@@ -18,7 +18,7 @@ constexpr double kNs = 1e9;
 constexpr std::int64_t kDay_ns = 86400LL * 1'000'000'000;
 constexpr double kExcelEpoch_days = 25569, kDatenumEpoch_days = 719529;
 constexpr double kLabviewEpoch_s = 2082844800;
-constexpr std::int64_t kGpsEpoch_s = 315964800;
+constexpr double kGpsEpoch_s = 315964800;
 
 /// Nanoseconds of days; whole days and the rest separately, for all digits of a double.
 std::int64_t days_to_ns(double days) {
@@ -100,21 +100,31 @@ const Unit* unit_by_interval(double step, double interval_s) {
   return nullptr;
 }
 
+/// Nanoseconds in 64 bits reach 292 years.
+bool fits(double seconds) { return std::fabs(seconds) <= 9e9; }
+
 }  // namespace
 
-std::int64_t TimeFormat::from_number(double value, double other_cell) const {
+std::optional<std::int64_t> TimeFormat::from_number(double value, double other_cell) const {
   value = value * scale + offset;
+  const auto of_days = [](double days) { return fits(days * 86400) ? std::optional(days_to_ns(days)) : std::nullopt; };
+  const auto of_seconds = [](double number, double factor) {
+    return fits(number * factor) ? std::optional(seconds_to_ns(number, factor)) : std::nullopt;
+  };
   switch (kind) {
     case TimeKind::kExcel:
-      return days_to_ns(value - kExcelEpoch_days);
+      return of_days(value - kExcelEpoch_days);
     case TimeKind::kDatenum:
-      return days_to_ns(value - kDatenumEpoch_days);
+      return of_days(value - kDatenumEpoch_days);
     case TimeKind::kLabview:
-      return seconds_to_ns(value - kLabviewEpoch_s, 1);
-    case TimeKind::kGps:
-      return (kGpsEpoch_s + 604800 * static_cast<std::int64_t>(value)) * 1'000'000'000 + seconds_to_ns(other_cell, 1);
+      return of_seconds(value - kLabviewEpoch_s, 1);
+    case TimeKind::kGps: {
+      const double week_s = kGpsEpoch_s + 604800 * std::trunc(value);
+      const auto weeks = of_seconds(week_s, 1), rest = of_seconds(other_cell, 1);
+      return weeks && rest && fits(week_s + other_cell) ? std::optional(*weeks + *rest) : std::nullopt;
+    }
     default:
-      return seconds_to_ns(value, unit_s);
+      return of_seconds(value, unit_s);
   }
 }
 
@@ -139,11 +149,7 @@ std::optional<std::int64_t> TimeFormat::parse(std::string_view cell, std::string
   }
   const auto value = number_in(cell, decimal);
   const auto more = second ? number_in(other_cell, decimal) : std::optional(0.0);
-  if (!value || !more ||
-      std::fabs((*value * scale + offset) * (kind == TimeKind::kNumber || kind == TimeKind::kUnix ? unit_s : 1e-9)) >
-          9e9)
-    return std::nullopt;
-  return from_number(*value, *more);
+  return value && more ? from_number(*value, *more) : std::nullopt;
 }
 
 Result<TimeFormat> detect_number_time(const std::string& where, const Header& header, const std::vector<double>& values,

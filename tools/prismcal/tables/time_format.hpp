@@ -43,7 +43,7 @@ struct TimeFormat {
   /// nullopt: the cell is not a time in this format.
   std::optional<std::int64_t> parse(std::string_view cell, std::string_view other_cell) const;
   /// The same for a value that is a number already (a .mat file).
-  std::int64_t from_number(double value, double other_cell) const;
+  std::optional<std::int64_t> from_number(double value, double other_cell) const;
 };
 
 /// Detects the format of column `time` of the sample. `unit`: of --map; empty: by --time-unit, else by the header.
