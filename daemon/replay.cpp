@@ -111,7 +111,9 @@ class Replay {
     }
     if (!fault_.empty()) return fail(fault_);
     for (const log::DirectRowWriter* rows : logs_) {
-      if (!rows->first_fault().empty()) return fail(rows->first_fault());
+      if (rows->first_fault().empty()) continue;
+      const pipeline::LogCounters* log = acquisition_.log();
+      return fail(fmt::format("{}; {} rows lost", rows->first_fault(), log ? log->dropped.load() : 0));
     }
     if (acquisition_.frames() == 0 && !stopped_) return fail(no_frame());
     if (options_.check) {

@@ -164,4 +164,10 @@ void Pipeline::handle(const wire::DecodedMessage& reading) {
   }
 }
 
+std::int64_t Pipeline::last_frame_ns() const {
+  std::int64_t last_ns = 0;
+  for (const Axis& axis : axes_) last_ns = std::max(last_ns, axis.last_ns);
+  return last_ns;
+}
+
 }  // namespace prism::pipeline

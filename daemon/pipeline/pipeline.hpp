@@ -77,6 +77,8 @@ class Pipeline {
 
   const wire::FrameDecoder& decoder() const { return decoder_; }
   const drivers::Clock& clock() const { return clock_; }
+  /// Arrival of the last frame with gyro data; 0: none yet.
+  std::int64_t last_frame_ns() const;
   std::uint64_t rejected_counters() const { return counter_check_.rejected(); }
   const std::vector<Axis>& axes() const { return axes_; }
   const std::vector<SensorFeed>& sensor_feeds() const { return feeds_; }

@@ -8,7 +8,10 @@ namespace {
 
 constexpr std::uint64_t kLeastInput = 10;
 
-std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes) {
+std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes, std::uint64_t refused) {
+  if (refused > 0)
+    return fmt::format("{} frames of {} with a fault of the device (its description refuses them), and no good one",
+                       refused, pipeline.decoder().description().name);
   return fmt::format("{} bytes and no frame of {}: wrong description or line settings (prismd --sniff finds them)",
                      bytes, pipeline.decoder().description().name);
 }
@@ -30,7 +33,7 @@ std::string no_rate(const Pipeline& pipeline, std::size_t axis, std::uint64_t sa
 StageCounts counts_of(const Pipeline& pipeline) {
   const wire::DecoderCounters& line = pipeline.decoder().counters();
   const drivers::ClockStatus& clock = pipeline.clock().status();
-  StageCounts counts{line.bytes, line.frames, clock.duplicates, clock.samples, {}};
+  StageCounts counts{line.bytes, line.frames, line.refused, clock.duplicates, clock.samples, {}};
   for (const Axis& axis : pipeline.axes()) counts.rates.push_back(axis.rates);
   return counts;
 }
@@ -49,7 +52,7 @@ std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts
     }
     const bool starved = input >= kLeastInput && static_cast<double>(now_ns - stage.since_ns) >= 1e9 * kStarvedS;
     if (!starved || !problem.empty()) continue;
-    problem = i == 0   ? no_frame(pipeline, input)
+    problem = i == 0   ? no_frame(pipeline, input, counts.refused - stage.before.refused)
               : i == 1 ? no_sample(input, counts.repeated - stage.before.repeated)
                        : no_rate(pipeline, i - 2, input);
   }

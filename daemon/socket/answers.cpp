@@ -41,7 +41,7 @@ struct Current {
 
 Current current(const Sources& sources, std::size_t axis) {
   const pipeline::AxisRecord& record = sources.acquisition.record(axis);
-  if (!sources.gyro_line().delivers() || record.last_sample() == nullptr) return {};
+  if (!sources.gyro_line().delivers() || record.last_sample() == nullptr || has_no_frames(sources)) return {};
   Current now{record.last_sample(), record.last_window(), sources.acquisition.engine(axis).correction()};
   constexpr std::uint32_t kOfValues =
       compensation::kRateInvalid | compensation::kImplausible | compensation::kClocksDiffer;
@@ -61,8 +61,8 @@ ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
 }
 
 ordered_json age_json(const Sources& sources) {
-  if (sources.gyro_line().last_data_ns == 0) return nullptr;
-  return seconds(host_time_ns() - sources.gyro_line().last_data_ns);
+  const std::int64_t last_ns = sources.acquisition.pipeline().last_frame_ns();
+  return last_ns == 0 ? ordered_json() : ordered_json(seconds(host_time_ns() - last_ns));
 }
 
 // Length of the window, history collected so far, and history that a correction needs.
@@ -294,6 +294,15 @@ AxisAnswer axis_answer_of(std::string_view method) {
       {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
   const auto found = kAnswers.find(method);
   return found == kAnswers.end() ? nullptr : found->second;
+}
+
+bool has_no_frames(const Sources& sources) {
+  constexpr double kFrames = 3;  // of a slow device
+  const pipeline::Acquisition& acquisition = sources.acquisition;
+  const pipeline::Setup& setup = acquisition.setup();
+  const pipeline::LineStatus& line = sources.gyro_line();
+  const double age_s = seconds(line.last_data_ns - std::max(acquisition.pipeline().last_frame_ns(), line.since_ns));
+  return line.delivers() && age_s > std::max(setup.config.line.silence_s, kFrames / setup.frames->rate_hz);
 }
 
 std::uint32_t current_quality(const Sources& sources, std::size_t axis) {

@@ -20,6 +20,10 @@ Answer answer_of(std::string_view method);
 /// The same for the methods of an axis.
 AxisAnswer axis_answer_of(std::string_view method);
 
+/// Bytes arrive, but for longer than a line may be silent (silence_s, at least three periods) no frame with gyro data
+/// that can be used: the last values are old.
+bool has_no_frames(const Sources& sources);
+
 /// The quality of the correction in use, with that of the last values; kNoData without current data.
 std::uint32_t current_quality(const Sources& sources, std::size_t axis);
 

@@ -74,7 +74,9 @@ Health health_of(const Sources& sources) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   Findings found;
   add_lines(found, acquisition);
-  found.add(Level::kFailed, acquisition.starved());
+  const std::string& starved = acquisition.starved();
+  found.add(Level::kFailed,
+            starved.empty() && has_no_frames(sources) ? "line: bytes, but no frame that can be used" : starved);
   found.add(Level::kFailed, acquisition.clocks_problem());
   found.add(Level::kFailed, acquisition.disk_problem());
   for (std::size_t i = 0; i < acquisition.axes(); ++i) {

@@ -42,6 +42,7 @@ ordered_json counters_json(const wire::DecoderCounters& c) {
           {"bad_check", c.bad_check},
           {"bad_length", c.bad_length},
           {"bad_body", c.bad_body},
+          {"refused", c.refused},
           {"skipped_bytes", c.skipped_bytes},
           {"resyncs", c.resyncs},
           {"timeouts", c.timeouts},

@@ -57,10 +57,10 @@ test("scales have round numbers with the necessary decimals", () => {
 });
 
 test("line health has the counters of decoder and timing, and names missing hardware counters", () => {
-  const line = { device: "/dev/x", baud: 921600, decoder: { frames: 12345, bad_check: 1, bad_length: 2, bad_body: 3 }, timing: { period_s: 0.00501, missing_frames: 4 }, nominal_period_s: 0.005, hardware: null, notes: ["<b>"] };
+  const line = { device: "/dev/x", baud: 921600, decoder: { frames: 12345, bad_check: 1, bad_length: 2, bad_body: 3, refused: 4 }, timing: { period_s: 0.00501, missing_frames: 4 }, nominal_period_s: 0.005, hardware: null, notes: ["<b>"] };
   const rows = Object.fromEntries(lineRows(line));
   assert.equal(rows["frames good"], "12\u2009345");
-  assert.equal(rows["rejected: checksum, length, content"], "1, 2, 3");
+  assert.equal(rows["rejected: checksum, length, content, fault"], "1, 2, 3, 4");
   assert.equal(rows["period"], "5.010000 ms, 2000.0 ppm off nominal");
   assert.equal(rows["hardware errors"], "not counted by this device");
   assert.equal(rows.note, "<b>");

@@ -99,7 +99,7 @@ void add_line(const GyroWriter& gyro, const json& status, const json& line) {
   gyro.put(kBytes, member(counters, "bytes"));
   gyro.put(kFrames, member(counters, "frames"));
   for (const char* reason :
-       {"bad_check", "bad_length", "bad_body", "skipped_bytes", "timeouts", "unconfirmed", "out_of_range"})
+       {"bad_check", "bad_length", "bad_body", "refused", "skipped_bytes", "timeouts", "unconfirmed", "out_of_range"})
     gyro.put(kRefused, {{"reason", reason}}, value_of(member(counters, reason)));
   const json& timing = member(status, "timing");
   gyro.put(kMissing, member(timing, "missing_frames"));

@@ -180,9 +180,10 @@ std::string by_arrival(const json& timing) {
 std::string n(const json& value) { return value.is_number() ? json_text(value) : std::string("-"); }
 
 std::string decoder_text(const json& d) {
-  return labelled("frames", fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body",
-                                        n(at(d, "frames")), n(at(d, "bytes")), n(at(d, "bad_check")),
-                                        n(at(d, "bad_length")), n(at(d, "bad_body")))) +
+  return labelled("frames",
+                  fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body; {} refused",
+                              n(at(d, "frames")), n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")),
+                              n(at(d, "bad_body")), n(at(d, "refused")))) +
          labelled("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
                                   n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
                                   n(at(d, "out_of_range"))));

@@ -150,6 +150,7 @@ FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, Frame
         enclosed_ ? match_enclosed(kind, here.bytes, view) : match_frame(kind, here.bytes, here.before, view);
     candidate.bad_length += result.match == Match::kBadLength ? 1 : 0;
     candidate.bad_body += result.match == Match::kBadBody ? 1 : 0;
+    candidate.refused += result.match == Match::kRefused ? 1 : 0;
     candidate.bad_check += result.match == Match::kBadCheck ? 1 : 0;
     const bool more = result.match == Match::kNeedMore;
     if (result.match != Match::kYes && !more) continue;
@@ -194,6 +195,7 @@ FrameDecoder::FrameBytes FrameDecoder::frame_bytes_at(std::size_t at) const {
 void FrameDecoder::count(const Candidate& candidate) {
   counters_.bad_length += candidate.bad_length;
   counters_.bad_body += candidate.bad_body;
+  counters_.refused += candidate.refused;
   counters_.bad_check += candidate.bad_check;
   counters_.unconfirmed += candidate.unconfirmed;
 }

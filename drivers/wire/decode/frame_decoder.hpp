@@ -22,6 +22,7 @@ struct DecoderCounters {
   std::uint64_t bad_check = 0;      ///< candidates with the right sync and length whose check failed
   std::uint64_t bad_length = 0;     ///< candidates with an invalid length field, or without an end
   std::uint64_t bad_body = 0;       ///< candidates that violate a body rule
+  std::uint64_t refused = 0;        ///< intact frames that a refuse rule rejects: the device reports a fault
   std::uint64_t skipped_bytes = 0;  ///< bytes that are not part of a good frame
   std::uint64_t resyncs = 0;        ///< interruptions of a sequence of good frames: one per damaged range
   std::uint64_t timeouts = 0;       ///< candidates dropped after a time without data
@@ -95,7 +96,7 @@ class FrameDecoder {
     Match match = Match::kNoSync;
     std::int32_t kind = -1;
     std::uint32_t length = 0;
-    std::uint32_t bad_length = 0, bad_body = 0, bad_check = 0,
+    std::uint32_t bad_length = 0, bad_body = 0, refused = 0, bad_check = 0,
                   unconfirmed = 0;  ///< message types that failed here, by cause
   };
 

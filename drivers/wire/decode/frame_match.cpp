@@ -78,7 +78,8 @@ MatchResult match_frame(const MessageType& kind, Bytes bytes, int before, FrameV
   for (const CheckRule& check : kind.checks) {
     if (!check.in_header && !check_holds(check, frame)) return {Match::kBadCheck, 0};
   }
-  if (!view.look_at(kind, frame) || refused(kind, view)) return {Match::kBadBody, 0};
+  if (!view.look_at(kind, frame)) return {Match::kBadBody, 0};
+  if (refused(kind, view)) return {Match::kRefused, 0};
   return result;
 }
 

@@ -15,8 +15,9 @@ enum class Match {
   kNeedMore,  ///< matches so far, but the frame continues after the available bytes
   kNoSync,
   kBadLength,  ///< invalid length field, or no terminator within the maximum length
-  kBadBody,    ///< violates a body or refuse rule, or has broken items or columns
+  kBadBody,    ///< violates a body rule, or has broken items or columns
   kBadCheck,
+  kRefused,  ///< intact, but a refuse rule applies
 };
 
 struct MatchResult {

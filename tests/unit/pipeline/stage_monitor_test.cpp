@@ -16,18 +16,20 @@ namespace {
 
 constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kPeriod_ns = 100'000'000;
 
-/// Lines at 10 Hz with a rate in column 1 and, with `tagged`, a time tag of ms in column 0.
-std::string lines_description(bool tagged) {
-  return std::string(R"({"format": "prism-frames", "version": 1, "name": "lines", "line": {"baud": 9600}, "rate_hz": 10,
+/// Lines at 10 Hz with a rate in column 1 and, with `tagged`, a time tag of ms in column 0. Lines with `refused` in
+/// column 0 have no data.
+std::string lines_description(bool tagged, const std::string& refused) {
+  return R"({"format": "prism-frames", "version": 1, "name": "lines", "line": {"baud": 9600}, "rate_hz": 10,
     "kinds": [{"name": "data", "length": {"terminator": "0D 0A", "min": 6, "max": 40}, "text": {"separators": " "},
-    "fields": {"tag": {"column": 0, "type": "decimal"}, "rate": {"column": 1, "type": "decimal", "unit": "deg/h"}}}],
-    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}})") +
-         (tagged ? R"(, "counter": {"field": "tag", "modulus": 1000000, "ticks_per_s": 1000}})" : "}");
+    "fields": {"tag": {"column": 0, "type": "decimal"}, "rate": {"column": 1, "type": "decimal", "unit": "deg/h"}})" +
+         refused + R"(}],
+    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}})" +
+         std::string(tagged ? R"(, "counter": {"field": "tag", "modulus": 1000000, "ticks_per_s": 1000}})" : "}");
 }
 
 struct StageMonitorTest : testing::Test {
-  void load(bool tagged) {
-    std::ofstream(folder.file("lines.json")) << lines_description(tagged);
+  void load(bool tagged, const std::string& refused = "") {
+    std::ofstream(folder.file("lines.json")) << lines_description(tagged, refused);
     std::ofstream(folder.file("gyro.json")) << R"({"frames": ")" << folder.file("lines.json")
                                             << R"(", "line": {"device": "/dev/null"}, "socket": {"path": ""}})";
     const auto setup = load_setup(folder.file("gyro.json"));
@@ -84,6 +86,17 @@ TEST_F(StageMonitorTest, ReportsBytesOfAnotherDevice) {
   const auto notices = run("$", 30);
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_NE(notices[0].text.find("bytes and no frame of lines"), std::string::npos) << notices[0].text;
+}
+
+TEST_F(StageMonitorTest, ReportsFramesThatTheDescriptionRefuses) {
+  load(false, R"(, "refuse": [{"field": "tag", "mask": 255, "value": 7}])");
+  EXPECT_TRUE(run("1 1.25", 3).empty());
+  const auto notices = run("7 1.25", 30);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].text.find("frames of lines with a fault of the device (its description refuses them)"),
+            std::string::npos)
+      << notices[0].text;
+  EXPECT_EQ(pipeline->decoder().counters().refused, 300U);
 }
 
 TEST_F(StageMonitorTest, IsSilentWhileRatesComeAndWithoutData) {

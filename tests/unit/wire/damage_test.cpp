@@ -205,8 +205,8 @@ TEST_P(Shipped, LosesNoIntactFrame) {
 }
 
 std::vector<std::uint64_t> counts(const DecoderCounters& c) {
-  return {c.bytes,         c.frames,  c.bad_check,   c.bad_length,  c.bad_body,
-          c.skipped_bytes, c.resyncs, c.unconfirmed, c.out_of_range};
+  return {c.bytes,   c.frames,        c.bad_check, c.bad_length,  c.bad_body,
+          c.refused, c.skipped_bytes, c.resyncs,   c.unconfirmed, c.out_of_range};
 }
 
 TEST_P(Shipped, ReturnsTheSameFramesForAnyChunks) {

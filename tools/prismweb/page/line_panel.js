@@ -12,7 +12,7 @@ export function lineRows(line) {
   return [
     ["device", `${line.device ?? kUnknown}${line.baud ? `, ${count(line.baud)} baud` : ""}`],
     ["frames good", count(decoder.frames)],
-    ["rejected: checksum, length, content", [decoder.bad_check, decoder.bad_length, decoder.bad_body].map(count).join(", ")],
+    ["rejected: checksum, length, content, fault", [decoder.bad_check, decoder.bad_length, decoder.bad_body, decoder.refused ?? 0].map(count).join(", ")],
     ["bytes skipped, resyncs, timeouts", [decoder.skipped_bytes, decoder.resyncs, decoder.timeouts].map(count).join(", ")],
     ["frames missing, duplicate; resets", [timing.missing_frames, timing.duplicates, timing.resets].map(count).join(", ")],
     ["period", `${fixed(1000 * timing.period_s, 6)} ms, ${fixed(parts_per_million, 1)} ppm off nominal`],

@@ -25,7 +25,7 @@ function stability(result) {
 
 function frames(status) {
   if (!status?.line) return kUnknown;
-  const rejected = ["bad_check", "bad_length", "bad_body"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
+  const rejected = ["bad_check", "bad_length", "bad_body", "refused"].reduce((sum, key) => sum + (status.line[key] ?? 0), 0);
   return `${counted(status.line.frames)}, ${counted(rejected)}, ${counted(status.timing?.missing_frames)}`;
 }
 
