@@ -18,4 +18,9 @@ struct AxisPlacement {
 /// Ω (sin φ sin e + cos φ cos e cos a), deg/h.
 double earth_rate_deg_per_h(const AxisPlacement& placement);
 
+/// The largest difference that the azimuth can make to north, deg/h: 2 Ω cos φ |cos e|. A smaller one than
+/// kAzimuthMatters needs no azimuth.
+double azimuth_range_deg_per_h(const AxisPlacement& placement);
+inline constexpr double kAzimuthMatters = 0.05;
+
 }  // namespace prism::compensation

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
 
 namespace prism::config {
@@ -23,6 +24,7 @@ void read_mounting(const Section& section, AxisConfig& axis) {
 
 void read_direction(const Section& section, AxisConfig& axis) {
   if (section.has("elevation_deg")) axis.elevation_deg = section.number("elevation_deg", {-90, 90});
+  axis.azimuth_stated = section.has("azimuth_deg");
   axis.azimuth_deg = section.number("azimuth_deg", {-360, 360}, axis.azimuth_deg);
 }
 
@@ -72,6 +74,19 @@ void refuse_both_forms(const Section& top) {
   make_error(top.object("site"), {"elevation_deg", "azimuth_deg"});
 }
 
+/// Of an axis that is not vertical.
+void warn_of_azimuth(Config& config) {
+  for (const AxisConfig& axis : config.axes) {
+    if (!axis.elevation_deg || axis.azimuth_stated) continue;
+    const double range = compensation::azimuth_range_deg_per_h({config.latitude_deg, *axis.elevation_deg, 0});
+    if (range < compensation::kAzimuthMatters) continue;
+    config.warnings.push_back(
+        fmt::format("azimuth_deg{} is not stated: north (0) is assumed; the Earth rate on this axis depends on it by "
+                    "up to {:.3g} deg/h",
+                    axis.name.empty() ? "" : " of axis " + axis.name, range));
+  }
+}
+
 }  // namespace
 
 void read_axes(const Section& top, const fs::path& base, Config& config) {
@@ -83,7 +98,8 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
     read_mounting(top.object("gyro"), axis);
     read_direction(top.object("site"), axis);
     read_models(top, base, axis);
-    return read_correction(top.object("correction"), axis, config.warnings);
+    read_correction(top.object("correction"), axis, config.warnings);
+    return warn_of_azimuth(config);
   }
   refuse_both_forms(top);
   const Section axes = top.object("axes");
@@ -98,6 +114,7 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
     read_correction(section.object("correction"), axis, config.warnings);
   }
   if (config.axes.empty()) top.fail("axes", "found none, expected at least one axis");
+  warn_of_azimuth(config);
 }
 
 }  // namespace prism::config

@@ -26,6 +26,7 @@ struct AxisConfig {
   std::string model, fallback_model;    ///< paths; empty: none
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east
+  bool azimuth_stated = false;
   compensation::CompensationSettings
       engine;  ///< its plausibility has defaults only: pipeline::Setup combines the three sources
 

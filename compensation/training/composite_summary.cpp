@@ -38,7 +38,8 @@ MethodSummary describe_composite(const TrainedModel& trained, const TrainingSett
                   p.trust.skill, compensation::evidence_of(p.trust.skill, p.trust.overlap), compensation::kFullSkill,
                   compensation::kNoSkill));
   text += detail_line("bias", fmt::format("shares of its variance: smooth {}, linear {}, quadratic {} in the inputs; "
-                                          "drift in time {}, changing {}; noise {} (the sum may differ from 100 %)",
+                                          "drift in time {}, changing {}; noise {} (they may cancel each other, so one "
+                                          "alone or the sum can exceed 100 %)",
                                           share(v.kernel.rbf), share(v.kernel.linear), share(v.kernel.quadratic),
                                           share(v.nuisance), pace, share(v.noise)));
   text +=

@@ -10,6 +10,11 @@ def plain(text):
     return re.sub(r"([\\*_])", r"\\\1", text)
 
 
+def literal(lines):
+    """A block of code; scdoc takes a backslash in it for an escape, too."""
+    return ["", "```", *(line.replace("\\", "\\\\") for line in lines), "```", ""]
+
+
 def inline(text):
     """Converts `code` and **bold** to bold and links to their text; escapes scdoc formatting."""
     out = ""
@@ -35,7 +40,7 @@ def table(rows):
     """Writes each row as its first cell and an indented rest, after a line of headings if any. Tables with over 4 columns stay tables."""
     heading, lines = cells(rows[0]), []
     if len(heading) > 4:
-        return ["", "```", rows[0], *rows[2:], "```", ""]
+        return literal([rows[0], *rows[2:]])
     if any(heading[1:]):
         lines += [f"_{plain(' – '.join(h for h in heading if h))}_", ""]
     for row in map(cells, rows[2:]):
@@ -72,7 +77,7 @@ def page(text):
     out = []
     for kind, lines in blocks(text):
         if kind == "code":
-            out += ["", "```", *lines, "```", ""]
+            out += literal(lines)
         elif kind == "table":
             out += table(lines)
         elif lines[0].startswith("#"):

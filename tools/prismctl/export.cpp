@@ -104,12 +104,36 @@ class Export {
     if (auto good = prepare(); !good) return good;
     auto connection = client::DaemonConnection::open(socket);
     if (!connection) return tl::unexpected<Error>(connection.error());
+    std::vector<std::string> axes = {settings_.axis};
+    if (settings_.axis.empty()) {
+      const auto status = connection->ask("status", json::object());
+      if (!status) return tl::unexpected<Error>(status.error().error);
+      if (const json& all = at(*status, "axes"); all.size() > 1) {
+        axes.clear();
+        for (const auto& [name, axis] : all.items()) axes.push_back(name);
+      }
+    }
+    for (const std::string& axis : axes) {
+      if (auto done = copy(*connection, axis); !done) return done;
+    }
+    return {};
+  }
+  std::string summary() const {
+    std::string text = fmt::format("{}: {} rows in {} files", settings_.directory, rows_, files_);
+    if (missing_ > 0) text += fmt::format("; {} rows are missing: deleted or damaged", missing_);
+    return text;
+  }
+  std::uint64_t rows() const { return rows_; }
+
+ private:
+  /// The log of one axis; empty: of the only one.
+  Result<void> copy(client::DaemonConnection& connection, const std::string& axis) {
     json params = {{"after", "earliest"}, {"limit", kPageRows}, {"header", true}};
-    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
+    if (!axis.empty()) params["axis"] = axis;
     for (bool more = true; more;) {
-      const auto answer = connection->ask("rows", params);
+      const auto answer = connection.ask("rows", params);
       if (!answer) return tl::unexpected<Error>(answer.error().error);
-      const json& page = client::of_axis(*answer, settings_.axis);
+      const json& page = client::of_axis(*answer, axis);
       for (const json& segment : at(page, "segments")) {
         if (auto done = add(segment); !done) return done;
       }
@@ -120,14 +144,7 @@ class Export {
     }
     return close();
   }
-  std::string summary() const {
-    std::string text = fmt::format("{}: {} rows in {} files", settings_.directory, rows_, files_);
-    if (missing_ > 0) text += fmt::format("; {} rows are missing: deleted or damaged", missing_);
-    return text;
-  }
-  std::uint64_t rows() const { return rows_; }
 
- private:
   static Result<std::int64_t> time_of(const char* option, const std::string& text, std::int64_t otherwise) {
     if (text.empty()) return otherwise;
     if (const auto time = time_in(text)) return *time;

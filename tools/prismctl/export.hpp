@@ -9,7 +9,7 @@ namespace prism::prismctl {
 struct ExportSettings {
   std::string directory;  ///< new, or empty
   std::string from, to;   ///< UTC: 2026-11-23T09:11:00; empty: no limit
-  std::string axis;
+  std::string axis;       ///< empty: every axis
 };
 
 /// Fetches the log through the socket, so that any member of its group can copy it, and writes each segment under its

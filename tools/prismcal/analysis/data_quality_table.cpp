@@ -112,7 +112,8 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
     return f.verdict == evaluation::Verdict::kRefuse && is_disturbance(f.name);
   });
   if (quality.constant_temperature && !disturbed)
-    return "nothing to compensate: the temperature is constant; has its sensor stopped?";
+    return fmt::format("nothing to compensate: the temperature changes by {:.3g} degC{}", quality.findings[0].value,
+                       quality.findings[0].value == 0 ? "; has its sensor stopped?" : ".");
   if (quality.nothing_to_compensate && !disturbed)
     return "nothing to compensate: changes of the bias with temperature are within its noise.";
   if (quality.verdict != evaluation::Verdict::kRefuse) return {};

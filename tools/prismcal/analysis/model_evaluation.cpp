@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/plain_text.hpp"
 #include "compensation/extrapolation.hpp"
 
 namespace prism::analysis {
@@ -50,10 +51,12 @@ std::optional<double> training_mean(const compensation::Model& model, const reco
   return std::nullopt;
 }
 
-std::optional<double> rms_improvement(const recordings::BlockTable& table, const ModelEvaluation& result) {
-  if (!result.training_mean_deg_per_h) return std::nullopt;
+std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
+                                      const ModelEvaluation& result) {
+  const auto mean = training_mean(model, table);
+  if (!mean) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
-  for (double& bias : before) bias -= *result.training_mean_deg_per_h;
+  for (double& bias : before) bias -= *mean;
   const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
   if (!summary || !(summary->rms > 0)) return std::nullopt;
   return 1 - result.stability.after.rms / summary->rms;
@@ -72,6 +75,9 @@ std::string missing_input(const compensation::Model& model, const recordings::Bl
 tl::unexpected<Error> too_few(const compensation::Model& model, const recordings::BlockTable& table,
                               const ModelEvaluation& result, double max_bias_deg_per_h) {
   const std::string& name = model.info().name;
+  if (result.uncorrected == 0)
+    return make_error(table.name, fmt::format("found {} of {} s, expected 2 or more", counted(table.size(), "block"),
+                                              table.features.length_s));
   if (result.without_input > 0)
     return make_error(table.name, fmt::format("input {} of model \"{}\" is unknown in {} of {} blocks; expected it, or "
                                               "a model without it (prismcal train --inputs)",
@@ -153,8 +159,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   auto stability = stability_of(result, table, divisor);
   if (!stability) return tl::unexpected(stability.error());
   result.stability = *stability;
-  result.training_mean_deg_per_h = training_mean(*model, table);
-  result.rms_improvement = rms_improvement(table, result);
+  result.rms_improvement = rms_improvement(*model, table, result);
   count_coverage(*model, table, settings, result);
   const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
                                                      result.where_corrected(result.corrected_deg_per_h), table.name);

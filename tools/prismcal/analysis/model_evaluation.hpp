@@ -28,7 +28,6 @@ struct ModelEvaluation {
   evaluation::BiasStability stability;  ///< over blocks with a correction
   /// 95 % prediction interval of the improvement in another recording; nullopt if these blocks do not determine it.
   std::optional<evaluation::PredictionInterval> improvement_interval;
-  std::optional<double> training_mean_deg_per_h;  ///< nullopt if the model does not contain it
   /// 1 − rms(after) / rms(before − mean of the training). Unlike 1 sigma it includes a shift of the bias since the
   /// training. Nullopt if the model does not contain the training mean.
   std::optional<double> rms_improvement;

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "tools/prismcal/analysis/data_quality_table.hpp"
-#include "tools/prismcal/recordings/unit_check.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -41,23 +40,22 @@ std::string reversed_drift(const recordings::BlockTable& table, const ModelEvalu
       r);
 }
 
-/// A mean bias that the training does not explain, and what would.
+/// A mean bias that the model does not explain, and what would.
 std::string other_mean(const recordings::BlockTable& table, const ModelEvaluation& evaluation) {
   constexpr double kFar = 20, kLeast = 0.5;  // sd of the bias, deg/h: no turn-on offset
   constexpr double kNear = 0.1;              // of the Earth rate
-  const double training = *evaluation.training_mean_deg_per_h, earth = table.earth_rate_deg_per_h;
-  const double mean = mean_rate_deg_per_h(table) - earth, shift = mean - training;
-  if (std::abs(shift) < std::max(kLeast, kFar * evaluation.stability.before.sd)) return {};
+  const evaluation::BiasStability& s = evaluation.stability;
+  const double mean = s.before.mean, model = mean - s.after.mean, earth = table.earth_rate_deg_per_h;
+  if (std::abs(s.after.mean) < std::max(kLeast, kFar * s.before.sd)) return {};
   const double other_rate = -mean - 2 * earth, other_earth = mean + 2 * earth;
-  const auto near = [&](double bias) { return std::abs(bias - training) < kNear * std::abs(earth); };
-  const std::string text =
-      fmt::format("its mean bias is {:.4g} deg/h, that of the training {:.4g} deg/h", mean, training);
+  const auto near = [&](double bias) { return std::abs(bias - model) < kNear * std::abs(earth); };
+  const std::string text = fmt::format("its mean bias is {:.4g} deg/h, that of the model {:.4g} deg/h", mean, model);
   if (near(other_rate) || near(other_earth))
     return text + fmt::format(
                       "; with the other sign of the rate it would be {:.4g}, with that of the Earth rate "
                       "(elevation) {:.4g}: is one of them wrong?",
                       other_rate, other_earth);
-  return text + ": are Earth rate, unit and sign the same in both?";
+  return text + ": are Earth rate (latitude, elevation, azimuth), unit and sign those of the training?";
 }
 
 }  // namespace
@@ -72,7 +70,7 @@ std::vector<std::string> recording_doubts(const recordings::BlockTable& table, c
     for (std::string& text : disturbances(*quality)) add(std::move(text));
   }
   add(reversed_drift(table, evaluation));
-  add(evaluation.training_mean_deg_per_h ? other_mean(table, evaluation) : recordings::sign_question(table));
+  add(other_mean(table, evaluation));
   return doubts;
 }
 

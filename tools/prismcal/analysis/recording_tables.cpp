@@ -79,6 +79,17 @@ Result<evaluation::AllanCoefficients> allan_coefficients(const evaluation::RateS
 
 namespace {
 
+/// A recording whose errors are larger than the model states, as after another turn-on. Nominal: 95 %.
+std::string coverage_text(const ModelEvaluation& evaluated) {
+  constexpr double kMuchLess = 0.8;
+  if (evaluated.with_sd == 0) return "";
+  const double share = static_cast<double>(evaluated.within_two_sd) / static_cast<double>(evaluated.with_sd);
+  if (share >= kMuchLess) return "";
+  return fmt::format(
+      " Only {:.1f} % of the means are within 2 sd of the prediction, expected 95 %: here its sd is too small.",
+      100 * share);
+}
+
 /// The improvement to expect in further recordings.
 std::string further_text(const ModelEvaluation& evaluated) {
   const auto& interval = evaluated.improvement_interval;
@@ -93,10 +104,11 @@ std::string further_text(const ModelEvaluation& evaluated) {
 report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
   const ModelEvaluation& evaluated = *recording.evaluation;
   const evaluation::BiasStability& s = evaluated.stability;
-  const std::string sigmas = fmt::format("1 sigma of {} s means is {:.5f} deg/h before and {:.5f} after",
-                                         recording.table->features.length_s, s.before.sd, s.after.sd);
-  const std::string outside =
-      fmt::format("{:.1f} % of the means are outside the training range.", evaluated.extrapolated_percent());
+  const std::string sigmas = fmt::format(
+      "1 sigma of {} s means is {:.5f} deg/h before and {:.5f} after, their mean {:.5f} before and {:.5f} after",
+      recording.table->features.length_s, s.before.sd, s.after.sd, s.before.mean, s.after.mean);
+  const std::string outside = fmt::format("{:.1f} % of the means are outside the training range.{}",
+                                          evaluated.extrapolated_percent(), coverage_text(evaluated));
   if (!overlap.empty())
     return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data: {}. {}",
                         recording.table->name, overlap, sigmas, outside),

@@ -34,6 +34,7 @@ Result<compensation::ModelPtr> load_model(const std::string& path);
 
 /// After this call, the first Ctrl-C sets the returned flag, and the second one kills the program.
 const std::atomic<bool>* stop_on_interrupt();
+inline constexpr const char* kStoppedEarly = "stopped early by Ctrl-C, before the best parameters were found";
 
 /// Exit code of `evaluate` if a recording was used in training.
 inline constexpr int kNotATest = 3;

@@ -106,6 +106,7 @@ Result<int> run(const FitChoice& choice) {
       training::train(data, std::move(info), *settings, progress_bar(choice.method.quiet), stop_on_interrupt());
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
+  if (*stop_on_interrupt()) fmt::print(stderr, "prismcal: {}\n", kStoppedEarly);
   const auto summary = summary_json(*trained, *settings, data.names);
   if (!choice.out.empty()) {
     const std::string text =

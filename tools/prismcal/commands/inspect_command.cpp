@@ -68,14 +68,14 @@ std::string grid_text(const TimeSummary& time) {
 }
 
 /// Of a record with fewer blocks than a training accepts.
-void print_if_too_short(double seconds) {
+void print_if_too_short(double seconds, const char* how = "") {
   const compensation::FeatureDefinition features;
   const double least_s =
       evaluation::DataQualitySettings{}.min_blocks.reject * features.length_s + compensation::history_s(features);
   if (seconds < least_s)
     fmt::print(
-        "These are only {:.3g} s. The command needs at least {:g} s; a model needs a complete temperature cycle.\n",
-        seconds, least_s);
+        "These are only {:.3g} s{}. The command needs at least {:g} s; a model needs a complete temperature cycle.\n",
+        seconds, how, least_s);
 }
 
 void print(const TableSummary& summary, const std::string& path) {
@@ -102,15 +102,9 @@ void print(const TableSummary& summary, const std::string& path) {
                time_text(*summary.time, summary.time->first_ns), time_text(*summary.time, summary.time->last_ns),
                grid_text(*summary.time));
   if (!summary.problem.empty()) return;
-  if (summary.command.empty())
-    fmt::print(
-        "\nNo column has the unit of a rate; state the columns (name or number) and units, as in\n"
-        "prismcal train {} --map rate=COLUMN:deg/h --map temperature=COLUMN:degC --map time=COLUMN:s {} "
-        "--inputs T,dTdt --out model.json\n",
-        printable(shell_word(path)), recordings::kSiteOptions);
-  else
-    fmt::print("\n{}\n", printable(summary.command));
-  fmt::print("{}\n", recordings::kSiteAdvice);
+  if (!summary.states_rate)
+    fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");
+  fmt::print("\n{}\n{}\n", printable(summary.command), recordings::kSiteAdvice);
   if (summary.time) print_if_too_short(static_cast<double>(summary.time->last_ns - summary.time->first_ns) / 1e9);
 }
 
@@ -153,7 +147,7 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
                            {"remark", time.grid->remark}});
     }
   }
-  json["command"] = summary.command;
+  json["command"] = summary.states_rate ? summary.command : "";
   json["problem"] = summary.problem;
   return json;
 }
@@ -161,11 +155,13 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
 /// The configuration and the command to train on bytes that the description fits. The words in capitals are refused.
 void print_next(const InspectChoice& choice, const std::string& kind, const wire::SniffScore& score) {
   const wire::FrameDescription& frames = *score.description;
-  std::string site = "\"site\": {\"latitude_deg\": LATITUDE, \"elevation_deg\": ELEVATION}", options;
+  std::string site = "\"site\": {\"latitude_deg\": LATITUDE, \"elevation_deg\": ELEVATION, \"azimuth_deg\": AZIMUTH}",
+              options;
   if (frames.axis_names.size() > 1) {
     std::string axes;
     for (const std::string& name : frames.axis_names)
-      axes += fmt::format("{}\"{}\": {{\"elevation_deg\": ELEVATION}}", axes.empty() ? "" : ", ", name);
+      axes += fmt::format("{}\"{}\": {{\"elevation_deg\": ELEVATION, \"azimuth_deg\": AZIMUTH}}",
+                          axes.empty() ? "" : ", ", name);
     site = fmt::format("\"site\": {{\"latitude_deg\": LATITUDE}},\n   \"axes\": {{{}}}", axes);
     options = " --axis " + frames.axis_names.front();
   }
@@ -175,10 +171,13 @@ void print_next(const InspectChoice& choice, const std::string& kind, const wire
       "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, {}}}\n"
       "then: prismcal train {} --config gyro.json{} --out model.json\n",
       frames.name, site, shell_word(choice.file), options);
-  print_if_too_short(static_cast<double>(score.rates) / (score.rate_hz > 0 ? score.rate_hz : frames.rate_hz));
+  const bool timed = score.rate_hz > 0;
+  print_if_too_short(static_cast<double>(score.rates) / (timed ? score.rate_hz : frames.rate_hz),
+                     timed ? "" : " at the description's frame rate (another rate of this gyro: rate_hz in gyro.json)");
   if (kind != "capture")
     fmt::print(
-        "The file has no arrival times: time comes from the description's rate (rate_hz), or from its counter with "
+        "Arrival times are not read from this kind of file: time comes from the description's rate (rate_hz), or from "
+        "its counter with "
         "\"clock\": \"device\".\n");
 }
 

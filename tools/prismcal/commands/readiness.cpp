@@ -82,7 +82,7 @@ ModelJudgement judge_model(const training::TrainedModel& trained, const std::opt
   if (expected->explained <= 0)
     return {Readiness::kNotReady, "held-out parts of the recording get worse with it",
             "record a longer or wider cycle, or add inputs (--inputs auto)"};
-  if (expected->improvement && expected->improvement->low <= 0)
+  if (expected->improvement && expected->improvement->low < 0.005)  // printed as 0 %
     return {Readiness::kDoubtful, "it may also be no improvement",
             "judge it on another recording, or record a longer or wider cycle"};
   return {};

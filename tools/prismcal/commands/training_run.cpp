@@ -150,13 +150,15 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!models) return tl::unexpected<Error>(models.error());
     settings->siblings = std::move(*models);
   }
-  auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet),
-                                 stop ? stop() : nullptr);
+  const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
+  auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet), stopped);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
+  if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
   auto summary = summary_json(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
   Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions);
+  summary["stopped_early"] = stopped && *stopped;
   summary["readiness"] = readiness_text(judgement.readiness);
   summary["expected"] = expectation_json(expected);
   summary["recordings"] = set->facts;

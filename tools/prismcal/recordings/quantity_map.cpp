@@ -44,8 +44,18 @@ std::string known_units(const std::string& quantity) {
   return known;
 }
 
-/// The entries of --map that read these columns, by their units and names; empty if no rate is recognised. Of several
-/// columns that may be a quantity it takes the first.
+/// The first number of this unit.
+std::optional<std::size_t> column_of(const tables::TableSource& table, std::string_view quantity) {
+  const auto& columns = table.columns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].unit && columns[i].unit->quantity == quantity && table.kind(i) == tables::ColumnKind::kNumber)
+      return i;
+  }
+  return std::nullopt;
+}
+
+/// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
+/// states. Of several columns that may be a quantity it takes the first.
 std::vector<std::string> suggested_map(const tables::TableSource& table) {
   std::vector<std::string> entries;
   const auto& columns = table.columns();
@@ -53,14 +63,11 @@ std::vector<std::string> suggested_map(const tables::TableSource& table) {
   const auto name_of = [&](std::size_t i) {
     return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
   };
-  for (const char* quantity : {"rate", "temperature", "uhfo"}) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (!columns[i].unit || columns[i].unit->quantity != quantity || table.kind(i) != tables::ColumnKind::kNumber)
-        continue;
-      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(i), columns[i].unit->name));
-      break;
-    }
-    if (entries.empty()) return entries;
+  for (const std::string quantity : {"rate", "temperature", "uhfo"}) {
+    if (const auto i = column_of(table, quantity))
+      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(*i), columns[*i].unit->name));
+    else if (quantity != "uhfo")
+      entries.push_back(quantity + "=COLUMN:UNIT");
   }
   if (const auto time = table.time_column()) {
     const tables::Unit* unit = columns[*time].unit;
@@ -141,9 +148,10 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
 
+bool states_rate(const tables::TableSource& table) { return column_of(table, "rate").has_value(); }
+
 std::string train_command(const tables::TableSource& table, const tables::TableOptions& options) {
   const std::vector<std::string> entries = suggested_map(table);
-  if (entries.empty()) return {};
   std::string text = "prismcal train " + shell_word(table.path()) + options_text(options), inputs;
   bool timed = options.interval_s > 0;
   for (const std::string& entry : entries) {

@@ -34,8 +34,11 @@ inline constexpr const char* kSiteAdvice =
     "DEG: latitude of the site, elevation of the gyro's input axis above the horizon; for rates already corrected for "
     "the Earth rate: --no-earth-rate instead";
 
+/// A column has the unit of a rate.
+bool states_rate(const tables::TableSource& table);
+
 /// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
-/// the units and names of the columns, with the stated options; empty if no rate is recognised.
+/// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.
 std::string train_command(const tables::TableSource& table, const tables::TableOptions& options);
 
 }  // namespace prism::recordings

@@ -49,9 +49,9 @@ bool is_foreign(const std::string& path) {
 Error without_map(const std::string& path, const SourceOptions& options) {
   const auto table = tables::open_table(path, options.table);
   if (!table) return table.error();
-  const std::string command = train_command(**table, options.table);
-  if (!command.empty())
-    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", command, kSiteAdvice)};
+  if (states_rate(**table))
+    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", train_command(**table, options.table),
+                              kSiteAdvice)};
   return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
                             "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
                             (*table)->names_text(), shell_word(path))};
@@ -167,6 +167,13 @@ Result<double> earth_rate_of(const Recording& recording, const SiteOptions& opti
   placement.latitude_deg = options.latitude_deg.value_or(placement.latitude_deg);
   placement.elevation_deg = options.elevation_deg.value_or(placement.elevation_deg);
   placement.azimuth_deg = options.azimuth_deg.value_or(placement.azimuth_deg);
+  const bool from_options = options.latitude_deg && options.elevation_deg && !options.azimuth_deg;
+  const double range = compensation::azimuth_range_deg_per_h(placement);
+  if (from_options && range >= compensation::kAzimuthMatters)
+    return make_error("--azimuth",
+                      fmt::format("found none, expected it for an axis that is not vertical: the Earth rate "
+                                  "on it depends on the azimuth by up to {:.3g} deg/h",
+                                  range));
   return compensation::earth_rate_deg_per_h(placement);
 }
 

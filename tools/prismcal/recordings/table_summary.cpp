@@ -82,6 +82,7 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   TableSummary summary;
   summary.dialect = table.dialect_text();
   summary.command = train_command(table, options);
+  summary.states_rate = states_rate(table);
   tables::Selection selection;
   const auto time = table.time_column();
   for (std::size_t i = 0; i < table.columns().size(); ++i) {

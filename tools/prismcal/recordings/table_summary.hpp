@@ -31,7 +31,8 @@ struct TimeSummary {
 };
 
 struct TableSummary {
-  std::string dialect, command;  ///< command: train_command(), or empty
+  std::string dialect, command;  ///< command: train_command()
+  bool states_rate = false;      ///< the command is complete but for the site
   std::size_t rows = 0, torn = 0;
   std::vector<ColumnSummary> columns;
   std::optional<TimeSummary> time;

@@ -223,9 +223,11 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     set.facts.push_back(facts_of(*recording, *table, *left_out));
     table->seconds = {};  // not needed for training
     set.notes.push_back(
-        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled)",
+        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled); mean bias "
+                    "{:.4g} deg/h, without the Earth rate on the axis, {:.4g} deg/h",
                     recording->name, counted(table->size() - *left_out, "block"), set.features.length_s,
-                    counted(table->gaps, "gap"), table->missing_s, counted(*left_out, "block")));
+                    counted(table->gaps, "gap"), table->missing_s, counted(*left_out, "block"),
+                    mean_rate_deg_per_h(*table) - table->earth_rate_deg_per_h, table->earth_rate_deg_per_h));
     const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
     for (const auto* texts : {&recording->notes, &recording->questions}) {
       for (std::size_t i = 0; !announced && i < texts->size(); ++i)
