@@ -90,7 +90,8 @@ class Extraction {
     if (!(best > 0) || model_.distance(type, 0) < kDetermined) return std::nullopt;
     if (type == NoiseType::kBiasInstability && model_.misfit() > 0 && !has_plateau(curve_)) return std::nullopt;
     AllanCoefficient found;
-    found.value = value(best);
+    // The test lets the other noises be slightly negative, the best fit does not: it may be just outside the interval.
+    found.value = std::clamp(value(best), at_least, at_most);
     found.low = at_least;
     found.high = at_most;
     finish(found, type);

@@ -311,8 +311,6 @@ StrengthInterval strength_interval(const AllanModel& model, NoiseType noise, dou
     const Ordinate top = below ? Ordinate{best, at_best.too_small} : Ordinate{interval.high, too_small(interval.high)};
     interval.low = root_between(too_small, {0, at_0.too_small}, top);
   }
-  // A strength that is printed belongs to its interval.
-  if (best > 0) interval = {std::min(interval.low, best), std::max(interval.high, best)};
   return interval;
 }
 
