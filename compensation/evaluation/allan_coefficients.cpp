@@ -101,7 +101,7 @@ class Extraction {
   std::optional<AllanCoefficient> ramp(double& at_least, double& at_most) const {
     const double per_h = 3600 / curve_.tau0_s, slope = std::abs(model_.slope()) * per_h, sd = model_.slope_sd() * per_h;
     at_most = slope + z_ * sd;
-    if (!model_.ramp_is_certain()) return std::nullopt;
+    if (!model_.ramp_is_certain() || only_flicker_is_slow()) return std::nullopt;
     AllanCoefficient found;
     found.value = slope;
     found.low = at_least = std::max(0.0, slope - z_ * sd);
@@ -111,6 +111,13 @@ class Extraction {
   }
 
  private:
+  /// The points show slow noise, but no K: it may be hidden behind B, and decides how uncertain the slope is.
+  bool only_flicker_is_slow() const {
+    const NoiseSquares& noise = model_.noise();
+    return noise(static_cast<Eigen::Index>(NoiseType::kBiasInstability)) > 0 &&
+           !(noise(static_cast<Eigen::Index>(NoiseType::kRateRandomWalk)) > 0);
+  }
+
   void finish(AllanCoefficient& found, NoiseType type) const {
     found.relative_sd = (found.high - found.low) / (2 * z_ * found.value);
     set_range(found, type, curve_, model_.noise());

@@ -218,6 +218,37 @@ TEST(AllanCoverage, AnIntervalIsNotWidenedToTheBestFit) {
   EXPECT_NEAR(inside / double{kSeries}, kProbability, 0.14);  // 3 sigma
 }
 
+// A ramp in noise of all four kinds. If the fit has B without K, the standard deviation of the slope lacks the walk:
+// before, the intervals of these records held the truth in 46 %.
+TEST(AllanCoverage, ARampBesideFlickerWithoutAWalkIsNotDetermined) {
+  constexpr int kSeries = 100;
+  const double slope = std::sqrt(3e-4);
+  const test::Flicker flicker(kValues);
+  int given = 0, inside = 0, hidden = 0;
+  for (std::uint64_t seed = 0; seed < kSeries; ++seed) {
+    test::NormalPairs normal(12000 + seed);
+    std::vector<double> rate = flicker(normal);
+    const std::vector<double> walk = test::averaged_walk(kValues, normal),
+                              angle = test::quantised_angle(kValues, normal);
+    for (std::size_t i = 0; i < kValues; ++i) {
+      rate[i] = std::sqrt(0.06) * rate[i] + std::sqrt(1e-3) * walk[i] + std::sqrt(3.0) * angle[i] + normal() +
+                slope * static_cast<double>(i);
+    }
+    const AllanCurve curve = octaves(rate);
+    const AllanModel model = AllanModel::fit(curve, "x").value();
+    const auto ramp = extract_coefficients(curve, model, kProbability, "x")->rate_ramp_deg_per_h_h;
+    const bool without_walk = model.noise()(2) > 0 && model.noise()(3) == 0;
+    hidden += model.ramp_is_certain() && without_walk;
+    if (!ramp) continue;
+    EXPECT_FALSE(without_walk) << seed;
+    ++given;
+    inside += ramp->low <= 3600 * slope && 3600 * slope <= ramp->high;
+  }
+  EXPECT_GT(hidden, 0);
+  EXPECT_GT(given, 30);
+  EXPECT_NEAR(inside / static_cast<double>(given), kProbability, 0.2);  // 3 sigma of 50
+}
+
 // White noise and a random walk whose other points show hardly any walk. Before, the slope of each of these records was
 // a certain ramp (3 of 2 000 records): it exceeded four standard deviations with the largest K of one sigma, but a K
 // of two sigma explained it.
