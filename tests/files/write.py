@@ -188,6 +188,8 @@ def main():
             temp=[num(t, ",", 3) for t in TEMP]), "two readings are possible")
     refused("one-column.csv", "".join(f"{num(r, ',', 2)}\n" for r in RATE), "two readings are possible", columns=("1", "1", "1"))
     refused("either-date.csv", table(time=[f"03/04/2024 12:00:{t:04.1f}" for t in TIME], head=named), "two readings are possible", columns=named, inspect=1)
+    newyear = [f"{1 + (i > 30):02}/01/2024 {(11 + i // 30 * 12) % 24:02}:{i % 30:02}:00" for i in range(N)]
+    refused("either-date-later.csv", table(time=newyear, head=named), '"02/01/2024 23:01:00" is 2024-01-02 or 2024-02-01', columns=named, inspect=1)
     refused("time-unknown-unit.csv", table(time=[f"{t * 1e9:.0f}" for t in TIME], head=named), "two readings are possible", columns=named, inspect=1)
     refused("two-names.csv", table(head=("t_s", "rate_deg_per_h", "t_s")), f'{f}:1: found column "t_s" twice')
     refused("nul.csv", table().replace("8.4", "8\0.4", 1).encode(), "found a NUL byte, expected text")

@@ -41,11 +41,13 @@ std::string spark(const ColumnSummary& column) {
   for (const double mean : column.course) {
     if (std::isfinite(mean)) low = std::min(low, mean), high = std::max(high, mean);
   }
+  // The means of a constant column differ by rounding.
+  const bool constant = !(column.largest > column.smallest) || !(high > low);
   std::string text;
   const std::size_t step = column.course.size() > 32 ? 2 : 1;
   for (std::size_t i = 0; i < column.course.size(); i += step) {
     const double mean = column.course[i];
-    const double part = high > low ? (mean - low) / (high - low) : 0;
+    const double part = !constant ? (mean - low) / (high - low) : 0;
     text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
   }
   return text;

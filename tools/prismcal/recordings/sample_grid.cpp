@@ -259,7 +259,9 @@ void describe(SampleGrid& grid, std::size_t rows) {
 }  // namespace
 
 PackedStamps SampleGrid::times_ns(const PackedStamps& stamps) const {
-  if (regular) return stamps;
+  // Also if the stamps jitter by microseconds: at the ends of seconds, those of Excel days would fall on either side.
+  constexpr double kExact_s = 1e-9;
+  if (regular && jitter_s < kExact_s) return stamps;
   PackedStamps times;
   std::int64_t before = 0;
   const double interval_ns = 1e9 * interval_s;

@@ -24,11 +24,12 @@ struct SampleGrid {
   std::size_t lost = 0;                                     ///< in all holes
   std::size_t repeated = 0;                                 ///< stamps equal to the one before
   double mean_step_s = 0, median_step_s = 0, jitter_s = 0;  ///< jitter: of the stamps around the grid
-  bool regular = true;  ///< each step is the interval, or a hole, within 1 %: the stamps can be used as they are
+  bool regular = true;                                      ///< each step is the interval, or a hole, within 1 %
   /// How the interval was found, and why; empty if the stamps are regular and mean and median step agree within 1 %.
   std::string remark;
 
-  /// Times on the grid, in ns: the stamps without their jitter. `stamps_ns`: those of sample_grid().
+  /// Times on the grid, in ns: the stamps without their jitter; the stamps themselves if they are regular and exact to
+  /// 1 ns. `stamps_ns`: those of sample_grid().
   PackedStamps times_ns(const PackedStamps& stamps_ns) const;
 };
 

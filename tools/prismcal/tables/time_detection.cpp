@@ -26,17 +26,20 @@ bool is_clock(const Rows& sample, std::size_t column) {
   return clock && clock->order == DateOrder::kNone && clock->has_time;
 }
 
-Error ambiguous_date(const std::string& where, const Header& header, const std::string& cell) {
-  const auto date = date_in(cell);
-  const auto text = [&](DateOrder order) {
-    const int month = order == DateOrder::kMonthFirst ? date->first : date->second;
-    const int day = order == DateOrder::kMonthFirst ? date->second : date->first;
-    return fmt::format("{:04}-{:02}-{:02}", date->year, month, day);
-  };
+Error ambiguous_date(const std::string& where, const Header& header, const Rows& sample, std::size_t time) {
+  for (const auto& row : sample) {
+    const auto date = date_in(row[time]);
+    if (!date || date->order != DateOrder::kEither || date->first == date->second) continue;
+    const auto text = [&](int month, int day) { return fmt::format("{:04}-{:02}-{:02}", date->year, month, day); };
+    return Error{where,
+                 fmt::format("column {}: two readings are possible: \"{}\" is {} or {}; state --time-format dmy or "
+                             "--time-format mdy",
+                             header.text, row[time], text(date->second, date->first), text(date->first, date->second))};
+  }
   return Error{where,
-               fmt::format("column {}: two readings are possible: \"{}\" is {} or {}; state --time-format dmy or "
-                           "--time-format mdy",
-                           header.text, cell, text(DateOrder::kDayFirst), text(DateOrder::kMonthFirst))};
+               fmt::format("column {}: two readings are possible: \"{}\" does not show whether the day or the month "
+                           "is first; state --time-format dmy or --time-format mdy",
+                           header.text, sample.front()[time])};
 }
 
 Result<TimeFormat> detect_text(const std::string& where, const std::vector<Header>& columns, const Rows& sample,
@@ -60,7 +63,7 @@ Result<TimeFormat> detect_text(const std::string& where, const std::vector<Heade
       if (date->order != DateOrder::kEither) format.order = date->order;
     }
     if (either && format.order == DateOrder::kNone)
-      return tl::unexpected<Error>(ambiguous_date(where, columns[time], sample.front()[time]));
+      return tl::unexpected<Error>(ambiguous_date(where, columns[time], sample, time));
   }
   if (format.has_date && !first->has_time && is_clock(sample, time + 1)) format.second = time + 1;
   format.text = format.has_date
