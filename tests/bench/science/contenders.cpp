@@ -62,6 +62,15 @@ Served serve(const compensation::Model& model, const training::TrainingData& dat
   return served;
 }
 
+Eigen::VectorXd biases_of(const compensation::Model& model, const training::TrainingData& data) {
+  Eigen::VectorXd bias(data.target.size());
+  for (Eigen::Index i = 0; i < bias.size(); ++i) {
+    const Eigen::VectorXd x = data.inputs.col(i);
+    bias[i] = model.bias_deg_per_h({x.data(), static_cast<std::size_t>(x.size())});
+  }
+  return bias;
+}
+
 double covered(const Eigen::VectorXd& error, const Eigen::VectorXd& sd) {
   return (error.array().abs() <= 2 * sd.array()).cast<double>().mean();
 }

@@ -42,6 +42,9 @@ struct Served {
 };
 Served serve(const compensation::Model& model, const training::TrainingData& data, compensation::Extrapolation policy);
 
+/// The biases alone, for a policy that leaves them as they are: the standard deviations cost far more.
+Eigen::VectorXd biases_of(const compensation::Model& model, const training::TrainingData& data);
+
 /// Share of the errors within 2 sd.
 double covered(const Eigen::VectorXd& error, const Eigen::VectorXd& sd);
 

@@ -47,10 +47,14 @@ int passes(std::uint64_t first_seed, int count) {
         const auto data = part_of(simulate(simulation::paper_profile(), truth.settings, seed).data, part);
         const Record test = simulate(simulation::paper_profile(), truth.settings, seed + 1);
         for (const Contender& contender : kContenders) {
-          const Served served = serve(*trained(contender, data), test.data, contender.policy);
-          const Eigen::VectorXd error = test.data.target - served.bias;
+          const compensation::ModelPtr model = trained(contender, data);
+          if (contender.method != "composite") {
+            gain[contender.name].push_back(gained(test.data, biases_of(*model, test.data)));
+            continue;
+          }
+          const Served served = serve(*model, test.data, contender.policy);
           gain[contender.name].push_back(gained(test.data, served.bias));
-          if (contender.method == "composite") inside.push_back(covered(error, served.sd_mean));
+          inside.push_back(covered(test.data.target - served.bias, served.sd_mean));
         }
       }
       fmt::print("| {} | {} |", truth.name, part.name);

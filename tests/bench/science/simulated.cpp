@@ -43,10 +43,14 @@ void judge_guard(const Eigen::VectorXd& error, const Served& served, double repe
 
 void judge(const Contender& contender, const compensation::Model& model, const Record& test, double& repeat_sd,
            Cell& cell) {
+  std::vector<double>& improvement = cell.improvement[contender.name];
+  if (contender.method != "composite") {
+    improvement.push_back(gained(test.data, biases_of(model, test.data)));
+    return;
+  }
   const Served served = serve(model, test.data, contender.policy);
   const Eigen::VectorXd error = test.data.target - served.bias;
-  cell.improvement[contender.name].push_back(gained(test.data, served.bias));
-  if (contender.method != "composite") return;
+  improvement.push_back(gained(test.data, served.bias));
   if (std::isnan(repeat_sd)) repeat_sd = std::sqrt(centred(error).squaredNorm() / static_cast<double>(error.size()));
   cell.covered.push_back(covered(error, served.sd_mean));
   const Eigen::Index rest = error.size() - 1;  // the truth of the first block is incomplete
