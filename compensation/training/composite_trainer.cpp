@@ -66,9 +66,30 @@ Eigen::VectorXd first_weights(const TrainingData& data) {
   return weight;
 }
 
+// 1 for the rows that the weights do not take for outliers, else 0: only they judge the model.
+Eigen::ArrayXd believed(const Eigen::VectorXd& weight) { return (weight.array() >= kBelievedWeight).cast<double>(); }
+
+double believed_mean(const Eigen::ArrayXd& values, const Eigen::VectorXd& weight) {
+  const Eigen::ArrayXd counts = believed(weight);
+  return counts.sum() > 0 ? (counts * values).sum() / counts.sum() : values.mean();
+}
+
+// Uncertainty and the cost of shrinkage are relative to the variance of the target: outliers must not enlarge it.
+void rescale(CompositeSamples& samples, CompositeFit& fit, compensation::Normalisation& constants) {
+  const double level = believed_mean(samples.y, fit.weight), scale = believed_sd(samples.y, fit.weight);
+  samples.y = (samples.y.array() - level) / scale;
+  constants.target_shift += level * constants.target_scale;
+  constants.target_scale *= scale;
+  auto v = composite_variances(fit.theta, samples.x.rows());
+  for (double* variance :
+       {&v.kernel.rbf, &v.kernel.linear, &v.kernel.quadratic, &v.nuisance, &v.noise, &v.offset, &samples.warm_up})
+    *variance /= scale * scale;
+  fit.theta = composite_theta(v, samples.recordings > 1);
+}
+
 struct HeldOut {
   Eigen::VectorXd mean, variance;  ///< of each sample, by a model without its fold; normalised, without level
-  Eigen::VectorXd level;           ///< the mean of the target in that model's training data
+  Eigen::VectorXd level;           ///< the mean of the target in that model's training data, without outliers
 };
 
 double level_of(const CompositeSamples& samples, const Eigen::VectorXd& theta) {
@@ -86,7 +107,7 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
     Eigen::VectorXd variance;
     held.mean(members) = system->predict(samples.x(Eigen::all, members), &variance);
     held.variance(members) = (variance.array() - level_of(seen, fit.theta)).max(0);
-    held.level(members).setConstant(seen.y.mean());
+    held.level(members).setConstant(believed_mean(seen.y, fit.weight(rest)));
   }
   return held;
 }
@@ -98,7 +119,8 @@ struct Skill {
 
 // r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other.
 // Returns the half that says less for the model, because the next record may resemble either. ω = 1 / (1 + v/var_y)²: a
-// half with a high uncertainty at a point does not count there; overlap is the mean of √ω.
+// half with a high uncertainty at a point does not count there; overlap is the mean of √ω. Rows that the weights take
+// for outliers do not count: an error that no model can predict lowers r.
 Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Folds halves(samples.recording.size(), 0);
   for (std::size_t i = halves.size() / 2; i < halves.size(); ++i) halves[i] = 1;
@@ -107,7 +129,7 @@ Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Skill worst;
   for (const auto& half : fold_members(halves)) {
     const Eigen::ArrayXd y = samples.y(half), knows = (1 + held->variance(half).array()).inverse();
-    const Eigen::ArrayXd v = fit.weight(half).array() * knows.square();
+    const Eigen::ArrayXd v = believed(fit.weight(half)) * fit.weight(half).array() * knows.square();
     const double missed = (v * (y - held->mean(half).array()).square()).sum(),
                  moved = (v * (y - held->level(half).array()).square()).sum();
     const Skill skill{moved > 0 ? 1 - missed / moved : 0, knows.mean()};
@@ -120,12 +142,11 @@ Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
 // The noise variance of the rows that the weights do not take for outliers, as a share of that of the likelihood, to
 // which an outlier adds up to ten times the square of the scale. 1 without outliers.
 double believed_noise(const CompositeSamples& samples, const CompositeFit& fit) {
-  const Eigen::ArrayXd believed = (fit.weight.array() >= kBelievedWeight).cast<double>();
-  if ((believed == 1).all()) return 1;
+  if ((believed(fit.weight) == 1).all()) return 1;
   const auto system = CompositeSystem::make(samples, fit.theta, fit.weight);
   if (!system) return 1;
   const Eigen::ArrayXd square = fit.weight.array() * system->residual().array().square();
-  return std::min(1.0, (believed * square).sum() / believed.sum() / square.mean());
+  return std::min(1.0, believed_mean(square, fit.weight) / square.mean());
 }
 
 // Normalised. Cross-conformal (Vovk 2015): blocks of the record, or recordings, each predicted by a model without it;
@@ -139,7 +160,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
   const double drift = variances.nuisance - level_of(samples, fit.theta);
   spread.nuisance_deg_per_h = std::sqrt(drift + variances.offset);
   if (samples.recordings == 1) {
-    const double assumed = compensation::kAssumedOffset * believed_sd(samples.y, fit.weight);
+    const double assumed = compensation::kAssumedOffset;
     spread.offset_deg_per_h = std::sqrt(assumed * assumed + kDaysDiffer * drift);
   }
   spread.noise_deg_per_h = std::sqrt(variances.noise * believed_noise(samples, fit));
@@ -282,11 +303,11 @@ Result<ResourcePlan> plan_composite(Eigen::Index samples, Eigen::Index inputs, c
 Result<TrainedModel> train_composite(TrainingJob job) {
   const auto plan = plan_composite(job.data.inputs.cols(), job.data.inputs.rows(), job.settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
-  const auto data = job.normalised();
+  auto data = job.normalised();
   if (!data) return tl::unexpected<Error>(data.error());
   TrainingSettings settings = job.settings;
   settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
-  const CompositeSamples samples = samples_of(*data, job.data);
+  CompositeSamples samples = samples_of(*data, job.data);
   const auto told = [&](int done, int expected, double objective) {
     if (job.progress) job.progress(done, expected, {0, 0, 0, objective});
   };
@@ -296,6 +317,12 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
   auto p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
+  if (p && (believed(fit->weight) == 0).any()) {
+    rescale(samples, *fit, data->constants);
+    const auto report = trained.reweight;
+    p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
+    trained.reweight = report;
+  }
   if (!p) return tl::unexpected<Error>(p.error());
   const compensation::Normalisation& n = data->constants;
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
