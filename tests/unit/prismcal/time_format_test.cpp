@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A time whose nanoseconds do not fit 64 bits is no time; it was another time.
+// A time whose nanoseconds do not fit 64 bits is rejected; before, it became another time.
 #include "tools/prismcal/tables/time_format.hpp"
 
 #include <gtest/gtest.h>
