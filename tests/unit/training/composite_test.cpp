@@ -156,7 +156,7 @@ TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
 }
 
 // Outliers of 10 and 30 noises were part of the noise and of the drift that the model states, and judged the skill: its
-// sd was up to ten times the clean one.
+// sd was up to eight times the clean one.
 TEST(CompositeTrainer, OutliersAreNeitherNoiseNorDriftNorMissingSkill) {
   constexpr double kNoise = 0.005;
   DriftingRecord clean(400, 0.001);
