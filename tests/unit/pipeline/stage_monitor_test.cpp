@@ -21,8 +21,9 @@ constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kPeriod_ns = 100'0
 std::string lines_description(bool tagged, const std::string& refused) {
   return R"({"format": "prism-frames", "version": 1, "name": "lines", "line": {"baud": 9600}, "rate_hz": 10,
     "kinds": [{"name": "data", "length": {"terminator": "0D 0A", "min": 6, "max": 40}, "text": {"separators": " "},
-    "fields": {"tag": {"column": 0, "type": "decimal"}, "rate": {"column": 1, "type": "decimal", "unit": "deg/h"}})" +
-         refused + R"(}],
+    "fields": {"tag": {"column": 0, "type": ")" +
+         std::string(refused.empty() ? "decimal" : "hex") +
+         R"("}, "rate": {"column": 1, "type": "decimal", "unit": "deg/h"}})" + refused + R"(}],
     "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}})" +
          std::string(tagged ? R"(, "counter": {"field": "tag", "modulus": 1000000, "ticks_per_s": 1000}})" : "}");
 }
