@@ -61,7 +61,7 @@ Result<TrainedModel> train_lssvm(TrainingJob job) {
     point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
              0};
   } else {
-    auto found = tune_on_part(*data, settings, folds_of(job.data, job.settings), job.progress, job.stop);
+    auto found = tune_on_part(*data, settings, job.folds(), job.progress, job.stop);
     if (!found) return tl::unexpected<Error>(found.error());
     point = found->best;
     tuning = std::move(*found);

@@ -36,6 +36,8 @@ struct TrainingJob {
   const TuningProgress& progress;
   const std::atomic<bool>* stop;
 
+  /// The folds of the settings, at most one per sample.
+  Folds folds() const;
   Result<NormalisedData> normalised() const;
 };
 
@@ -50,9 +52,6 @@ struct Method {
 
   bool has(MethodUses use) const { return (uses & use) != 0; }
 };
-
-/// The given folds, else those of the settings' tuning, at most one per sample.
-Folds folds_of(const TrainingData& data, const TrainingSettings& settings);
 
 /// train() without its checks and without leaving out gross outliers.
 Result<TrainedModel> train_checked(const TrainingData& data, compensation::ModelInfo info,

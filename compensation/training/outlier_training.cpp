@@ -97,8 +97,7 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
                                   far.size(), n, rows_text(far)));
   const std::vector<Eigen::Index> rest = others(far, n);
   TrainingSettings settings = wanted;
-  // The folds of the complete record: if their borders moved, another kernel could be the best.
-  if (wanted.tuning != Tuning::kLoo) settings.given_folds = numbered(taken(folds_of(data, wanted), rest));
+  if (wanted.given_folds) settings.given_folds = numbered(taken(*wanted.given_folds, rest));
   auto trained = train_checked(part_of(data, rest), std::move(info), settings, progress, stop);
   if (!trained) return trained;
   if (trained->tuning && settings.tuning == Tuning::kLoo) {

@@ -103,12 +103,11 @@ std::vector<int> runs_of(const TrainingData& data) {
   return data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
 }
 
-Folds folds_of(const TrainingData& data, const TrainingSettings& settings) {
+Folds TrainingJob::folds() const {
   const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
-  if (settings.given_folds) return *settings.given_folds;
-  const std::vector<int> runs = runs_of(data);
-  return settings.tuning == Tuning::kShuffled ? shuffled_folds(runs.size(), count, settings.seed)
-                                              : blocked_folds(runs, count);
+  if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
+  if (settings.tuning == Tuning::kShuffled) return shuffled_folds(runs.size(), count, settings.seed);
+  return blocked_folds(runs, count);
 }
 
 Result<NormalisedData> TrainingJob::normalised() const {

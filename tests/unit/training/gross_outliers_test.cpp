@@ -135,27 +135,6 @@ INSTANTIATE_TEST_SUITE_P(Ways, Breakdown,
                                          Way{"ir-lssvm", Tuning::kShuffled}, Way{"ir-lssvm", Tuning::kLoo},
                                          Way{"ir-lssvm", Tuning::kReml}));
 
-// With the borders of ten equal parts of the remaining rows another kernel was the best: predictions of gyros with
-// drift moved by up to four standard deviations of the noise.
-TEST(GrossOutliers, LeaveTheFoldsOfTheCompleteRecord) {
-  TrainingSettings settings;
-  settings.method = find_method("ir-lssvm");
-  settings.reweight.weight.kind = WeightKind::kMyriad;
-  settings.folds = 3;
-  TrainingData data = clean(200);
-  const auto rows = contaminate(data, kContaminations[1]);
-  const std::vector<Eigen::Index> rest = others({rows.begin(), rows.end()}, 200);
-  const TrainingData part{data.names, data.inputs(Eigen::all, rest), data.target(rest), {}, {}};
-  const auto trained = train(data, {}, settings), moved = train(part, {}, settings);
-  settings.tuning = Tuning::kGiven;
-  settings.given_folds = taken(blocked_folds(runs_of(data), 3), rest);
-  const auto expected = train(part, {}, settings);
-  ASSERT_TRUE(trained && moved && expected);
-  EXPECT_EQ(trained->c, expected->c);
-  EXPECT_EQ(trained->sigma2, expected->sigma2);
-  EXPECT_NE(trained->sigma2, moved->sigma2);
-}
-
 // On gyros with drift leave-one-out has several nearly equal optima, and missing rows decide between them: predictions
 // moved by 7.9 standard deviations of the noise without a word.
 TEST(LeaveOneOut, RefusesIfTheMissingRowsDecide) {
