@@ -65,6 +65,8 @@ FAULTS = {
     "rounded": (lambda i, t, r, c: (round(0.05 * c), c, 5), 1, "quantised 1 deg/h; the rate changes in steps of this size", "", ""),
     "other-sign": (lambda i, t, r, c: (-r, c, 5), 0, "the mean rate is -8.6 deg/h, the site's Earth rate 8.65 deg/h: has the rate or the elevation", "doubtful: the mean rate is",
                    "--latitude 35.1 --elevation 90"),
+    # East was taken for north.
+    "no-azimuth": (lambda i, t, r, c: (r, c, 5), 1, "--azimuth: found none, expected it for an axis that is not vertical", "", "--latitude 35.1 --elevation 0"),
     "stopped": (lambda i, t, r, c: (r, c if t < 5000 else 33, 5), 0, "temperature is constant at 33 degC from 5001 s to 14400 s: a stopped sensor or a code for no value; these values of temperature are not used", "", ""),
     "no-u": (lambda i, t, r, c: (r, c, 0), 1, "input U: always 0: it cannot explain anything; use --inputs T,dTdt", "",
              "--map uhfo=U:V --inputs T,dTdt,U"),

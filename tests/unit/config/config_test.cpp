@@ -225,5 +225,19 @@ TEST(Config, SearchesBareNamesNextToTheConfigurationFirst) {
   EXPECT_THAT(config->axes[0].model, HasSubstr("config/models/tao2019-model2.json"));
 }
 
+TEST(ConfigAzimuth, IsNamedIfItMattersAndIsNotStated) {
+  const auto warnings = [](const std::string& site) {
+    return parse_config(R"({"frames": "trplg", "site": {"latitude_deg": 52.3, )" + site + "}}", "g.json")
+        .value()
+        .warnings;
+  };
+  EXPECT_THAT(warnings(R"("elevation_deg": 90)"), testing::IsEmpty());
+  EXPECT_THAT(warnings(R"("elevation_deg": 0, "azimuth_deg": 0)"), testing::IsEmpty());
+  EXPECT_THAT(
+      warnings(R"("elevation_deg": 0)"),
+      testing::ElementsAre(HasSubstr("azimuth_deg is not stated: north (0) is assumed; the Earth rate on this axis "
+                                     "depends on it by up to 18.4 deg/h")));
+}
+
 }  // namespace
 }  // namespace prism::config

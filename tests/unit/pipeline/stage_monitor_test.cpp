@@ -90,7 +90,7 @@ TEST_F(StageMonitorTest, ReportsBytesOfAnotherDevice) {
 }
 
 TEST_F(StageMonitorTest, ReportsFramesThatTheDescriptionRefuses) {
-  load(false, R"(, "refuse": [{"field": "tag", "mask": 255, "value": 7}])");
+  load(false, R"(, "after": "0A", "refuse": [{"field": "tag", "mask": 255, "value": 7}])");
   EXPECT_TRUE(run("1 1.25", 3).empty());
   const auto notices = run("7 1.25", 30);
   ASSERT_EQ(notices.size(), 1U);
