@@ -17,6 +17,7 @@
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
+#include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/input_choice.hpp"
 #include "tools/prismcal/commands/population_models.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
