@@ -53,8 +53,8 @@ inline constexpr double kAllanFlicker = 0.6642824703;
 /// Intervals: strength_interval(). They are given whether or not the noise is found, so that they hold the truth with
 /// their probability, which is 0 for a noise that the rate does not have. The value is the best fit, or the end of the
 /// interval next to it. A coefficient is determined if 0 is three standard deviations away (AllanModel::distance). R:
-/// the slope and its standard deviation; determined if AllanModel::ramp_is_certain, and
-/// not if the points show B without K: a hidden K would make the slope less certain. B, if the noises do not describe
+/// the slope and its standard deviation; determined if AllanModel::ramp_is_certain, and not
+/// if the points show B without K: a hidden K would make the slope less certain. B, if the noises do not describe
 /// the curve (misfit): only with three octave points whose slopes are below 0.1 and which are not above both ends of
 /// the curve (noise with one correlation time).
 ///

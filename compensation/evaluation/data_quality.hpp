@@ -68,9 +68,9 @@ struct Order {
   std::vector<double> missing;  ///< blocks that are missing before block i; empty: one if it does not follow
 };
 
-/// Blocks of one record, `rate_step_deg_per_h`: step of the values that they are means of, if it exceeds the noise of
-/// these values, else 0. Means of temperature and rate, as for training. Errors: different lengths, values that are not
-/// finite, fewer than two blocks.
+/// Blocks of one record: means of temperature and rate, as for training. `rate_step_deg_per_h`: step of the rates that
+/// were averaged, if it exceeds their noise, else 0. Errors: different lengths, values that are not finite, fewer than
+/// two blocks.
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
                                        const Order& order, const DataQualitySettings& settings,
                                        const std::string& where, double rate_step_deg_per_h = 0);

@@ -59,9 +59,6 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
                       ? allan->bias_instability_deg_per_h->value
                       : allan->at_most[static_cast<std::size_t>(evaluation::NoiseType::kBiasInstability)];
   }
-  std::optional<double> covered;
-  if (const auto& e = *recording.evaluation; e.with_sd > 0)
-    covered = static_cast<double>(e.within_two_sd) / static_cast<double>(e.with_sd);
   const double blocks = static_cast<double>(recording.table->size());
   const std::vector<std::optional<double>> values = {
       s.after.mean,
@@ -75,7 +72,7 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
       instability,
       recording.evaluation->extrapolated_percent(),
       100 * static_cast<double>(recording.evaluation->uncorrected) / blocks,
-      percent(covered)};
+      percent(recording.evaluation->coverage())};
   const std::vector<std::string> units = {"deg/h", "deg/h",  "deg/h", "deg/h", "%", "%",
                                           "deg/h", "deg/√h", "deg/h", "%",     "%", "%"};
   std::vector<Measured> measured;

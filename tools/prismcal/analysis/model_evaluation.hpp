@@ -47,6 +47,11 @@ struct ModelEvaluation {
   /// Corrected rate of each second (table.seconds) minus the Earth rate, for the Allan deviation. Uses the correction
   /// of the block that contains the second or, if the window is not full, that of the fallback. Uses both objects.
   evaluation::RateSource corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
+  /// Share of the blocks within 2 sd_mean, 0.95 if the sd is right; nullopt: the model gives none.
+  std::optional<double> coverage() const {
+    if (with_sd == 0) return std::nullopt;
+    return static_cast<double>(within_two_sd) / static_cast<double>(with_sd);
+  }
   /// Blocks outside the training range, %.
   double extrapolated_percent() const {
     return 100 * static_cast<double>(extrapolated) / static_cast<double>(extrapolating.size());

@@ -5,46 +5,29 @@
 
 #include <cmath>
 
+#include "compensation/evaluation/correlation.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 
 namespace prism::analysis {
 namespace {
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-/// Pearson's correlation; 0 if one of them is constant.
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const double mean_a = mean_of(a), mean_b = mean_of(b);
-  double aa = 0, bb = 0, ab = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    aa += (a[i] - mean_a) * (a[i] - mean_a);
-    bb += (b[i] - mean_b) * (b[i] - mean_b);
-    ab += (a[i] - mean_a) * (b[i] - mean_b);
-  }
-  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
-}
-
 /// A drift that the model with the other sign would remove.
-std::string reversed_drift(const recordings::BlockTable& table, const ModelEvaluation& evaluation) {
+std::string reversed_drift(const recordings::BlockTable& table, const ModelEvaluation& evaluated) {
   constexpr double kReversed = -0.6;
-  const double r = correlation(evaluation.where_corrected(table.bias_deg_per_h),
-                               evaluation.where_corrected(evaluation.predicted_deg_per_h));
-  if (r > kReversed) return {};
+  const auto r = evaluation::correlate(evaluated.where_corrected(table.bias_deg_per_h),
+                                       evaluated.where_corrected(evaluated.predicted_deg_per_h), table.name);
+  if (!r || *r > kReversed) return {};
   return fmt::format(
       "its drift is the opposite of the model's (correlation {:.2f}): has its rate or that of the training the wrong "
       "sign?",
-      r);
+      *r);
 }
 
 /// A mean bias that the model does not explain, and what would.
-std::string other_mean(const recordings::BlockTable& table, const ModelEvaluation& evaluation) {
+std::string other_mean(const recordings::BlockTable& table, const ModelEvaluation& evaluated) {
   constexpr double kFar = 20, kLeast = 0.5;  // sd of the bias, deg/h: no turn-on offset
   constexpr double kNear = 0.1;              // of the Earth rate
-  const evaluation::BiasStability& s = evaluation.stability;
+  const evaluation::BiasStability& s = evaluated.stability;
   const double mean = s.before.mean, model = mean - s.after.mean, earth = table.earth_rate_deg_per_h;
   if (std::abs(s.after.mean) < std::max(kLeast, kFar * s.before.sd)) return {};
   const double other_rate = -mean - 2 * earth, other_earth = mean + 2 * earth;
@@ -60,7 +43,7 @@ std::string other_mean(const recordings::BlockTable& table, const ModelEvaluatio
 
 }  // namespace
 
-std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluation,
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluated,
                                           const std::vector<std::string>& questions) {
   std::vector<std::string> doubts = questions;
   const auto add = [&](std::string text) {
@@ -69,8 +52,8 @@ std::vector<std::string> recording_doubts(const recordings::BlockTable& table, c
   if (const auto quality = check_blocks(table)) {
     for (std::string& text : disturbances(*quality)) add(std::move(text));
   }
-  add(reversed_drift(table, evaluation));
-  add(other_mean(table, evaluation));
+  add(reversed_drift(table, evaluated));
+  add(other_mean(table, evaluated));
   return doubts;
 }
 

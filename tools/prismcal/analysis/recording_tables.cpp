@@ -82,12 +82,11 @@ namespace {
 /// A recording whose errors are larger than the model states, as after another turn-on. Nominal: 95 %.
 std::string coverage_text(const ModelEvaluation& evaluated) {
   constexpr double kMuchLess = 0.8;
-  if (evaluated.with_sd == 0) return "";
-  const double share = static_cast<double>(evaluated.within_two_sd) / static_cast<double>(evaluated.with_sd);
-  if (share >= kMuchLess) return "";
+  const auto share = evaluated.coverage();
+  if (!share || *share >= kMuchLess) return "";
   return fmt::format(
       " Only {:.1f} % of the means are within 2 sd of the prediction, expected 95 %: here its sd is too small.",
-      100 * share);
+      100 * *share);
 }
 
 /// The improvement to expect in further recordings.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finds the step of a rate that was rounded more coarsely than its noise: means of it are no finer.
+// Finds the step to which a rate was rounded, if the step is larger than the noise. Then means show no smaller changes.
 #pragma once
 
 #include <cstddef>
