@@ -2,6 +2,7 @@
 // LSSVM and IR-LSSVM: tuned, then trained in dense or sparse form by the length of the record.
 #include "compensation/training/lssvm_trainer.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "compensation/training/methods.hpp"
@@ -37,6 +38,27 @@ Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSett
   return tune(cost, x.cols(), tuning, progress, stop);
 }
 
+// On a record that drifts, two divisions into folds can choose kernels whose predictions differ by several standard
+// deviations of the noise: the kernel between them is used.
+Result<TuningResult> tuned(const NormalisedData& data, TrainingSettings settings, const Folds& folds,
+                           const TuningProgress& progress, const std::atomic<bool>* stop) {
+  auto first = tune_on_part(data, settings, folds, progress, stop);
+  if (!first || !settings.second_folds || first->stopped) return first;
+  const auto second = tune_on_part(data, settings, *settings.second_folds, progress, stop);
+  first->stopped = stop && *stop;
+  if (first->stopped) return first;
+  if (!second) return second;
+  first->evaluations += second->evaluations;
+  const auto between = [](double a, double b) { return std::sqrt(a * b); };
+  settings.c = between(first->best.c, second->best.c);
+  settings.sigma2 = between(first->best.sigma2, second->best.sigma2);
+  settings.parameter = between(first->best.parameter, second->best.parameter);
+  const auto cost = tune_on_part(data, settings, folds, {}, nullptr);
+  if (!cost) return cost;
+  first->best = cost->best;
+  return first;
+}
+
 Result<ResourcePlan> plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
   if (samples > kDenseLimit) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxRank);
   const double n = static_cast<double>(samples);
@@ -61,7 +83,7 @@ Result<TrainedModel> train_lssvm(TrainingJob job) {
     point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
              0};
   } else {
-    auto found = tune_on_part(*data, settings, job.folds(), job.progress, job.stop);
+    auto found = tuned(*data, settings, job.folds(), job.progress, job.stop);
     if (!found) return tl::unexpected<Error>(found.error());
     point = found->best;
     tuning = std::move(*found);

@@ -27,6 +27,9 @@ enum MethodUses : unsigned {
   kDrift = 256        ///< --drift
 };
 
+/// The folds of the settings, at most one per sample.
+Folds folds_of(const TrainingData& data, const TrainingSettings& settings);
+
 /// One checked training; `info` is complete except for its type, id and BetweenRunError.
 struct TrainingJob {
   const TrainingData& data;
@@ -36,8 +39,7 @@ struct TrainingJob {
   const TuningProgress& progress;
   const std::atomic<bool>* stop;
 
-  /// The folds of the settings, at most one per sample.
-  Folds folds() const;
+  Folds folds() const { return folds_of(data, settings); }
   Result<NormalisedData> normalised() const;
 };
 

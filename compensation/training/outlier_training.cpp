@@ -98,6 +98,8 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
   const std::vector<Eigen::Index> rest = others(far, n);
   TrainingSettings settings = wanted;
   if (wanted.given_folds) settings.given_folds = numbered(taken(*wanted.given_folds, rest));
+  const bool divided = wanted.tuning == Tuning::kBlocked || wanted.tuning == Tuning::kShuffled;
+  if (divided) settings.second_folds = numbered(taken(folds_of(data, wanted), rest));
   auto trained = train_checked(part_of(data, rest), std::move(info), settings, progress, stop);
   if (!trained) return trained;
   if (trained->tuning && settings.tuning == Tuning::kLoo) {

@@ -103,7 +103,8 @@ std::vector<int> runs_of(const TrainingData& data) {
   return data.runs.empty() ? std::vector<int>(static_cast<std::size_t>(data.target.size()), 0) : data.runs;
 }
 
-Folds TrainingJob::folds() const {
+Folds folds_of(const TrainingData& data, const TrainingSettings& settings) {
+  const std::vector<int> runs = runs_of(data);
   const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
   if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
   if (settings.tuning == Tuning::kShuffled) return shuffled_folds(runs.size(), count, settings.seed);

@@ -62,7 +62,8 @@ struct TrainingSettings {
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
   Tuning tuning = Tuning::kBlocked;
   int folds = 10;
-  std::optional<Folds> given_folds;  ///< for kGiven
+  std::optional<Folds> given_folds;   ///< for kGiven
+  std::optional<Folds> second_folds;  ///< set by train(); ir-lssvm: the geometric mean of both choices
   std::uint64_t seed = 1;
   int threads = 2;
   std::vector<compensation::ModelPtr> siblings;  ///< composite: models of gyros of the same type, none or at least 2
