@@ -44,7 +44,7 @@ Result<TuningResult> tuned(const NormalisedData& data, TrainingSettings settings
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
   auto first = tune_on_part(data, settings, folds, progress, stop);
   if (!first || !settings.second_folds || first->stopped) return first;
-  const auto second = tune_on_part(data, settings, *settings.second_folds, progress, stop);
+  auto second = tune_on_part(data, settings, *settings.second_folds, progress, stop);
   first->stopped = stop && *stop;
   if (first->stopped) return first;
   if (!second) return second;
@@ -53,7 +53,7 @@ Result<TuningResult> tuned(const NormalisedData& data, TrainingSettings settings
   settings.c = between(first->best.c, second->best.c);
   settings.sigma2 = between(first->best.sigma2, second->best.sigma2);
   settings.parameter = between(first->best.parameter, second->best.parameter);
-  const auto cost = tune_on_part(data, settings, folds, {}, nullptr);
+  auto cost = tune_on_part(data, settings, folds, {}, nullptr);
   if (!cost) return cost;
   first->best = cost->best;
   return first;
