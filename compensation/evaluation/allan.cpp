@@ -132,6 +132,7 @@ std::vector<PairTotals> totals_of(const AllanPhase& phase, const PhaseRecord& re
 /// Sums over all records, for one cluster size.
 struct PointSums {
   double squares = 0, centred = 0, differences = 0, quantisation = 0, slow = 0;
+  double at_gaps = 0, bins = 0, bin_errors = 0, bin_squares = 0;
 
   void add(const PairTotals& record, AllanPoint& point) {
     const double n = static_cast<double>(record.terms);
@@ -140,15 +141,23 @@ struct PointSums {
     differences += n * record.mean;
     quantisation += record.quantisation;
     slow += record.slow;
+    at_gaps += record.at_gaps;
+    bins += record.bins;
+    bin_errors += record.bin_errors;
+    bin_squares += record.bin_squares;
     point.terms += record.terms;
   }
-  void complete(AllanPoint& point) const {
+  void complete(AllanPoint& point, double values) const {
     const double size = static_cast<double>(point.m), terms = static_cast<double>(point.terms);
     point.deviation = std::sqrt(squares / (2.0 * terms)) / size;
     point.centred_variance = centred / (2.0 * terms) / (size * size);
     point.slope_per_sample = differences / terms / (size * size);
     point.quantisation = quantisation / terms;
     point.slow = slow / terms;
+    if (!(bin_errors > 0)) return;
+    const double unequal = std::max(0.0, bin_squares * bins / (bin_errors * bin_errors) - 1),
+                 all_bins = values / static_cast<double>(bin_values(point.m));
+    point.gap_deviation = at_gaps / terms * std::sqrt(2 * unequal / all_bins);
   }
 };
 
@@ -170,7 +179,7 @@ std::vector<AllanPoint> measure(const AllanPhase& phase, std::span<const std::si
     }
   }
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (points[p].terms > 0) sums[p].complete(points[p]);
+    if (points[p].terms > 0) sums[p].complete(points[p], static_cast<double>(phase.values() + phase.missing()));
   }
   std::erase_if(points, [](const AllanPoint& point) { return point.terms == 0; });
   return points;

@@ -40,6 +40,9 @@ struct AllanPoint {
   double slope_per_sample = 0;  ///< overlapping only: mean of d / m², an estimate of a ramp
   /// Expected variance of quantisation, and of slow noises (B, K), as a ratio to that of a record without lost values.
   double quantisation = 1, slow = 1;
+  /// Overlapping only: standard deviation of the quantisation that lost values add, beyond that of white noise of the
+  /// same strength, in the unit of `quantisation`: the errors at gaps are few and unequal.
+  double gap_deviation = 0;
 };
 
 struct AllanCurve {

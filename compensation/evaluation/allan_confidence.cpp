@@ -11,6 +11,10 @@
 namespace prism::evaluation {
 namespace {
 
+/// Lower tail probability of three standard deviations: so far below the estimate, missing values must not dominate.
+/// Nearer, a point would be determined by chance, and only if it is too high.
+constexpr double kSureTail = 0.99865;
+
 /// Degrees of freedom by the variance, and by the skewness.
 struct Degrees {
   double edf, skewness;
@@ -36,8 +40,11 @@ class Point {
             std::min(edf, skewness_degrees_of_freedom(curve_.records.front(), point_.m, shown_noise(point_) * noise))};
   }
 
-  /// The end of the interval of the Allan variance at a lower tail probability.
-  double end(const AllanModel& model, double probability) const {
+  /// The end of an interval of the Allan variance, and the own share of the point for the noises that it has there.
+  struct End {
+    double variance, share;
+  };
+  End end(const AllanModel& model, double probability) const {
     NoiseSquares noise = model.noise();
     Degrees degrees = degrees_of_freedom(noise);
     double end = variance_ / relative_quantile(degrees, probability);
@@ -46,7 +53,8 @@ class Point {
       degrees = degrees_of_freedom(noise);
       end = variance_ / relative_quantile(degrees, probability);
     }
-    return end * own_share(point_, noise);
+    const double share = own_share(point_, noise);
+    return {end * share, share};
   }
 
   const AllanPoint& point() const { return point_; }
@@ -88,10 +96,11 @@ std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, const Allan
     interval.type = largest_noise(model.noise(), static_cast<double>(point.point().m));
     interval.edf = point.degrees_of_freedom(model.noise()).edf;
     const double share = own_share(point.point(), model.noise());
-    interval.determined = share >= kDeterminedShare;
+    const Point::End low = point.end(model, 1 - tail), high = point.end(model, tail);
+    interval.determined = share == 1 || std::min(share, point.end(model, kSureTail).share) >= kDeterminedShare;
     interval.deviation = point.point().deviation * std::sqrt(share);
-    interval.low = std::sqrt(point.end(model, 1 - tail));
-    interval.high = std::sqrt(point.end(model, tail));
+    interval.low = std::sqrt(low.variance);
+    interval.high = std::sqrt(high.variance);
     intervals.push_back(interval);
   }
   return intervals;

@@ -142,10 +142,22 @@ NoiseSquares unit_variances(double m) {
   return unit;
 }
 
+namespace {
+
+/// The strength of N that looks like the angle errors at gaps, for a strength of Q of 1.
+double as_white(const AllanPoint& point) {
+  return 3 * std::max(0.0, point.quantisation - 1) / static_cast<double>(point.m);
+}
+
+/// Standard deviation of the variance that these errors add, beyond that of this N. All points have the same gaps.
+double gap_deviation(const AllanPoint& point) {
+  const double size = static_cast<double>(point.m);
+  return 3 * point.gap_deviation / (size * size);
+}
+
+}  // namespace
+
 NoiseMatrix shown_noise(const AllanPoint& a, const AllanPoint& b) {
-  const auto as_white = [](const AllanPoint& point) {
-    return 3 * std::max(0.0, point.quantisation - 1) / static_cast<double>(point.m);
-  };
   NoiseMatrix shown = NoiseMatrix::Identity();
   shown(kQ, kQ) = std::sqrt(std::min(1.0, a.quantisation) * std::min(1.0, b.quantisation));
   shown(kN, kQ) = std::min(as_white(a), as_white(b));
@@ -297,7 +309,9 @@ NoiseMatrix CurveCovariance::pooled(std::size_t i, std::size_t j, Covariance&& o
   }
   const double used1 = static_cast<double>(curve_.points[i].terms), used2 = static_cast<double>(curve_.points[j].terms);
   const NoiseMatrix shown = shown_noise(curve_.points[i], curve_.points[j]);
-  return shown.transpose() * sum * shown / std::sqrt(terms1 * terms2 * used1 * used2);
+  NoiseMatrix covariance = shown.transpose() * sum * shown / std::sqrt(terms1 * terms2 * used1 * used2);
+  covariance(kQ, kQ) += gap_deviation(curve_.points[i]) * gap_deviation(curve_.points[j]);
+  return covariance;
 }
 
 NoiseMatrix CurveCovariance::operator()(std::size_t i, std::size_t j) const {

@@ -63,9 +63,10 @@ void LostPairSums::add(const PairPhase<LostPhase>& phase) {
     for (std::size_t i = 0; i < alike; ++i, ++k) {
       const LostPhase &begin = phase.begin[k * step_], &middle = phase.middle[k * step_], &end = phase.end[k * step_];
       all_differences_ += end.sum - 2 * middle.sum + begin.sum;
+      if (most_ > 0 && step_ == 1) add_to_bins(begin);
       if (!counts) continue;
       if (most_ == 0 || end.weight - begin.weight == 2 * static_cast<double>(m_)) {
-        add_difference(end.plain - 2 * middle.plain + begin.plain, 6, 1);
+        add_difference(end.plain - 2 * middle.plain + begin.plain, 6, 0, 1);
       } else {
         add_weighted(begin, middle, end);
       }
@@ -74,12 +75,27 @@ void LostPairSums::add(const PairPhase<LostPhase>& phase) {
   }
 }
 
-void LostPairSums::add_difference(double d, double quantisation, double slow) {
+void LostPairSums::add_difference(double d, double quantisation, double at_gaps, double slow) {
   differences_ += d;
   squares_ += d * d;
   quantisation_ += quantisation;
+  at_gaps_ += at_gaps;
   slow_ += slow;
   ++terms_;
+}
+
+void LostPairSums::add_to_bins(const LostPhase& begin) {
+  if (bin_left_ == 0) {
+    if (bin_begin_ >= 0) {
+      const double errors = begin.steps - bin_begin_;
+      ++bins_;
+      bin_errors_ += errors;
+      bin_squares_ += errors * errors;
+    }
+    bin_begin_ = begin.steps;
+    bin_left_ = bin_values(m_);
+  }
+  --bin_left_;
 }
 
 LostPairSums::Shares LostPairSums::shares(const Weights& weights) const {
@@ -101,10 +117,10 @@ void LostPairSums::add_weighted(const LostPhase& begin, const LostPhase& middle,
   const auto inside = [&](const LostPhase& from, const LostPhase& to) {
     return to.steps - square(double{to.after} - to.before) - from.steps;
   };
-  const double errors = square(first) * (square(begin.after) + inside(begin, middle)) +
-                        square(first * middle.before + second * middle.after) +
-                        square(second) * (inside(middle, end) + square(end.before));
-  add_difference(d, errors, scale2);
+  const double at_gaps = square(first) * inside(begin, middle) + square(second) * inside(middle, end),
+               at_ends = square(first * begin.after) + square(first * middle.before + second * middle.after) +
+                         square(second * end.before);
+  add_difference(d, at_ends + at_gaps, at_gaps, scale2);
 }
 
 PairTotals LostPairSums::totals() const {
@@ -117,6 +133,10 @@ PairTotals LostPairSums::totals() const {
   totals.squares = totals.centred + n * totals.mean * totals.mean;
   totals.quantisation = quantisation_ / 6;
   totals.slow = slow_;
+  totals.at_gaps = at_gaps_ / 6;
+  totals.bins = bins_;
+  totals.bin_errors = bin_errors_;
+  totals.bin_squares = bin_squares_;
   return totals;
 }
 

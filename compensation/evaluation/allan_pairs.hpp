@@ -24,7 +24,14 @@ struct PairTotals {
   double squares = 0;  ///< Σ d²
   /// Sums over the pairs of the expected d², in units of that of complete clusters: of quantisation; of B and K.
   double quantisation = 0, slow = 0;
+  double at_gaps = 0;  ///< the part of `quantisation` from angle errors at gaps inside of clusters
+  /// Overlapping: these errors in bins of bin_values(): number of bins, sum, and sum of squares.
+  double bins = 0, bin_errors = 0, bin_squares = 0;
 };
+
+/// Values in a bin: most of the errors at a gap are within 64 values, and pairs have their noise in common if they are
+/// at most m / 4 apart.
+inline std::size_t bin_values(std::size_t m) { return std::clamp<std::size_t>(m / 4, 1, 64); }
 
 /// Starts of pairs that wait for their phase.
 class PairStarts {
@@ -83,8 +90,9 @@ class LostPairSums : public PairStarts {
 
  private:
   void add(const PairPhase<LostPhase>& phase);
-  /// quantisation: of a variance of 1 of the angle errors; 6 in complete clusters.
-  void add_difference(double d, double quantisation, double slow);
+  /// quantisation: of a variance of 1 of the angle errors; 6 in complete clusters. at_gaps: part of it.
+  void add_difference(double d, double quantisation, double at_gaps, double slow);
+  void add_to_bins(const LostPhase& begin);
   void add_weighted(const LostPhase& begin, const LostPhase& middle, const LostPhase& end);
   /// Number of starts from the next one on with the same missing values in each cluster; updates before_.
   std::size_t starts_alike();
@@ -106,7 +114,10 @@ class LostPairSums : public PairStarts {
   Shares shares_;                      ///< of weights_
   std::size_t before_[3] = {0, 0, 0};  ///< missing values before the next start, m and 2 m after it
   double constant_;                    ///< of the line that the phase lacks
-  double all_differences_ = 0, differences_ = 0, squares_ = 0, quantisation_ = 0, slow_ = 0;
+  double all_differences_ = 0, differences_ = 0, squares_ = 0, quantisation_ = 0, at_gaps_ = 0, slow_ = 0;
+  std::size_t bin_left_ = 0;  ///< starts before the end of the bin
+  double bin_begin_ = -1;     ///< sum of the steps at the start of the bin; negative: no bin yet
+  double bins_ = 0, bin_errors_ = 0, bin_squares_ = 0;
   std::size_t terms_ = 0;
 };
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/allan_covariance.hpp"
 #include "compensation/evaluation/allan_strength.hpp"
 #include "tests/support/power_law_noise.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
@@ -162,6 +163,30 @@ TEST(AllanCoverage, TheEffectOfLostValuesOnQuantisationIsExpected) {
     }
   }
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(shown[i] / expected[i], 1, 0.02 + 0.01 * static_cast<double>(i)) << i;
+}
+
+// All pairs over a gap share its errors, and few gaps have most of them. Before, the stated variance was half of the
+// true one from 128 values on, and where missing values dominate, every tenth point was determined: that with the
+// largest error.
+TEST(AllanCoverage, TheSpreadOfFewLostValuesIsExpected) {
+  constexpr int kSeries = 100;
+  constexpr std::size_t kFirst = 5, kLast = 10;  // 32 to 1024 values
+  const NoiseSquares truth = strengths(1, 0, 0, 0, 0);
+  std::vector<double> found(kLast + 1, 0), expected(kLast + 1, 0);
+  int determined = 0;
+  for (std::uint64_t seed = 0; seed < kSeries; ++seed) {
+    test::NormalPairs normal(9000 + seed);
+    const AllanCurve curve = octaves(with_lost(test::quantised_angle(8000, normal), 0.01, normal));
+    const CurveCovariance covariance(curve);
+    for (std::size_t i = kFirst; i <= kLast; ++i) {
+      const double mean = expected_variances(curve.points[i]).dot(truth);
+      found[i] += std::pow(std::pow(curve.points[i].deviation, 2) / mean - 1, 2);
+      expected[i] += truth.dot(covariance(i, i) * truth) / (mean * mean);
+    }
+    determined += allan_confidence(curve, AllanModel::fit(curve, "x").value(), kProbability).back().determined;
+  }
+  for (std::size_t i = kFirst; i <= kLast; ++i) EXPECT_NEAR(found[i] / expected[i], 1, 0.45) << i;
+  EXPECT_LE(determined, 3);  // before: 35
 }
 
 // Quantisation at long times: the point would be what is left of the noise at the gaps.
