@@ -2,6 +2,7 @@
 // LSSVM and IR-LSSVM: tuned, then trained in dense or sparse form by the length of the record.
 #include "compensation/training/lssvm_trainer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -42,9 +43,16 @@ Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSett
 // deviations of the noise: the kernel between them is used.
 Result<TuningResult> tuned(const NormalisedData& data, TrainingSettings settings, const Folds& folds,
                            const TuningProgress& progress, const std::atomic<bool>* stop) {
-  auto first = tune_on_part(data, settings, folds, progress, stop);
-  if (!first || !settings.second_folds || first->stopped) return first;
-  auto second = tune_on_part(data, settings, *settings.second_folds, progress, stop);
+  if (!settings.second_folds) return tune_on_part(data, settings, folds, progress, stop);
+  const auto half = [&progress](int before) -> TuningProgress {
+    if (!progress) return {};
+    return [&progress, before](int done, int expected, const TuningPoint& best) {
+      progress(before * expected + std::min(done, expected), 2 * expected, best);
+    };
+  };
+  auto first = tune_on_part(data, settings, folds, half(0), stop);
+  if (!first || first->stopped) return first;
+  auto second = tune_on_part(data, settings, *settings.second_folds, half(1), stop);
   first->stopped = stop && *stop;
   if (first->stopped) return first;
   if (!second) return second;
@@ -83,7 +91,7 @@ Result<TrainedModel> train_lssvm(TrainingJob job) {
     point = {*settings.c, *settings.sigma2, settings.parameter.value_or(usual_parameter(settings.reweight.weight.kind)),
              0};
   } else {
-    auto found = tuned(*data, settings, job.folds(), job.progress, job.stop);
+    auto found = tuned(*data, settings, folds_of(job.data, job.settings), job.progress, job.stop);
     if (!found) return tl::unexpected<Error>(found.error());
     point = found->best;
     tuning = std::move(*found);

@@ -39,7 +39,6 @@ struct TrainingJob {
   const TuningProgress& progress;
   const std::atomic<bool>* stop;
 
-  Folds folds() const { return folds_of(data, settings); }
   Result<NormalisedData> normalised() const;
 };
 

@@ -133,7 +133,7 @@ Result<TrainedModel> train_svr(TrainingJob job) {
     if (settings.tuning == Tuning::kLoo || settings.tuning == Tuning::kReml) {
       return make_error("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
     }
-    trained.tuning = tune_svr(data, job.folds(), settings, job.progress, job.stop);
+    trained.tuning = tune_svr(data, folds_of(job.data, job.settings), settings, job.progress, job.stop);
     point = trained.tuning->best;
     if (!std::isfinite(point.cost))
       return make_error("tuning", "stopped before the first choice of c and sigma2 had a cost");

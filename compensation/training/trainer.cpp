@@ -104,11 +104,11 @@ std::vector<int> runs_of(const TrainingData& data) {
 }
 
 Folds folds_of(const TrainingData& data, const TrainingSettings& settings) {
-  const std::vector<int> runs = runs_of(data);
-  const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
   if (settings.tuning == Tuning::kGiven && settings.given_folds) return *settings.given_folds;
-  if (settings.tuning == Tuning::kShuffled) return shuffled_folds(runs.size(), count, settings.seed);
-  return blocked_folds(runs, count);
+  const auto samples = static_cast<std::size_t>(data.target.size());
+  const int count = static_cast<int>(std::min<Eigen::Index>(settings.folds, data.target.size()));
+  if (settings.tuning == Tuning::kShuffled) return shuffled_folds(samples, count, settings.seed);
+  return blocked_folds(runs_of(data), count);
 }
 
 Result<NormalisedData> TrainingJob::normalised() const {
