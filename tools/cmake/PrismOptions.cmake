@@ -108,9 +108,10 @@ if(PRISM_COVERAGE)
 endif()
 
 # prism_room(NAME SOURCES a.cpp ... [LINK lib ...] [WITH NAME] [FAST]): one static library (module) with the project's
-# settings. A unity build compiles the module as one file; WITH another module, both as one file, if all users link
-# both, which saves compiling shared headers twice. FAST: fewer optimisation passes, two thirds of the compile time; for
-# code that runs once (command lines, text output) or leaves long loops to the kernels' library.
+# settings. A unity build joins up to 40 files, which takes less memory than more of them, and both cores; WITH another
+# module, also files of both, if all users link both, which saves compiling shared headers twice. FAST: fewer
+# optimisation passes, two thirds of the compile time; for code that runs once (command lines, text output) or leaves long
+# loops to the kernels' library.
 function(prism_room name)
   cmake_parse_arguments(ROOM "FAST" "WITH" "SOURCES;LINK" ${ARGN})
   if(PRISM_UNITY AND ROOM_WITH)
@@ -126,7 +127,7 @@ function(prism_room name)
   endif()
   add_library(${name} STATIC ${ROOM_SOURCES})
   target_link_libraries(${name} PUBLIC prism_settings ${ROOM_LINK})
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE 0)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE 40)
   if(ROOM_FAST)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
