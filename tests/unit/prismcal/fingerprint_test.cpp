@@ -42,6 +42,27 @@ TEST_F(Fingerprint, DetectsTheSameDataInAnotherFile) {
               HasSubstr("(32 of 32"));  // as with --no-earth-rate
 }
 
+/// As another program writes it: rates with a few decimals, other times, and without the first seconds.
+BlockTable exported(const BlockTable& table, double resolution, std::int64_t later, int lost) {
+  BlockTable other = table;
+  other.seconds = {};
+  table.seconds.for_each([&](std::int64_t second, double rate) {
+    if (lost-- <= 0) other.seconds.push(second + later, std::round(rate / resolution) * resolution);
+  });
+  return other;
+}
+
+TEST_F(Fingerprint, DetectsTheSameDataOfAnotherProgram) {
+  const BlockTable table = day(8000, 1);
+  for (const std::int64_t later : {0, 3600, -1'700'000'000})
+    EXPECT_THAT(overlap_text(provenance, files({"bb"}), exported(table, 1e-3, later, 3)),
+                HasSubstr("31 compared seconds"))
+        << later;
+  EXPECT_EQ(overlap_text(provenance, files({"bb"}), exported(day(8000, 2), 1e-3, 3600, 3)), "");
+  // Equal by chance: rates that are coarser than their noise.
+  EXPECT_EQ(overlap_text(provenance, files({"bb"}), exported(day(8000, 2), 0.2, 0, 0)), "");
+}
+
 // All simulated captures start in the same second.
 TEST_F(Fingerprint, IgnoresEqualTimesWithOtherData) {
   EXPECT_EQ(overlap_text(provenance, files({"bb"}), day(8000, 2)), "");

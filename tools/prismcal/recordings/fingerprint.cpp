@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <vector>
 
 namespace prism::recordings {
 namespace {
@@ -17,6 +19,8 @@ constexpr double kLogRounding_deg_per_h = 2e-6;
 
 struct Shared {
   std::size_t files = 0, seconds = 0, compared = 0;
+  /// Two equal seconds may be chance if the rate is coarse; shared data has most of them.
+  bool convincing() const { return seconds >= 2 && 2 * seconds >= compared; }
 };
 
 // Provenance may be edited by hand: returns null if `object` is not an object or has no such member.
@@ -31,16 +35,66 @@ std::size_t shared_files(const json& facts, const Recording& recording) {
                                                 [&](const SourceFile& file) { return trained.contains(file.sha256); }));
 }
 
-void compare_seconds(const json& facts, const BlockTable& table, Shared& shared) {
-  for (const json& point : member(facts, "fingerprint")) {
-    if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) continue;
-    const auto second = point[0].get<std::int64_t>();
-    const auto at = table.seconds.find(second);
-    if (!at) continue;
-    ++shared.compared;
-    const double rate = table.seconds.rate(*at) - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h;
-    shared.seconds += std::abs(rate - point[1].get<double>()) <= kLogRounding_deg_per_h;
+struct Point {
+  std::int64_t second;
+  double rate_deg_per_h;
+};
+
+std::vector<Point> points_in(const json& fingerprint) {
+  std::vector<Point> points;
+  for (const json& point : fingerprint) {
+    if (point.is_array() && point.size() == 2 && point[0].is_number() && point[1].is_number())
+      points.push_back({point[0].get<std::int64_t>(), point[1].get<double>()});
   }
+  return points;
+}
+
+std::optional<double> rate_at(const BlockTable& table, std::int64_t second) {
+  const auto at = table.seconds.find(second);
+  if (!at) return std::nullopt;
+  return table.seconds.rate(*at) - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h;
+}
+
+/// Compares with the seconds of the table that are `later` seconds after the points.
+Shared equal_seconds(const std::vector<Point>& points, const BlockTable& table, std::int64_t later, double tolerance) {
+  Shared shared;
+  for (const Point& point : points) {
+    const auto rate = rate_at(table, point.second + later);
+    if (!rate) continue;
+    ++shared.compared;
+    shared.seconds += std::abs(*rate - point.rate_deg_per_h) <= tolerance;
+  }
+  return shared;
+}
+
+/// Of the rate from second to second, at these points.
+double noise_deg_per_h(const std::vector<Point>& points, const BlockTable& table, std::int64_t later) {
+  double squares = 0, count = 0;
+  for (const Point& point : points) {
+    const auto rate = rate_at(table, point.second + later), next = rate_at(table, point.second + later + 1);
+    if (!rate || !next || !std::isfinite(*next - *rate)) continue;
+    squares += (*next - *rate) * (*next - *rate) / 2;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+Shared compare_seconds(const std::vector<Point>& points, const BlockTable& table) {
+  constexpr std::size_t kEnough = 8;
+  constexpr std::int64_t kLostAtStart_s = 5;
+  const Shared exact = equal_seconds(points, table, 0, kLogRounding_deg_per_h);
+  if (exact.convincing()) return exact;
+  // Another program may have rounded the rates, and written times of another zone or from 0.
+  const std::vector<Point> own = points_in(fingerprint_json(table));
+  if (points.empty() || own.empty()) return exact;
+  std::vector<std::int64_t> shifts = {0};
+  for (std::int64_t lost = -kLostAtStart_s; lost <= kLostAtStart_s; ++lost)
+    shifts.push_back(own.front().second - points.front().second + lost);
+  for (const std::int64_t later : shifts) {
+    const Shared near = equal_seconds(points, table, later, noise_deg_per_h(points, table, later) / 10);
+    if (near.seconds >= kEnough && 10 * near.seconds >= 9 * near.compared) return near;
+  }
+  return exact;
 }
 
 }  // namespace
@@ -65,14 +119,15 @@ std::string overlap_text(const std::string& provenance_json, const Recording& re
   Shared shared;
   for (const json& facts : member(provenance, "recordings")) {
     shared.files += shared_files(facts, recording);
-    compare_seconds(facts, table, shared);
+    const Shared same = compare_seconds(points_in(member(facts, "fingerprint")), table);
+    shared.seconds += same.seconds;
+    shared.compared += same.compared;
   }
   if (shared.files > 0 && recording.files.size() == 1) return "the model was trained on this file (same SHA-256)";
   if (shared.files > 0)
     return fmt::format("the model was trained on {} of these {} files (same SHA-256)", shared.files,
                        recording.files.size());
-  // Two equal seconds may be chance if the rate is coarse; shared data has most of them.
-  if (shared.seconds < 2 || 2 * shared.seconds < shared.compared) return {};
+  if (!shared.convincing()) return {};
   return fmt::format("the model was trained on data of this recording ({} of {} compared seconds have the same rate)",
                      shared.seconds, shared.compared);
 }
