@@ -162,6 +162,8 @@ def main():
     # A terminal program's stamps; before, they were text.
     stamped = stamps(lambda d: f"[{iso(d, ' ')}]")
     same("terminal-stamps.log", table(" ", time=stamped, head=()), columns=("1", "3", "4"), date=True)
+    # A title with as many words as a row has cells, two of them a time: it was a row, and all columns were text.
+    same("terminal-title.log", table(" ", time=stamped, head=(), above="=~=~= log 2024.03.25 12:00:00"), columns=("1", "3", "4"), date=True)
     same("terminal-stamps.csv", table(",", time=stamped, head=()), columns=("1", "2", "3"), date=True)
     same("us-date.csv", table(time=stamps(lambda d: d.strftime("%m/%d/%Y %H:%M:%S") + f".{d.microsecond // 1000:03d}"), head=named),
          columns=named, date=True, options=["--time-format", "mdy"])

@@ -78,7 +78,12 @@ constexpr Spelling kSpellings[] = {{"deg/h", "deg/h"},
                                    {"ns", "ns"},
                                    {"nsec", "ns"},
                                    {"nanoseconds", "ns"},
-                                   {"secs", "s"}};
+                                   {"secs", "s"},
+                                   {"min", "min"},
+                                   {"minutes", "min"},
+                                   {"h", "h"},
+                                   {"hr", "h"},
+                                   {"hours", "h"}};
 
 std::string lower(std::string_view text) {
   std::string out;
@@ -108,6 +113,12 @@ std::string_view without_brackets(std::string_view text) {
       return trimmed(text.substr(1, text.size() - 2));
   }
   return text;
+}
+
+/// Without brackets or a mark, "temp_min" is a minimum and "x_h" a name.
+const Unit* unmarked_unit_of(std::string_view spelling) {
+  const Unit* unit = unit_of(spelling);
+  return unit && (unit->name == "min" || unit->name == "h") ? nullptr : unit;
 }
 
 }  // namespace
@@ -152,14 +163,14 @@ Header read_header(std::string_view text, std::string_view unit_text) {
     std::string_view name = trimmed(text.substr(0, blank));
     const std::string_view spelling = without_brackets(text.substr(blank + 1));
     const bool marked = name.ends_with('/') || name.ends_with(',') || name.ends_with(" in");
-    const Unit* unit = marked || spelling.size() > 1 ? unit_of(spelling) : nullptr;
+    const Unit* unit = marked ? unit_of(spelling) : spelling.size() > 1 ? unmarked_unit_of(spelling) : nullptr;
     if (unit && marked) name = trimmed(name.substr(0, name.size() - (name.ends_with("in") ? 3 : 1)));
     if (unit) return {std::string(text), std::string(name), unit, true};
   }
   // "rate_x_dps", "Temp_degC": the longest ending that is a unit.
   for (std::size_t at = text.find('_'); at != std::string_view::npos; at = text.find('_', at + 1)) {
     const std::string_view ending = text.substr(at + 1);
-    const Unit* unit = at > 0 ? unit_of(ending) : nullptr;
+    const Unit* unit = at > 0 ? unmarked_unit_of(ending) : nullptr;
     if (unit) return {std::string(text), std::string(text.substr(0, at)), unit, false};
   }
   return header;

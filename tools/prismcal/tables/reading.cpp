@@ -116,6 +116,16 @@ bool Reading::is_data(const SampleRow& row) const {
   return true;
 }
 
+bool Reading::is_damaged_data(const SampleRow& row) const {
+  if (!has_number(row)) return false;
+  std::size_t columns = 0, readable = 0;
+  for (std::size_t c = 0; c < width_; ++c) {
+    columns += values_[c];
+    readable += values_[c] && is_value(row.cells[c], decimal_);
+  }
+  return 2 * readable > columns;
+}
+
 void Reading::find_start(std::optional<int> header_row) {
   start_ = rows_.size();
   if (share_ == 0) return;
@@ -131,8 +141,8 @@ void Reading::find_start(std::optional<int> header_row) {
       break;
     }
   }
-  // A damaged row above the others is data, too: the parser names its bad cell.
-  while (!header_row && start_ < rows_.size() && start_ > 0 && has_number(rows_[start_ - 1])) --start_;
+  // A damaged row above the others is data, too: the parser names its bad cell. Not so a title with a date.
+  while (!header_row && start_ < rows_.size() && start_ > 0 && is_damaged_data(rows_[start_ - 1])) --start_;
 }
 
 void Reading::find_names(const std::vector<SampleLine>& comments, std::optional<int> header_row) {
@@ -157,7 +167,7 @@ void Reading::find_names(const std::vector<SampleLine>& comments, std::optional<
     }
   }
   const std::size_t first_line = rows_[start_].number;
-  if (names > 0 && same_width(rows_[names - 1])) {
+  if (names > 0 && same_width(rows_[names - 1]) && (header_row || !has_number(rows_[names - 1]))) {
     names_line_ = rows_[names - 1].number;
     names_ = rows_[names - 1].cells;
   } else if (!comments.empty()) {
@@ -261,9 +271,11 @@ std::string Reading::first_row_text_of_groups() const {
 
 Result<void> Reading::check_names(const std::string& path) const {
   if (other_line_ == 0 || names_line_ > 0) return {};
+  const bool commas = separator_ == ',' && width_ + (other_width_ > 2) >= 2 * other_width_;
   return make_error(
       fmt::format("{}:{}", path, first().number),
-      fmt::format("found {} fields, expected {} as in the names of line {}", width_, other_width_, other_line_));
+      fmt::format("found {} fields, expected {} as in the names of line {}{}", width_, other_width_, other_line_,
+                  commas ? "; commas as decimal signs, too? Then export with another separator" : ""));
 }
 
 std::string no_numbers_text(const std::vector<SampleLine>& lines, const std::vector<SampleLine>& comments) {

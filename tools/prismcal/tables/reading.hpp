@@ -63,6 +63,7 @@ class Reading {
   void find_names(const std::vector<SampleLine>& comments, std::optional<int> header_row);
   bool is_data(const SampleRow& row) const;
   bool has_number(const SampleRow& row) const;
+  bool is_damaged_data(const SampleRow& row) const;  ///< more than half of its values can be read
   void drop_trailing();
 
   std::vector<SampleRow> rows_;

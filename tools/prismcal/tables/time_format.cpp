@@ -159,7 +159,7 @@ Result<TimeFormat> detect_number_time(const std::string& where, const Header& he
   const std::string& stated = !unit.empty() ? unit : options.time_unit;
   const Unit* found = !stated.empty() ? time_unit(stated) : nullptr;
   if (!stated.empty() && !found)
-    return make_error("--time-unit", fmt::format("found \"{}\", expected s, ms, us or ns", stated));
+    return make_error("--time-unit", fmt::format("found \"{}\", expected s, ms, us, ns, min or h", stated));
   if (!options.time_format.empty()) return stated_number(options.time_format, first, found);
   if (!found && header.unit && header.unit->quantity == "time") found = header.unit;
   if (found) return number_format(found->factor, fmt::format("a number of {}", found->name));

@@ -27,6 +27,8 @@ inline constexpr Unit kUnits[] = {
     {"time", "ms", 1e-3, 0},
     {"time", "us", 1e-6, 0},
     {"time", "ns", 1e-9, 0},
+    {"time", "min", 60, 0},
+    {"time", "h", 3600, 0},
 };
 
 /// Returns null if there is no such unit.
