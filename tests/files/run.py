@@ -51,7 +51,8 @@ def commands(case, folder):
     out, fit = os.path.join(folder, "out"), os.path.join(folder, "fit.json")
     applied = [*mapping, "--no-earth-rate", "--accept-unit", "--json", *options]
     all_commands = {
-        "allan": ["allan", path, "--column", columns["rate"], "--time", time, "--json", *options],
+        "allan": ["allan", path, "--column", columns["rate"], "--time", time, "--json", *options,
+                  *([] if has_unit(columns["rate"]) else ["--unit", "deg/h"])],
         "fit": ["fit", path, "--inputs", columns["temperature"], "--target", columns["rate"], "--method", "lssvm", "--c", "10",
                 "--sigma2", "1", "--json", "--out", fit, *options],
         "predict": ["predict", fit, path, "--out", out + ".csv", "--json", *options],  # with the model of fit

@@ -47,7 +47,7 @@ def log(key):
 
 
 def column(text):
-    return [PRISMCAL, "allan", write("t.csv", b"t_s\t" + text + b"\n" + b"".join(b"%d\t%d\n" % (i, i * 7919 % 13) for i in range(100))), "--column", "2", "--interval", "1"]
+    return [PRISMCAL, "allan", write("t.csv", b"t_s\t" + text + b"\n" + b"".join(b"%d\t%d\n" % (i, i * 7919 % 13) for i in range(100))), "--column", "2", "--unit", "deg/h", "--interval", "1"]
 
 
 def file_name(text):

@@ -2,9 +2,11 @@
 // Reading rate columns from CSV files, and the output of prismcal allan.
 #include "tools/prismcal/recordings/rate_series.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +16,7 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
+#include "tools/prismcal/recordings/rate_judge.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -35,6 +38,12 @@ class RateSeries : public testing::Test {
 
 class AllanText : public RateSeries {};
 
+recordings::RateSeriesChoice in_deg_per_h() {
+  recordings::RateSeriesChoice choice;
+  choice.unit = "deg/h";
+  return choice;
+}
+
 std::vector<double> all(const recordings::PackedSeries& series) {
   std::vector<double> values(series.size());
   series.read(0, values);
@@ -53,10 +62,10 @@ TEST_F(RateSeries, ReadsPrismdsLog) {
 }
 
 TEST_F(RateSeries, ReadsAColumnWithoutNames) {
-  const auto series = recordings::read_rate_series(written("1\n2\n\n3\r\n"), {}).value();
+  const auto series = recordings::read_rate_series(written("1\n2\n\n3\r\n"), in_deg_per_h()).value();
   EXPECT_THAT(all(series.rate_deg_per_h), ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
-  recordings::RateSeriesChoice tenth;
+  recordings::RateSeriesChoice tenth = in_deg_per_h();
   tenth.interval_s = 0.1;
   EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
@@ -78,8 +87,16 @@ TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
               HasSubstr("--unit: found \"furlong\", expected deg/h"));
 }
 
+// It was taken for deg/h: a rate in rad/s was 206265 times too small.
+TEST_F(RateSeries, ARateWithoutAUnitIsAnError) {
+  EXPECT_EQ(recordings::read_rate_series(written("t_s,gyro_z\n0,1\n1,2\n"), {}).error().text(),
+            "--unit: found none, and no unit in the header of column gyro_z, expected deg/h, deg/s, rad/s or arcsec/s");
+  EXPECT_THAT(recordings::read_rate_series(written("1\n2\n"), {}).error().text(),
+              HasSubstr("column 1, expected deg/h"));
+}
+
 TEST_F(RateSeries, TreatsAJumpInTimeAsMissingValues) {
-  std::string text = "time_s\trate\n";
+  std::string text = "time_s\trate_deg_per_h\n";
   for (int second = 0; second < 100; ++second) {
     if (second != 40 && second != 41) text += std::to_string(second) + "\t" + std::to_string(second % 3) + "\n";
   }
@@ -91,19 +108,73 @@ TEST_F(RateSeries, TreatsAJumpInTimeAsMissingValues) {
 
 TEST_F(RateSeries, ALongGapSeparatesTwoRecords) {
   const auto series =
-      recordings::read_rate_series(written("time_s\trate\n1\t5\n2\t6\n3\t5\n9\t5\n10\t5\n"), {}).value();
+      recordings::read_rate_series(written("time_s\trate_deg_per_h\n1\t5\n2\t6\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
   EXPECT_EQ(series.rate_deg_per_h[3], recordings::kRecordBreak);
+}
+
+/// Noise of 0.01 around 8 with the rows `wrong` at a value.
+std::vector<double> noise_with(std::size_t rows, const std::vector<std::size_t>& wrong, double value) {
+  test::NormalPairs normal(3);
+  std::vector<double> rates(rows);
+  for (double& rate : rates) rate = 8 + 0.01 * normal();
+  for (const std::size_t row : wrong) rates[row] = value;
+  return rates;
+}
+
+// They were used in silence: five of -999 made N 200 times too large.
+TEST_F(RateSeries, CodesForNoValueAreNotUsed) {
+  const auto judged = [&](const std::vector<double>& rates) {
+    std::string text = "t_s,rate_deg_per_h\n";
+    for (std::size_t i = 0; i < rates.size(); ++i) text += fmt::format("{},{:.9f}\n", i, rates[i]);
+    return recordings::read_rate_series(written(text), {}).value();
+  };
+  const auto five = judged(noise_with(1000, {400, 401, 402, 403, 404}, -999));
+  EXPECT_THAT(five.notes, ElementsAre(HasSubstr("rate: 5 rows from 400 s to 404 s at -999 deg/h, far from the rest")));
+  for (std::size_t i = 395; i < 410; ++i) EXPECT_EQ(std::isnan(five.rate_deg_per_h[i]), i >= 400 && i < 405) << i;
+  const auto zeros = judged(noise_with(1000, {10, 100, 300, 301, 500, 700, 998}, 0));
+  EXPECT_THAT(zeros.notes, testing::Contains(HasSubstr("1 run more at 0 deg/h")));
+  EXPECT_TRUE(std::isnan(zeros.rate_deg_per_h[998]));
+  std::vector<double> stopped = noise_with(4000, {}, 0);
+  std::fill_n(stopped.begin() + 1000, 500, 8.003);
+  EXPECT_THAT(judged(stopped).notes, ElementsAre(HasSubstr("rate is constant at 8.003 deg/h from 1000 s to 1499 s")));
+  EXPECT_TRUE(judged(noise_with(1000, {}, 0)).notes.empty());
+}
+
+// Of a long series, only the rows of a block that are wrong.
+TEST_F(RateSeries, JudgesALongSeriesExactly) {
+  constexpr std::size_t kRows = 1'000'003, kWrong = 777'777;
+  recordings::PackedSeries series;
+  for (const double rate : noise_with(kRows, {kWrong}, -999)) series.push(rate);
+  const auto remarks = recordings::judge_rates(series, {1, 0.005, [](std::size_t row) { return std::to_string(row); }});
+  EXPECT_THAT(remarks, ElementsAre(HasSubstr("rate: outlier at 777777: -999 deg/h")));
+  std::size_t unknown = 0;
+  evaluation::for_each_rate(series.source(), [&](std::size_t, double rate) { unknown += std::isnan(rate); });
+  EXPECT_EQ(unknown, 1u);
+  EXPECT_TRUE(std::isnan(series[kWrong]));
+}
+
+TEST_F(RateSeries, AHexDumpIsNoTable) {
+  EXPECT_THAT(recordings::read_rate_series(
+                  written("00000000: a55a 0221 0001 4021  .Z.!\n00000008: 024b 9369 d7ae 4039  .K.i\n"), {})
+                  .error()
+                  .text(),
+              HasSubstr("found a hex dump, expected a table or log; make a log of it: prismd CONFIG.json --replay "));
+}
+
+TEST_F(RateSeries, ReadsMinutesAndHours) {
+  EXPECT_EQ(recordings::read_rate_series(written("Time [min],rate_dps\n1,1\n2,2\n3,1\n"), {})->interval_s, 60);
+  EXPECT_EQ(recordings::read_rate_series(written("t / h,rate_dps\n1,1\n2,2\n3,1\n"), {})->interval_s, 3600);
 }
 
 TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
   EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(),
               "/nowhere.csv: cannot be read: No such file or directory");
   EXPECT_THAT(recordings::read_rate_series(written(""), {}).error().text(), HasSubstr("no row of numbers"));
-  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n1,2\n2,x\n"), {}).error().text(),
-              HasSubstr(".csv:3: column rate: found \"x\", expected a number"));
-  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate\n2,1\n1,1\n"), {}).error().text(),
-              HasSubstr(":3: found time 1 after 2, expected increasing times"));
+  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate_dps\n1,2\n2,x\n"), {}).error().text(),
+              HasSubstr(".csv:3: column rate_dps: found \"x\", expected a number"));
+  EXPECT_THAT(recordings::read_rate_series(written("time_s,rate_dps\n2,1\n1,1\n"), {}).error().text(),
+              HasSubstr(":3: found time 1 s after 2 s, expected increasing times"));
   EXPECT_THAT(recordings::read_rate_series(written("a,b,c\n1,2,3\n"), {}).error().text(),
               HasSubstr("found columns a, b, c, expected --column NAME"));
   recordings::RateSeriesChoice missing;
@@ -114,7 +185,7 @@ TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
 
 TEST_F(AllanText, PrintsTheNinePointExampleOfTheStandard) {
   const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
-  const auto series = recordings::read_rate_series(path, {}).value();
+  const auto series = recordings::read_rate_series(path, in_deg_per_h()).value();
   const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kOctave,
                                                 evaluation::AllanEstimator::kOverlapping, 0.683, "nine")
                             .value();
@@ -158,7 +229,7 @@ TEST_F(AllanText, PrintsIntervalsDefinitionsAndUpperEnds) {
     for (int k = 0; k < 12; ++k) sum += static_cast<int>((state = state * 1664525 + 1013904223) >> 16);
     text += std::to_string(sum) + "\n";
   }
-  const auto series = recordings::read_rate_series(written(text), {}).value();
+  const auto series = recordings::read_rate_series(written(text), in_deg_per_h()).value();
   const auto analysis = analysis::analyse_allan(series, evaluation::AllanGrid::kDecade,
                                                 evaluation::AllanEstimator::kOverlapping, 0.683, "x")
                             .value();
@@ -177,7 +248,7 @@ TEST_F(AllanText, PrintsIntervalsDefinitionsAndUpperEnds) {
 }
 
 TEST_F(AllanText, RejectsARecordFullOfGaps) {
-  std::string text = "time_s,rate\n";
+  std::string text = "time_s,rate_dps\n";
   for (int i = 0; i < 50; ++i) text += std::to_string(10 * i) + ",1\n" + std::to_string(10 * i + 1) + ",2\n";
   recordings::RateSeriesChoice choice;
   choice.interval_s = 1;

@@ -57,7 +57,7 @@ void add_allan_command(CLI::App& app, int& code) {
                       "rate column: its name or number from 1 (default: rate_deg_per_h)");
   command->add_option("--axis", choice->series.axis, "axis to use, if the log has several");
   command->add_option("--unit", choice->series.unit,
-                      "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header, else deg/h)");
+                      "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)");
   command->add_option("--time", choice->series.time_column,
                       "time column: its name or number (default: by name and unit)");
   command->add_option("--interval", choice->interval_s, "seconds between rows, if the file has no time")

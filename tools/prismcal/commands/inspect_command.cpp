@@ -103,9 +103,13 @@ void print(const TableSummary& summary, const std::string& path) {
     fmt::print("\ntime {} ({}): {} to {}\n  {}\n", summary.time->column, summary.time->format,
                time_text(*summary.time, summary.time->first_ns), time_text(*summary.time, summary.time->last_ns),
                grid_text(*summary.time));
+  if (!summary.remarks.empty()) fmt::print("\n");
+  for (const std::string& remark : summary.remarks) fmt::print("{}\n", printable(remark));
   if (!summary.problem.empty()) return;
   if (!summary.states_rate)
     fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");
+  else if (summary.command.find(":UNIT") != std::string::npos)
+    fmt::print("\nReplace COLUMN (its name or number) and UNIT (degC, K or degF; V or mV):");
   fmt::print("\n{}\n{}\n", printable(summary.command), recordings::kSiteAdvice);
   if (summary.time) print_if_too_short(static_cast<double>(summary.time->last_ns - summary.time->first_ns) / 1e9);
 }
@@ -149,6 +153,7 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
                            {"remark", time.grid->remark}});
     }
   }
+  json["remarks"] = summary.remarks;
   json["command"] = summary.states_rate ? summary.command : "";
   json["problem"] = summary.problem;
   return json;

@@ -74,7 +74,7 @@ Result<PackedStamps> read_stamps(MappedTable& table) {
     const auto more = table.source->next(block);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) return stamps;
-    stamps.push(block.time_ns);
+    if (auto good = append_times(stamps, *table.source, block); !good) return tl::unexpected<Error>(good.error());
   }
 }
 
@@ -133,13 +133,6 @@ class Averaging {
   std::size_t index_ = 0;
 };
 
-void add_grid_notes(const SampleGrid& grid, Recording& recording) {
-  if (!grid.remark.empty()) recording.notes.push_back("time: " + grid.remark);
-  if (grid.lost > 0)
-    recording.notes.push_back(
-        fmt::format("{} lost in {}", counted(grid.lost, "sample"), counted(grid.holes.size(), "hole")));
-}
-
 }  // namespace
 
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
@@ -149,16 +142,17 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   const bool timed = map->contains("time");
   Recording recording;
   PackedStamps times;
+  const auto stated = options.table.interval_s > 0 ? std::optional(options.table.interval_s) : std::nullopt;
   if (timed) {
     auto table = open_mapped(path, *map, options, true);
     if (!table) return tl::unexpected<Error>(table.error());
     auto stamps = read_stamps(*table);
     if (!stamps) return tl::unexpected<Error>(stamps.error());
     if (stamps->size() > 1) {
-      const auto grid = sample_grid(*stamps, path);
+      const auto grid = sample_grid(*stamps, path, stated);
       if (!grid) return tl::unexpected<Error>(grid.error());
       times = grid->times_ns(*stamps);
-      add_grid_notes(*grid, recording);
+      recording.notes = grid_notes(*grid, stamps->size());
     } else {
       times = std::move(*stamps);
     }

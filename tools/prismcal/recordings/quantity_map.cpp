@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -54,6 +55,17 @@ std::optional<std::size_t> column_of(const tables::TableSource& table, std::stri
   return std::nullopt;
 }
 
+std::optional<std::size_t> column_named_uhfo(const tables::TableSource& table) {
+  const auto& columns = table.columns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::string name = columns[i].name;
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (name.find("uhfo") != std::string::npos && !columns[i].unit && table.kind(i) == tables::ColumnKind::kNumber)
+      return i;
+  }
+  return std::nullopt;
+}
+
 /// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
 /// states. Of several columns that may be a quantity it takes the first.
 std::vector<std::string> suggested_map(const tables::TableSource& table) {
@@ -68,6 +80,8 @@ std::vector<std::string> suggested_map(const tables::TableSource& table) {
       entries.push_back(fmt::format("{}={}:{}", quantity, name_of(*i), columns[*i].unit->name));
     else if (quantity != "uhfo")
       entries.push_back(quantity + "=COLUMN:UNIT");
+    else if (const auto named = column_named_uhfo(table))
+      entries.push_back("uhfo=" + name_of(*named) + ":UNIT");
   }
   if (const auto time = table.time_column()) {
     const tables::Unit* unit = columns[*time].unit;
@@ -148,7 +162,7 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
 
-bool states_rate(const tables::TableSource& table) { return column_of(table, "rate").has_value(); }
+std::optional<std::size_t> rate_column(const tables::TableSource& table) { return column_of(table, "rate"); }
 
 std::string train_command(const tables::TableSource& table, const tables::TableOptions& options) {
   const std::vector<std::string> entries = suggested_map(table);

@@ -2,7 +2,9 @@
 // --map: which column of a table is the rate, the temperature, the voltage and the time, and in which unit.
 #pragma once
 
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,8 +36,8 @@ inline constexpr const char* kSiteAdvice =
     "DEG: latitude of the site, elevation of the gyro's input axis above the horizon; for rates already corrected for "
     "the Earth rate: --no-earth-rate instead";
 
-/// A column has the unit of a rate.
-bool states_rate(const tables::TableSource& table);
+/// The first column with the unit of a rate.
+std::optional<std::size_t> rate_column(const tables::TableSource& table);
 
 /// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
 /// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.

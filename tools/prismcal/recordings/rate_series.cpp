@@ -7,13 +7,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/sample.hpp"
+#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/recordings/packed_stamps.hpp"
+#include "tools/prismcal/recordings/rate_judge.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
 #include "tools/prismcal/tables/header_unit.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
@@ -21,20 +25,25 @@
 namespace prism::recordings {
 namespace {
 
+constexpr std::string_view kRateUnits = "deg/h, deg/s, rad/s or arcsec/s";
+
 Result<double> factor_of(const std::string& unit) {
   if (const tables::Unit* found = tables::find_unit("rate", unit)) return found->factor;
-  return make_error("--unit", fmt::format("found \"{}\", expected deg/h, deg/s, rad/s or arcsec/s", unit));
+  return make_error("--unit", fmt::format("found \"{}\", expected {}", unit, kRateUnits));
 }
 
-/// The factor to deg/h of a column of a table; sets the unit of the series. Errors: a unit of another quantity.
+/// The factor to deg/h of a column of a table; sets the unit of the series. Errors: no unit; one of another quantity.
 Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const tables::Header& header) {
   if (!choice.unit.empty()) {
     series.unit = choice.unit;
-  } else if (header.unit && header.unit->quantity != "rate") {
+  } else if (!header.unit) {
+    return make_error("--unit", fmt::format("found none, and no unit in the header of column {}, expected {}",
+                                            header.text.empty() ? "1" : header.text, kRateUnits));
+  } else if (header.unit->quantity != "rate") {
     return make_error("--column", fmt::format("found \"{}\" in {}, expected a rate; --unit states another unit",
                                               header.text, header.unit->name));
   } else {
-    series.unit = header.unit ? header.unit->name : "deg/h";
+    series.unit = header.unit->name;
   }
   return factor_of(series.unit);
 }
@@ -92,17 +101,8 @@ Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
     const auto more = table.next(block);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    for (std::size_t i = 0; i < block.time_ns.size(); ++i) {
-      const std::int64_t before = i > 0                      ? block.time_ns[i - 1]
-                                  : columns.times_ns.empty() ? block.time_ns[i]
-                                                             : columns.times_ns.back();
-      if (block.time_ns[i] < before)
-        return make_error(fmt::format("{}:{}", table.path(), block.lines[i]),
-                          fmt::format("found time {} after {}, expected increasing times",
-                                      static_cast<double>(block.time_ns[i]) / 1e9, static_cast<double>(before) / 1e9));
-    }
+    if (auto good = append_times(columns.times_ns, table, block); !good) return tl::unexpected<Error>(good.error());
     for (const double rate : block.columns[0]) columns.rates.push(rate);
-    columns.times_ns.push(block.time_ns);
   }
   if (columns.rates.size() == 0)
     return make_error(table.path(), "found no row of numbers, expected a rate in every line");
@@ -145,11 +145,8 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
   columns.times_ns = {};
   series.interval_s = grid->interval_s;
   series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
-  if (!grid->remark.empty()) series.notes.push_back("time: " + grid->remark);
   series.rate_deg_per_h = with_gaps(std::move(columns.rates), grid->holes);
-  if (grid->lost > 0)
-    series.notes.push_back(
-        fmt::format("{} lost in {}", counted(grid->lost, "sample"), counted(grid->holes.size(), "hole")));
+  series.notes = grid_notes(*grid, series.rows);
   return {};
 }
 
@@ -157,10 +154,10 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
-  const auto factor = set_unit(series, choice, tables::read_header(series.column));
-  if (!factor) return tl::unexpected(factor.error());
   auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
+  const auto factor = set_unit(series, choice, tables::read_header(series.column));
+  if (!factor) return tl::unexpected(factor.error());
   const std::size_t most_rows = folder->most_rows();
   tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
@@ -201,10 +198,14 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   auto columns = read_columns(**table, *layout);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
+  RateJudgement judgement = judgement_of(**table, *factor, series.rows, columns->times_ns);
+  if (choice.interval_s) judgement.interval_s = *choice.interval_s;
+  const auto remarks = judge_rates(columns->rates, judgement);
   const std::string time_name = layout->time ? (*table)->columns()[*layout->time].text : "";
   if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
     return tl::unexpected<Error>(placed.error());
   series.rate_deg_per_h.scale(*factor);
+  series.notes.insert(series.notes.end(), remarks.begin(), remarks.end());
   if (choice.interval_s) {
     series.interval_s = *choice.interval_s;
     series.interval_source = "given";
@@ -233,6 +234,14 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
   std::error_code error;
   const bool log =
       (std::filesystem::is_directory(path, error) || is_log(path)) && choice.time_column.empty() && !choice.interval_s;
+  if (!log) {
+    const auto kind = bytes_kind(path);
+    if (!kind) return tl::unexpected<Error>(kind.error());
+    if (!kind->empty())
+      return make_error(path, fmt::format("found a {}, expected a table or log; make a log of it: prismd CONFIG.json "
+                                          "--replay {} --out FOLDER",
+                                          *kind == "bytes" ? "file of bytes" : *kind, shell_word(path)));
+  }
   auto series = log ? read_log_series(path, choice) : read_table_series(path, choice);
   if (series && is_constant(series->rate_deg_per_h))
     return make_error(path, fmt::format("column {}: found the same value in all of {}, expected a rate that varies",

@@ -16,7 +16,7 @@ namespace prism::recordings {
 struct RateSeriesChoice {
   std::string column;       ///< name, or number from 1; empty: "rate_deg_per_h", or the only column except the time
   std::string time_column;  ///< name or number; empty: the column whose name and unit are those of a time
-  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header, else deg/h
+  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header
   std::optional<double> interval_s;  ///< spacing of the rows; overrides the time column
   std::string axis;                  ///< selects one axis of a log with several
   tables::TableOptions table;        ///< how a table of another program is written

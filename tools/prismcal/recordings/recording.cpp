@@ -49,7 +49,7 @@ bool is_foreign(const std::string& path) {
 Error without_map(const std::string& path, const SourceOptions& options) {
   const auto table = tables::open_table(path, options.table);
   if (!table) return table.error();
-  if (states_rate(**table))
+  if (rate_column(**table))
     return {path, fmt::format("not a log of prismd; its header fits: {} ({})", train_command(**table, options.table),
                               kSiteAdvice)};
   return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "

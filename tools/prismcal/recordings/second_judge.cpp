@@ -34,6 +34,29 @@ constexpr std::array<Quantity, 3> kJudged = {{
     {"uhfo", "V", &SecondMean::uhfo_v, &QuantitySet::uhfo, 0, 2000, false, 1000},
 }};
 
+evaluation::FarLimits far_limits(const Quantity& quantity, const std::vector<double>& values, double unit,
+                                 double interval_s) {
+  constexpr double kFar = 50, kLongest_s = 600;
+  evaluation::FarLimits limits;
+  limits.far = std::max(quantity.least_far / unit, kFar * evaluation::noise_of_steps(values));
+  limits.absurd = std::max(quantity.absurd / unit, limits.far);
+  const auto longest = static_cast<std::size_t>(std::max(1.0, kLongest_s / interval_s));
+  limits.longest = quantity.noisy ? std::clamp<std::size_t>(values.size() / 20, 1, longest) : 0;
+  limits.any_constant = true;
+  return limits;
+}
+
+std::string far_text(const Quantity& quantity, const FarRun& run, const std::string& length, const std::string& first,
+                     const std::string& last) {
+  if (run.end - run.begin == 1)
+    return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; not used", quantity.name, first,
+                       run.level, quantity.unit, run.distance(), quantity.unit);
+  return fmt::format(
+      "{}: {} from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}{}): these values of {} are not used",
+      quantity.name, length, first, last, run.level, quantity.unit, run.distance(), quantity.unit,
+      quantity.noisy ? ": a fault, or a turn of the gyro" : "", quantity.name);
+}
+
 /// Judges one quantity.
 class Judge {
  public:
@@ -60,12 +83,7 @@ class Judge {
   std::int64_t second(std::size_t i) const { return seconds_[index_[i]].second; }
 
   void leave_out_far() {
-    constexpr double kFar = 50;
-    evaluation::FarLimits limits;
-    limits.far = std::max(quantity_.least_far, kFar * evaluation::noise_of_steps(values_));
-    limits.absurd = std::max(quantity_.absurd, limits.far);
-    limits.longest = quantity_.noisy ? std::clamp<std::size_t>(values_.size() / 20, 1, 600) : 0;
-    limits.any_constant = true;
+    const evaluation::FarLimits limits = far_limits(quantity_, values_, 1, 1);
     const std::vector<FarRun> far = evaluation::far_runs(values_, limits);
     for (std::size_t k = 0; k < far.size(); ++k) {
       if (k < evaluation::kFewRuns) notes.push_back(far_text(far[k]));
@@ -97,15 +115,9 @@ class Judge {
     return "--leave-out " + leave_out_range(second(begin), second(end - 1), is_date_);
   }
   std::string far_text(const FarRun& run) const {
-    const std::string first = end_of_second(second(run.begin), is_date_);
-    if (run.end - run.begin == 1)
-      return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; not used", quantity_.name, first,
-                         run.level, quantity_.unit, run.distance(), quantity_.unit);
-    return fmt::format(
-        "{}: {} s from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}{}): these values of {} are not used",
-        quantity_.name, second(run.end - 1) - second(run.begin) + 1, first,
-        end_of_second(second(run.end - 1), is_date_), run.level, quantity_.unit, run.distance(), quantity_.unit,
-        quantity_.noisy ? ": a fault, or a turn of the gyro" : "", quantity_.name);
+    return recordings::far_text(quantity_, run, fmt::format("{} s", second(run.end - 1) - second(run.begin) + 1),
+                                end_of_second(second(run.begin), is_date_),
+                                end_of_second(second(run.end - 1), is_date_));
   }
 
   void leave_out(std::size_t begin, std::size_t end, double far) {
@@ -156,6 +168,15 @@ JudgedSeconds judge_seconds(std::vector<SecondMean>& second_means, bool is_date)
     judged.explained[q] = std::move(judge.explained);
   }
   return judged;
+}
+
+evaluation::FarLimits far_rate_limits(const std::vector<double>& rates, double unit_deg_per_h, double interval_s) {
+  return far_limits(kJudged[0], rates, unit_deg_per_h, interval_s);
+}
+
+std::string far_rate_text(const FarRun& run, const std::string& length, const std::string& first,
+                          const std::string& last) {
+  return far_text(kJudged[0], run, length, first, last);
 }
 
 }  // namespace prism::recordings

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/evaluation/far_runs.hpp"
 #include "compensation/second_averager.hpp"
 
 namespace prism::recordings {
@@ -28,5 +29,11 @@ struct JudgedSeconds {
 /// value. Then constant ones for which the source must have stopped. Values after them that were rejected because they
 /// returned too fast are valid again. `is_date`: as end_of_second().
 JudgedSeconds judge_seconds(std::vector<compensation::SecondMean>& second_means, bool is_date);
+
+/// The limits for far values of a rate: means over `interval_s`, whose unit is unit_deg_per_h.
+evaluation::FarLimits far_rate_limits(const std::vector<double>& rates, double unit_deg_per_h, double interval_s);
+/// The remark on a run of them, in deg/h: `length` as in "5 s", and the times of its first and last value.
+std::string far_rate_text(const evaluation::FarRun& run, const std::string& length, const std::string& first,
+                          const std::string& last);
 
 }  // namespace prism::recordings

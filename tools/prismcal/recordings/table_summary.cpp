@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/table_summary.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
 
+#include "compensation/plausibility.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
+#include "tools/prismcal/recordings/rate_judge.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -75,6 +79,41 @@ void summarise_time(const tables::TableSource& table, const PackedStamps& stamps
 
 }  // namespace
 
+namespace {
+
+/// "T_degC: values outside -90 to 200 degC", "looks like kelvin".
+void add_range_remarks(TableSummary& summary) {
+  const compensation::PlausibilityLimits limits;
+  for (const ColumnSummary& column : summary.columns) {
+    const tables::Unit* unit = column.header.unit;
+    if (!unit || !std::isfinite(column.smallest)) continue;
+    const double low = column.smallest * unit->factor + unit->offset,
+                 high = column.largest * unit->factor + unit->offset;
+    const bool temperature = unit->quantity == "temperature";
+    if (!temperature && unit->quantity != "uhfo") continue;
+    const compensation::SensorLimits& range = temperature ? limits.temperature : limits.uhfo;
+    if (temperature && low > 230 && high < 375)
+      summary.remarks.push_back(
+          fmt::format("{}: looks like kelvin: --map temperature={}:K*1", column.header.text, column.header.text));
+    else if (low < range.low || high > range.high)
+      summary.remarks.push_back(
+          fmt::format("{}: values outside {} to {} {} are not used, and more than 1 % is an error", column.header.text,
+                      range.low, range.high, temperature ? "degC" : "V"));
+  }
+}
+
+void add_remarks(const tables::TableSource& table, PackedSeries& rates, const PackedStamps& stamps,
+                 TableSummary& summary) {
+  add_range_remarks(summary);
+  const auto rate = rate_column(table);
+  if (!rate) return;
+  for (std::string& remark :
+       judge_rates(rates, judgement_of(table, table.columns()[*rate].unit->factor, rates.size(), stamps)))
+    summary.remarks.push_back(std::move(remark));
+}
+
+}  // namespace
+
 Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options) {
   auto opened = tables::open_table(path, options);
   if (!opened) return tl::unexpected<Error>(opened.error());
@@ -82,7 +121,8 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   TableSummary summary;
   summary.dialect = table.dialect_text();
   summary.command = train_command(table, options);
-  summary.states_rate = states_rate(table);
+  const auto rate = rate_column(table);
+  summary.states_rate = rate.has_value();
   tables::Selection selection;
   const auto time = table.time_column();
   for (std::size_t i = 0; i < table.columns().size(); ++i) {
@@ -102,12 +142,20 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   }
   std::vector<Course> courses(numbers.size());
   PackedStamps stamps;
+  PackedSeries rates;
   tables::Block block;
   while (true) {
     const auto more = table.next(block);
     for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i)
       take(block.columns[i], summary.columns[numbers[i]], courses[i]);
-    stamps.push(block.time_ns);
+    for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i) {
+      if (rate != numbers[i]) continue;
+      for (const double value : block.columns[i]) rates.push(value);
+    }
+    if (auto good = append_times(stamps, table, block); !good) {
+      if (summary.problem.empty()) summary.problem = good.error().text();
+      stamps.push(block.time_ns);
+    }
     if (!more) summary.problem = more.error().text();
     if (!more || !*more) break;
   }
@@ -118,6 +166,7 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   summary.rows = table.counts().rows;
   summary.torn = table.counts().torn;
   summarise_time(table, stamps, summary);
+  add_remarks(table, rates, stamps, summary);
   return summary;
 }
 

@@ -36,7 +36,8 @@ struct TableSummary {
   std::size_t rows = 0, torn = 0;
   std::vector<ColumnSummary> columns;
   std::optional<TimeSummary> time;
-  std::string problem;  ///< of the time, or of the first bad row: the summary ends there; empty: none
+  std::vector<std::string> remarks;  ///< on values that a training does not use, one line each
+  std::string problem;               ///< of the time, or of the first bad row: the summary ends there; empty: none
 };
 
 /// Errors: those of open_table().
