@@ -13,7 +13,7 @@ namespace {
 
 /// Lower tail probability of three standard deviations: so far below the estimate, missing values must not dominate.
 /// Nearer, a point would be determined by chance, and only if it is too high.
-constexpr double kSureTail = 0.99865;
+constexpr double kSureTail = 0.99865, kSureShare = 0.5;
 
 /// Degrees of freedom by the variance, and by the skewness.
 struct Degrees {
@@ -97,7 +97,7 @@ std::vector<AllanInterval> allan_confidence(const AllanCurve& curve, const Allan
     interval.edf = point.degrees_of_freedom(model.noise()).edf;
     const double share = own_share(point.point(), model.noise());
     const Point::End low = point.end(model, 1 - tail), high = point.end(model, tail);
-    interval.determined = share == 1 || std::min(share, point.end(model, kSureTail).share) >= kDeterminedShare;
+    interval.determined = share == 1 || (share >= kDeterminedShare && point.end(model, kSureTail).share >= kSureShare);
     interval.deviation = point.point().deviation * std::sqrt(share);
     interval.low = std::sqrt(low.variance);
     interval.high = std::sqrt(high.variance);

@@ -16,8 +16,9 @@ struct AllanInterval {
   double edf = 1;                                ///< equivalent degrees of freedom; infinite for a ramp without noise
   double deviation = 0;                          ///< the point's, without the noise that missing values add
   double low = 0, high = 0;                      ///< in the rate's unit
-  /// False if missing values add more than half of the variance, for the noises of the model or those that fit best if
-  /// the point is three standard deviations too high. It then tells hardly anything about the rate.
+  /// False if missing values add more than two fifths of the variance for the noises of the model, or more than half
+  /// for those that fit best if the point is three standard deviations too high. It then tells hardly anything about
+  /// the rate.
   bool determined = true;
 };
 
