@@ -164,7 +164,9 @@ RateJudgement judgement_of(const tables::TableSource& table, double unit_deg_per
     judgement.interval_s =
         static_cast<double>(stamps_ns.back() - stamps_ns.front()) / 1e9 / static_cast<double>(rows - 1);
   judgement.time_of = [&stamps_ns, is_date = table.time() && table.time()->has_date](std::size_t row) {
-    return row < stamps_ns.size() ? time_text(stamps_ns[row], is_date) : fmt::format("row {}", row + 1);
+    if (row >= stamps_ns.size()) return fmt::format("row {}", row + 1);
+    constexpr double kMs_ns = 1e6;
+    return time_text(std::llround(static_cast<double>(stamps_ns[row]) / kMs_ns) * 1'000'000, is_date);
   };
   return judgement;
 }
