@@ -42,7 +42,7 @@ QuantitySet TableJudge::push(const Sample& sample, std::size_t line) {
     Count& count = counts_[quantity];
     if (std::isnan(value)) return;
     ++count.values;
-    count.like_kelvin += value > 230 && value < 375;
+    count.like_kelvin += like_kelvin(value);
     if (!bad) return;
     const std::int64_t second = compensation::second_number(sample.time_ns);
     for (std::size_t back = 1; back <= std::min<std::size_t>(2, count.rejected.size()); ++back) {

@@ -13,6 +13,9 @@
 
 namespace prism::recordings {
 
+/// A temperature in degC that is probably one in kelvin.
+inline bool like_kelvin(double degc) { return degc > 230 && degc < 375; }
+
 /// Call push() with each row in order of time, then finish().
 class TableJudge {
  public:

@@ -13,6 +13,7 @@
 #include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/rate_judge.hpp"
+#include "tools/prismcal/recordings/table_judge.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -77,10 +78,6 @@ void summarise_time(const tables::TableSource& table, const PackedStamps& stamps
     time.no_grid = std::move(grid.error().what);
 }
 
-}  // namespace
-
-namespace {
-
 /// "T_degC: values outside -90 to 200 degC", "looks like kelvin".
 void add_range_remarks(TableSummary& summary) {
   const compensation::PlausibilityLimits limits;
@@ -92,7 +89,7 @@ void add_range_remarks(TableSummary& summary) {
     const bool temperature = unit->quantity == "temperature";
     if (!temperature && unit->quantity != "uhfo") continue;
     const compensation::SensorLimits& range = temperature ? limits.temperature : limits.uhfo;
-    if (temperature && low > 230 && high < 375)
+    if (temperature && like_kelvin(low) && like_kelvin(high))
       summary.remarks.push_back(
           fmt::format("{}: looks like kelvin: --map temperature={}:K*1", column.header.text, column.header.text));
     else if (low < range.low || high > range.high)
@@ -100,16 +97,6 @@ void add_range_remarks(TableSummary& summary) {
           fmt::format("{}: values outside {} to {} {} are not used, and more than 1 % is an error", column.header.text,
                       range.low, range.high, temperature ? "degC" : "V"));
   }
-}
-
-void add_remarks(const tables::TableSource& table, PackedSeries& rates, const PackedStamps& stamps,
-                 TableSummary& summary) {
-  add_range_remarks(summary);
-  const auto rate = rate_column(table);
-  if (!rate) return;
-  for (std::string& remark :
-       judge_rates(rates, judgement_of(table, table.columns()[*rate].unit->factor, rates.size(), stamps)))
-    summary.remarks.push_back(std::move(remark));
 }
 
 }  // namespace
@@ -146,9 +133,8 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   tables::Block block;
   while (true) {
     const auto more = table.next(block);
-    for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i)
-      take(block.columns[i], summary.columns[numbers[i]], courses[i]);
     for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i) {
+      take(block.columns[i], summary.columns[numbers[i]], courses[i]);
       if (rate != numbers[i]) continue;
       for (const double value : block.columns[i]) rates.push(value);
     }
@@ -166,7 +152,11 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   summary.rows = table.counts().rows;
   summary.torn = table.counts().torn;
   summarise_time(table, stamps, summary);
-  add_remarks(table, rates, stamps, summary);
+  add_range_remarks(summary);
+  if (!rate) return summary;
+  const double unit_deg_per_h = table.columns()[*rate].unit->factor;
+  for (std::string& remark : judge_rates(rates, judgement_of(table, unit_deg_per_h, rates.size(), stamps)))
+    summary.remarks.push_back(std::move(remark));
   return summary;
 }
 
