@@ -10,15 +10,12 @@
 namespace prism::evaluation {
 namespace {
 
-/// Means of equal values differ in their last bits.
-bool equal(double a, double b) { return std::fabs(a - b) <= 1e-9 * std::max(std::fabs(a), std::fabs(b)); }
-
 /// The first and last value may be means of a part of the run and of values next to it.
 bool is_constant(std::span<const double> values, std::size_t begin, std::size_t end) {
   if (end - begin > 2) ++begin, --end;
   return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(begin),
                      values.begin() + static_cast<std::ptrdiff_t>(end),
-                     [&](double value) { return equal(value, values[begin]); });
+                     [&](double value) { return equal_means(value, values[begin]); });
 }
 
 /// Parts of one run touch: a value that is only partly far has a mean of its own.
@@ -31,7 +28,8 @@ void add_run(const FarRun& run, std::vector<FarRun>& runs) {
 
 /// A code for "no value".
 bool have_one_level(const std::vector<FarRun>& runs) {
-  return std::all_of(runs.begin(), runs.end(), [&](const FarRun& run) { return equal(run.level, runs[0].level); });
+  return std::all_of(runs.begin(), runs.end(),
+                     [&](const FarRun& run) { return equal_means(run.level, runs[0].level); });
 }
 
 class Search {
@@ -71,7 +69,8 @@ class Search {
   }
   bool may_be_so_long(const FarRun& run, std::size_t end) const {
     if (end - run.begin <= limits_.longest || run.distance() > limits_.absurd) return true;
-    const bool changes = std::any_of(before_.begin(), before_.end(), [&](double v) { return !equal(v, before_[0]); });
+    const bool changes =
+        std::any_of(before_.begin(), before_.end(), [&](double v) { return !equal_means(v, before_[0]); });
     return limits_.any_constant && (changes || before_.empty()) && is_constant(values_, run.begin, end);
   }
   /// The run that begins at the value; without one, end is begin.
@@ -121,7 +120,7 @@ std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size
   std::vector<ConstantRun> runs;
   std::vector<std::size_t> lengths;
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
-    for (end = begin + 1; end < values.size() && equal(values[end], values[begin]);) ++end;
+    for (end = begin + 1; end < values.size() && equal_means(values[end], values[begin]);) ++end;
     lengths.push_back(end - begin);
     if (end - begin >= least && end - begin < values.size()) runs.push_back({begin, end, false});
   }
@@ -132,8 +131,8 @@ std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size
     const std::size_t length = run.end - run.begin;
     const auto longer = std::upper_bound(lengths.begin(), lengths.end(), length / kRatio);
     const std::size_t others = values.size() - length;
-    const auto same = static_cast<std::size_t>(
-        std::count_if(values.begin(), values.end(), [&](double value) { return equal(value, values[run.begin]); }));
+    const auto same = static_cast<std::size_t>(std::count_if(
+        values.begin(), values.end(), [&](double value) { return equal_means(value, values[run.begin]); }));
     run.certain = 10 * sums[static_cast<std::size_t>(longer - lengths.begin())] >= 9 * others &&
                   kRare * (same - length) <= others;
   }
@@ -143,7 +142,7 @@ std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size
 double noise_of_steps(std::span<const double> values) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) {
-    if (!equal(values[i], values[i - 1])) steps.push_back(std::fabs(values[i] - values[i - 1]));
+    if (!equal_means(values[i], values[i - 1])) steps.push_back(std::fabs(values[i] - values[i - 1]));
   }
   return steps.empty() ? 0 : kMadToSd * median_of(std::move(steps)) / std::sqrt(2.0);
 }

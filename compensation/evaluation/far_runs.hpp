@@ -9,6 +9,9 @@
 
 namespace prism::evaluation {
 
+/// Means of equal values differ in their last bits.
+inline bool equal_means(double a, double b) { return std::fabs(a - b) <= 1e-9 * std::fmax(std::fabs(a), std::fabs(b)); }
+
 /// Values [begin, end) of a series.
 struct FarRun {
   std::size_t begin = 0, end = 0;

@@ -10,7 +10,6 @@
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
-#include "base/text_number.hpp"
 #include "compensation/evaluation/data_quality.hpp"
 #include "compensation/feature_extractor.hpp"
 #include "tools/command_line.hpp"
@@ -20,6 +19,7 @@
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/table_summary.hpp"
+#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::commands {
 namespace {
@@ -51,10 +51,6 @@ std::string spark(const ColumnSummary& column) {
     text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
   }
   return text;
-}
-
-std::string time_text(const TimeSummary& time, std::int64_t ns) {
-  return time.is_date ? utc_nano_text(ns) : fmt::format("{:.10g} s", static_cast<double>(ns) / 1e9);
 }
 
 std::string grid_text(const TimeSummary& time) {
@@ -101,8 +97,8 @@ void print(const TableSummary& summary, const std::string& path) {
   }
   if (summary.time)
     fmt::print("\ntime {} ({}): {} to {}\n  {}\n", summary.time->column, summary.time->format,
-               time_text(*summary.time, summary.time->first_ns), time_text(*summary.time, summary.time->last_ns),
-               grid_text(*summary.time));
+               recordings::time_text(summary.time->first_ns, summary.time->is_date),
+               recordings::time_text(summary.time->last_ns, summary.time->is_date), grid_text(*summary.time));
   if (!summary.remarks.empty()) fmt::print("\n");
   for (const std::string& remark : summary.remarks) fmt::print("{}\n", printable(remark));
   if (!summary.problem.empty()) return;

@@ -14,9 +14,9 @@
 #include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
-#include "tools/prismcal/recordings/sample_grid.hpp"
 #include "tools/prismcal/recordings/second_judge.hpp"
 #include "tools/prismcal/recordings/table_judge.hpp"
+#include "tools/prismcal/recordings/table_times.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {

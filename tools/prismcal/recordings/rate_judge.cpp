@@ -12,8 +12,8 @@
 #include "compensation/evaluation/far_runs.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/sample.hpp"
-#include "tools/prismcal/recordings/sample_grid.hpp"
 #include "tools/prismcal/recordings/second_judge.hpp"
+#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -81,8 +81,8 @@ class RateJudge {
     for (const auto& run : evaluation::constant_runs(means_, least)) {
       if (!run.certain) continue;
       const double level = means_[run.begin];
-      const Rows rows = rows_between(
-          run.begin, run.end, [level](double rate) { return std::fabs(rate - level) <= 1e-9 * std::fabs(level); });
+      const Rows rows =
+          rows_between(run.begin, run.end, [level](double rate) { return evaluation::equal_means(rate, level); });
       notes_.push_back(fmt::format(
           "rate is constant at {:.6g} deg/h from {} to {}: a stopped sensor or a code for no value; these values are "
           "not used",

@@ -18,7 +18,7 @@
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/rate_judge.hpp"
-#include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/recordings/table_times.hpp"
 #include "tools/prismcal/tables/header_unit.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
 

@@ -14,6 +14,7 @@
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/rate_judge.hpp"
 #include "tools/prismcal/recordings/table_judge.hpp"
+#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::recordings {
 namespace {
