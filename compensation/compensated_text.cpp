@@ -142,25 +142,22 @@ unsigned commas_in_16(const char* bytes) {
 #endif
 }
 
+std::uint64_t commas_in_64(const char* bytes) {
+  std::uint64_t commas = 0;
+  for (int i = 0; i < 64; i += 16) commas |= std::uint64_t{commas_in_16(bytes + i)} << i;
+  return commas;
+}
+
 /// The commas of a line, in order. Fields are short: to search each takes twice the time.
 class Commas {
  public:
-  explicit Commas(std::string_view line) : at_(line.data()), end_(at_ + line.size()) {}
+  explicit Commas(std::string_view line) : line_(line) {}
 
   /// The next comma, or the end of the line.
   const char* next() {
     while (left_ == 0) {
-      begin_ = at_;
-      const auto count = std::min<std::size_t>(16, static_cast<std::size_t>(end_ - at_));
-      if (count == 0) return end_;
-      at_ += count;
-      if (count == 16) {
-        left_ = commas_in_16(begin_);
-      } else {
-        char last[16] = {};
-        std::memcpy(last, begin_, count);
-        left_ = commas_in_16(last);
-      }
+      if (at_ == line_.size()) return line_.data() + at_;
+      read();
     }
     const char* const comma = begin_ + std::countr_zero(left_);
     left_ &= left_ - 1;
@@ -168,8 +165,25 @@ class Commas {
   }
 
  private:
-  const char *begin_ = nullptr, *at_, *end_;  ///< the bytes of left_, those after them, the end of the line
-  unsigned left_ = 0;                         ///< commas that next() has not returned
+  void read() {
+    begin_ = line_.data() + at_;
+    const std::size_t count = std::min<std::size_t>(64, line_.size() - at_);
+    if (count == 64) {
+      left_ = commas_in_64(begin_);
+    } else if (line_.size() >= 64) {
+      left_ = commas_in_64(begin_ + count - 64) >> (64 - count);
+    } else {
+      char last[64] = {};
+      std::memcpy(last, begin_, count);
+      left_ = commas_in_64(last);
+    }
+    at_ += count;
+  }
+
+  std::string_view line_;
+  std::size_t at_ = 0;           ///< the byte after those of left_
+  const char* begin_ = nullptr;  ///< the first byte of left_
+  std::uint64_t left_ = 0;       ///< commas that next() has not returned
 };
 
 }  // namespace
