@@ -85,9 +85,24 @@ void FeatureExtractor::reset() {
   lag_mean_degc_.clear();
   sensor_lag_mean_.assign(definition_.sensors.size(), {});
   lag_age_s_ = -1;
+  incomplete_ = INT64_MIN;
 }
 
 Window FeatureExtractor::push(const SecondMean& second_mean) {
+  Window window = take(second_mean);
+  measure(window);
+  return window;
+}
+
+std::optional<Window> FeatureExtractor::push_unless_ready(const SecondMean& second_mean) {
+  Window window = take(second_mean);
+  const int history = history_s(definition_);
+  if (window.warm_s == history && incomplete_ <= second_mean.second - history && definition_.length_s > 1) return {};
+  measure(window);
+  return window.state == WindowState::kReady ? std::nullopt : std::optional(std::move(window));
+}
+
+Window FeatureExtractor::take(const SecondMean& second_mean) {
   Window window;
   window.second_mean = second_mean;
   window.sensors.resize(definition_.sensors.size());
@@ -97,7 +112,6 @@ Window FeatureExtractor::push(const SecondMean& second_mean) {
   update_lags(taken, window);
   const std::int64_t warm_s = second_mean.second - warm_since_ + 1;
   window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
-  measure(window);
   return window;
 }
 
@@ -124,6 +138,10 @@ void FeatureExtractor::admit(const SecondMean& second_mean, Window& window) {
     if (step <= 0 || window.gap_s > definition_.max_gap_s) history_.clear();
   }
   if (history_.empty()) warm_since_ = second_mean.second;
+  // Sums of values below the limit are finite.
+  const auto known = [](double value) { return std::fabs(value) < 1e100; };
+  if (window.gap_s > 0 || !known(second_mean.rate_deg_per_h) || !known(second_mean.temperature_degc))
+    incomplete_ = second_mean.second;
   history_.push_back(second_mean);
   while (history_.front().second <= second_mean.second - history_s(definition_)) history_.pop_front();
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "compensation/features.hpp"
@@ -32,12 +33,17 @@ class FeatureExtractor {
   /// as a gap does: the clock was set back. So does a sensor list with the definition's sensors at other positions.
   Window push(const SecondMean& second_mean);
 
+  /// Like push(), for a caller that needs no ready window: returns none if it is ready, in O(1) while no rate or
+  /// temperature is missing.
+  std::optional<Window> push_unless_ready(const SecondMean& second_mean);
+
   /// Clears all state except the sensor list, for a new session of the device.
   void reset();
 
   const FeatureDefinition& definition() const { return definition_; }
 
  private:
+  Window take(const SecondMean& second_mean);
   void admit(const SecondMean& second_mean, Window& window);
   void measure(Window& window) const;
   void update_lags(const SecondMean& second_mean, Window& window);
@@ -47,6 +53,7 @@ class FeatureExtractor {
   FeatureDefinition definition_;
   std::deque<SecondMean> history_;
   std::int64_t warm_since_ = 0;      ///< second of the first mean since the window was emptied
+  std::int64_t incomplete_;          ///< last second after a gap, without a rate or without a temperature
   SensorList known_list_;            ///< of the last mean
   std::vector<std::size_t> places_;  ///< index in that list of each sensor of the definition; its size if absent
   std::vector<double> lag_mean_degc_;

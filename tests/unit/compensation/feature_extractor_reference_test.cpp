@@ -113,10 +113,10 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
   for (int trial = 0; trial < 60; ++trial) {
     FeatureDefinition definition;
     definition.slope = trial % 2 ? SlopeMethod::kDifference : SlopeMethod::kLeastSquares;
-    definition.length_s = 2 + below(40);
+    definition.length_s = 1 + below(41);
     definition.end_mean_s = 1 + below(static_cast<unsigned>(definition.length_s));
     definition.max_gap_s = below(8);
-    FeatureExtractor extractor(definition);
+    FeatureExtractor extractor(definition), without_ready(definition);
     Reference reference(definition);
     std::int64_t second = 0;
     bool temperature = true, uhfo = true, rate = true;
@@ -132,6 +132,8 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
       second_mean.uhfo_v = uhfo ? 5 + 0.001 * below(1000) : kUnknown;
       second_mean.rate_deg_per_h = rate ? 8 + 0.001 * below(1000) : kUnknown;
       const Window window = extractor.push(second_mean), expected = reference.push(second_mean);
+      const auto unready = without_ready.push_unless_ready(second_mean);
+      ASSERT_EQ(unready.has_value(), expected.state == WindowState::kWarming) << "trial " << trial << ", push " << i;
       ASSERT_EQ(window.state, expected.state) << "trial " << trial << ", push " << i;
       expect_alike(window.rate_deg_per_h, expected.rate_deg_per_h, "rate");
       expect_alike(window.temperature_degc, expected.temperature_degc, "temperature");

@@ -62,7 +62,11 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
   if (last_ && second_mean.second <= *last_)
     return make_error(table_.name, fmt::format("found second {} out of order", second_mean.second));
   add_second(compensation::without_implausible(second_mean));
-  add_window(extractor_.push(second_mean));
+  if (!on_grid_ || second_mean.second >= next_end_) {
+    add_window(extractor_.push(second_mean));
+  } else if (const auto window = extractor_.push_unless_ready(second_mean)) {
+    add_window(*window);
+  }
   last_ = second_mean.second;
   return {};
 }
@@ -112,7 +116,6 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
     on_grid_ = false;
     return;
   }
-  if (on_grid_ && second < next_end_) return;
   if (!std::isfinite(window.rate_deg_per_h)) return;
   table_.follows.push_back(on_grid_ && second == next_end_);
   table_.blocks.push_back(window);
