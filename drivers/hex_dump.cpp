@@ -40,6 +40,14 @@ std::string_view byte_digits(std::string_view word) {
   return word.size() % 2 == 0 && all_hex(word) ? word : std::string_view();
 }
 
+/// "9.2927"; a stamp of a dump is one at most.
+bool is_decimal(std::string_view word) {
+  const std::size_t point = word.find('.');
+  return point != std::string_view::npos && point + 1 < word.size() &&
+         std::all_of(word.begin() + (word.starts_with('-') ? 1 : 0), word.end(),
+                     [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+}
+
 void append(std::string_view digits, Bytes& bytes) {
   for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
     bytes.push_back(static_cast<std::uint8_t>(digit(digits[i]) * 16 + digit(digits[i + 1])));
@@ -85,6 +93,8 @@ Line read_line(std::string_view text) {
   strip_offset(text, line);
   const std::vector<std::string_view> words = words_of(text);
   for (const std::string_view word : words) line.direction = std::max(line.direction, direction_of(word));
+  // A row of a table whose last column is a checksum.
+  if (std::count_if(words.begin(), words.end(), is_decimal) > 1) return {};
   std::size_t begin = words.size();  // of the bytes, after time and mark
   while (begin > 0 && !byte_digits(words[begin - 1]).empty()) --begin;
   for (std::size_t i = begin; i < words.size(); ++i) {

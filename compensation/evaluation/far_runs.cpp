@@ -112,7 +112,15 @@ double median_between(std::span<const double> values, std::size_t begin, std::si
 }
 
 std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits) {
-  return limits.far > 0 ? Search(values, limits).runs() : std::vector<FarRun>();
+  if (!(limits.far > 0)) return {};
+  std::vector<FarRun> runs = Search(values, limits).runs();
+  if (!runs.empty() || !(limits.code > 0 && limits.code < limits.far)) return runs;
+  FarLimits nearer = limits;
+  nearer.far = limits.code;
+  runs = Search(values, nearer).runs();
+  const bool exact =
+      std::all_of(runs.begin(), runs.end(), [&](const FarRun& run) { return is_constant(values, run.begin, run.end); });
+  return runs.size() >= 3 && exact && have_one_level(runs) ? runs : std::vector<FarRun>();
 }
 
 std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least) {

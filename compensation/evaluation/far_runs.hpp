@@ -27,13 +27,15 @@ struct FarLimits {
   std::size_t longest = 0;   ///< most values of a run that is neither absurd nor constant
   /// A constant run may have any length, if the values before it change; those after it may be at another level.
   bool any_constant = false;
+  double code = 0;  ///< > 0: the least step and distance of three or more runs of exactly one value: a code
 };
 
 inline constexpr std::size_t kFewRuns = 5;
 
 /// Runs between two steps above `far`, after which the values are as before, of at most half of the values. A step that
 /// stays begins none. A run at the start or end of the series needs one step only. Finite values. None at all if there
-/// are more than kFewRuns with several levels: then the values change so. Many of one level are a code for "no value".
+/// are more than kFewRuns with several levels: then the values change so. Many of one level are a code for "no value",
+/// as 0 in a few rows, for which `code` is enough.
 std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& limits);
 
 /// Values [begin, end) that are equal.

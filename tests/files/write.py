@@ -173,6 +173,17 @@ def main():
     gps = unix - 315964800
     same("gps.csv", table(time=[f"{gps // 604800},{gps % 604800 + t:.1f}" for t in TIME], head=("gps_week,tow_s", "rate_deg_per_h", "T_degC")),
          columns=("gps_week", "rate_deg_per_h", "T_degC"), date=True)
+    for name, factor in (("time_min", 60), ("time_h", 3600), ("Time [days]", 86400)):
+        same(f"time-{factor}-s.csv", table(time=[f"{t / factor:.13f}" for t in TIME], head=(name, "rate_deg_per_h", "T_degC")),
+             columns=(name, "rate_deg_per_h", "T_degC"), options=["--nearly"])
+    for name, epoch_s in (("filetime.csv", 11644473600), ("dotnet-ticks.csv", 62135596800)):
+        same(name, table(time=[str((unix + epoch_s) * 10**7 + int(t * 10) * 10**6) for t in TIME], head=named), columns=named, date=True)
+    # Other programs' lines above the data, and columns next to it.
+    same("campbell.dat", '"TOA5","CR1000","CR1000","1234","CR1000.Std.05"\n"TIMESTAMP","rate","T"\n"TS","deg/h","Deg C"\n"","Avg","Smp"\n'
+         + table(time=stamps(lambda d: f'"{d:%Y-%m-%d %H:%M:%S}.{d.microsecond // 100000}"'), head=()), columns=("TIMESTAMP", "rate", "T"), date=True)
+    same("origin-comments.txt", "t\trate\tT\ns\tdeg/h\t°C\n\tfirst run\tchamber\n" + table("\t", head=()), columns=("t", "rate", "T"))
+    same("checksum-column.csv", "t_s,rate_deg_per_h,T_degC,check\n" + "".join(
+        f"{line},{37 * i % 256:02X}\n" for i, line in enumerate(table(head=()).splitlines())))
     same("torn.csv", table()[:-1] + "\n30.5,8.4", columns=("t_s", "rate_deg_per_h", "T_degC"))
     same("extra-columns.csv", "".join(line + (",note" if i == 0 else ",ok") + "\n" for i, line in enumerate(table().splitlines())))
     holes = [("", "NaN", "N/A", "-", "#NUM!", "inf")[i % 6] if i % 10 == 3 else num(r) for i, r in enumerate(RATE)]
@@ -193,6 +204,17 @@ def main():
     newyear = [f"{1 + (i > 30):02}/01/2024 {(11 + i // 30 * 12) % 24:02}:{i % 30:02}:00" for i in range(N)]
     refused("either-date-later.csv", table(time=newyear, head=named), '"02/01/2024 23:01:00" is 2024-01-02 or 2024-02-01', columns=named, inspect=1)
     refused("time-unknown-unit.csv", table(time=[f"{t * 1e9:.0f}" for t in TIME], head=named), "two readings are possible", columns=named, inspect=1)
+    refused("time-minutes.csv", table(time=[f"00:{int(t):02d}" for t in TIME], head=named),
+            '"00:00" is hours and minutes, or minutes and seconds', columns=named, inspect=1)
+    kiloseconds = ("Time (ks)", "rate_deg_per_h", "T_degC")
+    refused("time-kiloseconds.csv", table(time=[f"{t / 1000:.4f}" for t in TIME], head=kiloseconds),
+            "two readings are possible: its unit is not known", columns=kiloseconds, inspect=1)
+    refused("time-day-fraction.csv", table(time=[f"{0.5 + t / 86400:.12f}" for t in TIME], head=named),
+            "two readings are possible: steps of 5.787e-06 are s, or days", columns=named, inspect=1)
+    refused("units-differ.csv", table(head=("t_s", "rate [deg/h]", "T_degC"), units="s,deg/s,degC"),
+            f"{f}:1: column rate [deg/h]: found the unit deg/s in line 2, expected deg/h as in its name", columns=("t_s", "rate [deg/h]", "T_degC"))
+    refused("grouped-integers.csv", table(";", rate=[f"{700 + 8 * i:,}".replace(",", ".") for i in range(N)]),
+            'column rate_deg_per_h: two readings are possible: "1.004" is 1.004 or, with grouped digits, 1004')
     refused("two-names.csv", table(head=("t_s", "rate_deg_per_h", "t_s")), f'{f}:1: found column "t_s" twice')
     refused("nul.csv", table().replace("8.4", "8\0.4", 1).encode(), "found a NUL byte, expected text")
     refused("names-only.csv", lines[0] + "\n", f"{f}: found no row of numbers below a line of names")

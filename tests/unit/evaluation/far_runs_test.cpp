@@ -45,6 +45,20 @@ TEST(FarRuns, FindsACodeOfAnyLengthUpToHalfWithItsEnds) {
   }
 }
 
+TEST(FarRuns, FindsACodeNearTheOtherValues) {
+  FarLimits limits = kLimits;
+  limits.far = 50;
+  limits.code = 0.4;
+  std::vector<double> values = good_values();
+  for (const std::size_t row : {400, 401, 1200, 3999}) values[row] = 0;
+  const std::vector<FarRun> runs = far_runs(values, limits);
+  ASSERT_EQ(runs.size(), 3u);
+  EXPECT_EQ(runs[0].end - runs[0].begin, 2u);
+  values[1200] = 0.01;  // another value: no code
+  EXPECT_TRUE(far_runs(values, limits).empty());
+  EXPECT_TRUE(far_runs(good_values(), limits).empty());
+}
+
 TEST(FarRuns, LeavesStepsAndLongChangesThatMayBeTrue) {
   std::vector<double> moved = good_values(), turned = good_values();
   for (std::size_t i = 2500; i < kCount; ++i) moved[i] += 15;

@@ -167,6 +167,38 @@ TEST_F(RateSeries, ReadsMinutesAndHours) {
   EXPECT_EQ(recordings::read_rate_series(written("t / h,rate_dps\n1,1\n2,2\n3,1\n"), {})->interval_s, 3600);
 }
 
+// It assumed 1 s and said that the file has no time.
+TEST_F(RateSeries, ATimeThatItCannotReadIsAnError) {
+  const std::string rows = "Time,rate_dps\n12:00:00:000,1\n12:00:00:100,2\n12:00:00:200,1\n";
+  recordings::RateSeriesChoice choice;
+  choice.column = "rate_dps";
+  EXPECT_THAT(recordings::read_rate_series(written(rows), choice).error().text(),
+              HasSubstr("found a time in column Time that prismcal cannot read; state --interval SECONDS"));
+  choice.interval_s = 0.1;
+  EXPECT_EQ(recordings::read_rate_series(written(rows), choice)->interval_s, 0.1);
+  EXPECT_EQ(recordings::read_rate_series(written("rate_dps,flag\n1,on\n2,off\n"), {}).error().text().find("time"),
+            std::string::npos);
+}
+
+TEST_F(RateSeries, AFactorInTheHeaderIsNoUnit) {
+  for (const char* name : {"Rate x1000 [deg/h]", "1000*Rate (deg/h)", "Rate / 10^-3 deg/h", "Rate*100 (deg/h)",
+                           "Rate e-3 (deg/h)", "log10 Rate (deg/h)"})
+    EXPECT_THAT(recordings::read_rate_series(written(fmt::format("t_s,{}\n0,1\n1,2\n", name)), {}).error().text(),
+                HasSubstr("found none, and no unit in the header"))
+        << name;
+  for (const char* name : {"rate_x10 (deg/h)", "gyro_x 100Hz (deg/h)", "datalog1_deg_h"})
+    EXPECT_TRUE(recordings::read_rate_series(written(fmt::format("t_s,{}\n0,1\n1,2\n", name)), {})) << name;
+}
+
+TEST_F(RateSeries, ASecondTimeIsNamed) {
+  recordings::RateSeriesChoice choice;
+  choice.column = "rate_dps";
+  std::string understood;
+  choice.table.announce = [&](const std::string& text) { understood = text; };
+  ASSERT_TRUE(recordings::read_rate_series(written("t (s),rate_dps,t2 (s)\n0,1,0\n1,2,3\n"), choice));
+  EXPECT_THAT(understood, HasSubstr("; not read: t2 (s), a second time"));
+}
+
 TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
   EXPECT_THAT(recordings::read_rate_series("/nowhere.csv", {}).error().text(),
               "/nowhere.csv: cannot be read: No such file or directory");

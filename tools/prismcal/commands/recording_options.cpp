@@ -31,7 +31,7 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
           CLI::IsMember(std::vector<std::string>(std::begin(tables::kTimeFormats), std::end(tables::kTimeFormats))));
   command
       .add_option("--time-unit", options.time_unit,
-                  "of a table's time: s, ms, us, ns, min or h (default: by its header, else detected)")
+                  "of a table's time: s, ms, us, ns, min, h or d (default: by its header, else detected)")
       ->check(CLI::IsMember({"s", "ms", "us", "ns", "min", "h"}));
   options.progress = read_progress();
   // Each file once, also if a command reads it several times.

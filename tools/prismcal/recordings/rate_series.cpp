@@ -84,6 +84,19 @@ Result<Layout> choose_columns(const tables::TableSource& table, const RateSeries
   return layout;
 }
 
+/// Without a time that can be read the interval is assumed: only if no column looks like one. Errors: it does.
+Result<void> check_no_time(const tables::TableSource& table, const Layout& layout, const RateSeriesChoice& choice) {
+  if (layout.time || choice.interval_s) return {};
+  for (std::size_t i = 0; i < table.columns().size(); ++i) {
+    if (i == layout.rate || !table.may_be_time(i)) continue;
+    return make_error(table.path(),
+                      fmt::format("found a time in column {} that prismcal cannot read; state --interval SECONDS, or "
+                                  "write it as 2024-03-01 12:00:05.250 or as a number",
+                                  table.columns()[i].text));
+  }
+  return {};
+}
+
 /// Rates in the unit of the file, and times.
 struct Columns {
   PackedSeries rates;
@@ -190,6 +203,7 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   if (!table) return tl::unexpected<Error>(table.error());
   const auto layout = choose_columns(**table, choice);
   if (!layout) return tl::unexpected<Error>(layout.error());
+  if (auto good = check_no_time(**table, *layout, choice); !good) return tl::unexpected<Error>(good.error());
   RateSeries series;
   const tables::Header& header = (*table)->columns()[layout->rate];
   series.column = header.text;

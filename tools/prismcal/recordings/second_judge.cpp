@@ -36,9 +36,10 @@ constexpr std::array<Quantity, 3> kJudged = {{
 
 evaluation::FarLimits far_limits(const Quantity& quantity, const std::vector<double>& values, double unit,
                                  double interval_s) {
-  constexpr double kFar = 50, kLongest_s = 600;
+  constexpr double kFar = 50, kCode = 8, kLongest_s = 600;
   evaluation::FarLimits limits;
   limits.far = std::max(quantity.least_far / unit, kFar * evaluation::noise_of_steps(values));
+  limits.code = std::max(quantity.least_far / unit, kCode * evaluation::noise_of_steps(values));
   limits.absurd = std::max(quantity.absurd / unit, limits.far);
   const auto longest = static_cast<std::size_t>(std::max(1.0, kLongest_s / interval_s));
   limits.longest = quantity.noisy ? std::clamp<std::size_t>(values.size() / 20, 1, longest) : 0;

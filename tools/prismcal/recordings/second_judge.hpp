@@ -26,8 +26,8 @@ struct JudgedSeconds {
 /// Makes values without information unknown, in each quantity: those far from all others (the rate by 50 times the
 /// noise in at most 600 s and 5 % of the recording, or by 60 deg/h, which no turn of the gyro at rest explains; other
 /// quantities if constant or absurd), for at most half of the recording; at most five runs, or any number with one
-/// value. Then constant ones for which the source must have stopped. Values after them that were rejected because they
-/// returned too fast are valid again. `is_date`: as end_of_second().
+/// value, which may be nearer (8 times the noise). Then constant ones for which the source must have stopped. Values
+/// after them that were rejected because they returned too fast are valid again. `is_date`: as end_of_second().
 JudgedSeconds judge_seconds(std::vector<compensation::SecondMean>& second_means, bool is_date);
 
 /// The limits for far values of a rate: means over `interval_s`, whose unit is unit_deg_per_h.

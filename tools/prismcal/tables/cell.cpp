@@ -87,6 +87,20 @@ bool may_be_grouped(std::string_view cell) {
   return std::all_of(cell.begin(), cell.end(), [](char c) { return is_digit(c) || c == ','; });
 }
 
+void GroupWatch::see(std::string_view cell) {
+  if (shown_) return;
+  if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
+  const std::size_t mark = cell.find(decimal_);
+  const bool digits =
+      !cell.empty() && std::all_of(cell.begin(), cell.end(), [&](char c) { return is_digit(c) || c == decimal_; });
+  const bool integer = digits && mark == std::string_view::npos && cell.size() <= 3;
+  const bool group = digits && mark >= 1 && mark <= 3 && cell.size() == mark + 4 && cell[0] != '0' &&
+                     cell.find(decimal_, mark + 1) == std::string_view::npos;
+  integers_ = integers_ || integer;
+  if (group && group_.empty()) group_ = cell;
+  shown_ = !integer && !group && !is_hole(cell);
+}
+
 bool is_hole(std::string_view cell) {
   if (cell.empty()) return true;
   const char c = cell.front();

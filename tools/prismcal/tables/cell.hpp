@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace prism::tables {
@@ -13,6 +14,21 @@ std::optional<double> number_in(std::string_view cell, char decimal);
 
 /// True for "1,234" (one group of three digits, no leading zero): 1.234 with a decimal comma, 1234 with grouped digits.
 bool may_be_grouped(std::string_view cell);
+
+/// The digits of the integers and groups of a column, "743" and "1.006", which are 1 006 or 1.006. Any other number
+/// (of 1 000 or more, or with another number of decimals) shows which.
+class GroupWatch {
+ public:
+  explicit GroupWatch(char decimal) : decimal_(decimal) {}
+  void see(std::string_view cell);
+  bool is_doubtful() const { return !shown_ && !group_.empty() && integers_; }
+  const std::string& group() const { return group_; }  ///< the first cell that may be one
+
+ private:
+  char decimal_;
+  bool shown_ = false, integers_ = false;
+  std::string group_;
+};
 
 /// True for what programs write for an unknown value: nothing, NaN, N/A, -, `#NUM!`, inf and the like.
 bool is_hole(std::string_view cell);

@@ -96,7 +96,8 @@ bool read_clock(Text& text, DateText& date) {
   if (minutes_digits != 2 || minutes > 59) return false;
   int seconds = 0;
   std::int64_t fraction_ns = 0;
-  if (text.skip(':')) {
+  date.has_seconds = text.skip(':');
+  if (date.has_seconds) {
     seconds = text.number(seconds_digits);
     if (seconds_digits != 2 || seconds > 60) return false;
     if (text.skip('.') || text.skip(',')) fraction_ns = text.fraction_ns();

@@ -15,7 +15,7 @@ enum class DateOrder { kNone, kYearFirst, kDayFirst, kMonthFirst, kEither };
 struct DateText {
   DateOrder order = DateOrder::kNone;   ///< kNone: no date
   int year = 0, first = 0, second = 0;  ///< year, and the two other numbers in the order of the text
-  bool has_time = false, has_zone = false;
+  bool has_time = false, has_seconds = false, has_zone = false;
   std::int64_t time_of_day_ns = 0;
   std::int64_t zone_s = 0;  ///< to subtract, s
 };

@@ -150,6 +150,10 @@ Result<void> name_columns(const std::string& path, const Reading& reading, const
     if (auto good = check_text(TextRule::kText, name, where); !good) return good;
     dialect.columns.push_back(read_header(name, i < units.size() ? units[i] : ""));
     Header& header = dialect.columns.back();
+    const Header by_name = read_header(name);
+    if (by_name.unit && by_name.stated && header.unit && header.unit != by_name.unit)
+      return make_error(where, fmt::format("column {}: found the unit {} in line {}, expected {} as in its name", name,
+                                           header.unit->name, dialect.units_line, by_name.unit->name));
     if (header.text.empty()) header.text = header.name = std::to_string(i + 1);
     for (std::size_t j = 0; j < i; ++j) {
       if (dialect.columns[j].text == header.text)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <utility>
 
 namespace prism::tables {
@@ -46,6 +47,7 @@ constexpr Spelling kSpellings[] = {{"deg/h", "deg/h"},
                                    {"\"/s", "arcsec/s"},
                                    {"degc", "degC"},
                                    {"°c", "degC"},
+                                   {"℃", "degC"},
                                    {"deg c", "degC"},
                                    {"celsius", "degC"},
                                    {"c", "degC"},
@@ -54,6 +56,7 @@ constexpr Spelling kSpellings[] = {{"deg/h", "deg/h"},
                                    {"degk", "K"},
                                    {"degf", "degF"},
                                    {"°f", "degF"},
+                                   {"℉", "degF"},
                                    {"deg f", "degF"},
                                    {"fahrenheit", "degF"},
                                    {"f", "degF"},
@@ -79,11 +82,23 @@ constexpr Spelling kSpellings[] = {{"deg/h", "deg/h"},
                                    {"nsec", "ns"},
                                    {"nanoseconds", "ns"},
                                    {"secs", "s"},
+                                   {"sekunden", "s"},
                                    {"min", "min"},
+                                   {"mins", "min"},
+                                   {"minute", "min"},
                                    {"minutes", "min"},
+                                   {"minuten", "min"},
                                    {"h", "h"},
                                    {"hr", "h"},
-                                   {"hours", "h"}};
+                                   {"hrs", "h"},
+                                   {"hour", "h"},
+                                   {"hours", "h"},
+                                   {"std", "h"},
+                                   {"stunden", "h"},
+                                   {"d", "d"},
+                                   {"day", "d"},
+                                   {"days", "d"},
+                                   {"tage", "d"}};
 
 std::string lower(std::string_view text) {
   std::string out;
@@ -115,10 +130,23 @@ std::string_view without_brackets(std::string_view text) {
   return text;
 }
 
-/// Without brackets or a mark, "temp_min" is a minimum and "x_h" a name.
-const Unit* unmarked_unit_of(std::string_view spelling) {
-  const Unit* unit = unit_of(spelling);
-  return unit && (unit->name == "min" || unit->name == "h") ? nullptr : unit;
+bool has_any(std::string_view text, std::initializer_list<std::string_view> parts) {
+  return std::any_of(parts.begin(), parts.end(),
+                     [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
+}
+
+/// Without brackets or a mark, "temp_min" is a minimum and "x_h" a name; "time_min" and "time_h" are times.
+const Unit* unmarked_unit_of(std::string_view name, std::string_view spelling) {
+  const std::string text = lower(spelling);
+  const bool may_be_name = text == "min" || text == "h" || text == "d" || text == "std" || text == "day";
+  return may_be_name && !has_any(lower(name), {"time", "zeit", "elapsed", "stamp"}) ? nullptr : unit_of(text);
+}
+
+/// "Rate x1000 [deg/h]", "T / 0.1 °C": the values are not in the unit.
+bool has_factor(std::string_view text) {
+  return has_any(lower(text),
+                 {"10^",   "10**", " x10", "(x10", "×10",  "*10", "·10", "10*", "10·", "10×",   "00*", "/10 ",
+                  "/ 10 ", "/0.",  "/ 0.", " e-3", " e-6", "1e-", "1e+", "1e3", "1e6", "log10", "log("});
 }
 
 }  // namespace
@@ -137,16 +165,17 @@ const Unit* unit_of(std::string_view spelling) {
 bool is_unit_cell(std::string_view cell) {
   const std::string_view text = without_brackets(cell);
   if (text.empty() || unit_of(text) || text.size() < cell.size()) return true;
-  constexpr std::array<std::string_view, 16> kOther = {"-",   "1",   "%", "deg", "rad", "a", "ma",  "pa",
-                                                       "hpa", "bar", "g", "m",   "hz",  "°", "n/a", "none"};
+  constexpr std::array<std::string_view, 18> kOther = {"ts", "rn",  "-",   "1", "%", "deg", "rad", "a",   "ma",
+                                                       "pa", "hpa", "bar", "g", "m", "hz",  "°",   "n/a", "none"};
   return std::find(kOther.begin(), kOther.end(), lower(text)) != kOther.end();
 }
 
 Header read_header(std::string_view text, std::string_view unit_text) {
   text = trimmed(text);
   Header header{std::string(text), std::string(text)};
+  if (has_factor(text)) return header;
   if (!trimmed(unit_text).empty()) {
-    header.unit = unit_of(without_brackets(unit_text));
+    header.unit = has_factor(unit_text) ? nullptr : unit_of(without_brackets(unit_text));
     header.stated = header.unit != nullptr;
     return header;
   }
@@ -163,16 +192,19 @@ Header read_header(std::string_view text, std::string_view unit_text) {
     std::string_view name = trimmed(text.substr(0, blank));
     const std::string_view spelling = without_brackets(text.substr(blank + 1));
     const bool marked = name.ends_with('/') || name.ends_with(',') || name.ends_with(" in");
-    const Unit* unit = marked ? unit_of(spelling) : spelling.size() > 1 ? unmarked_unit_of(spelling) : nullptr;
+    const Unit* unit = marked ? unit_of(spelling) : spelling.size() > 1 ? unmarked_unit_of(name, spelling) : nullptr;
     if (unit && marked) name = trimmed(name.substr(0, name.size() - (name.ends_with("in") ? 3 : 1)));
     if (unit) return {std::string(text), std::string(name), unit, true};
   }
   // "rate_x_dps", "Temp_degC": the longest ending that is a unit.
   for (std::size_t at = text.find('_'); at != std::string_view::npos; at = text.find('_', at + 1)) {
     const std::string_view ending = text.substr(at + 1);
-    const Unit* unit = at > 0 ? unmarked_unit_of(ending) : nullptr;
+    const Unit* unit = at > 0 ? unmarked_unit_of(text.substr(0, at), ending) : nullptr;
     if (unit) return {std::string(text), std::string(text.substr(0, at)), unit, false};
   }
+  // "Hours", "secs": the name is a unit of time.
+  const Unit* const unit = text.size() > 3 ? unit_of(text) : nullptr;
+  if (unit && unit->quantity == "time") header.unit = unit;
   return header;
 }
 

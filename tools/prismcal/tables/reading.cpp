@@ -19,6 +19,11 @@ bool is_number_or_time(const std::string& cell, char decimal) { return number_in
 
 bool is_value(const std::string& cell, char decimal) { return is_hole(cell) || is_number_or_time(cell, decimal); }
 
+bool has_unit(const SampleRow& row) {
+  return std::any_of(row.cells.begin(), row.cells.end(),
+                     [](const std::string& cell) { return read_header("x", cell).unit; });
+}
+
 bool all_empty(const std::vector<std::string>& cells) {
   return std::all_of(cells.begin(), cells.end(), [](const std::string& cell) { return cell.empty(); });
 }
@@ -160,6 +165,12 @@ void Reading::find_names(const std::vector<SampleLine>& comments, std::optional<
     units_line_ = rows_[start_ - 1].number;
     units_ = rows_[start_ - 1].cells;
     names = start_ - 1;
+  } else if (start_ > 2 && same_width(rows_[start_ - 1]) && !has_number(rows_[start_ - 1]) &&
+             is_units(rows_[start_ - 2]) && has_unit(rows_[start_ - 2]) && same_width(rows_[start_ - 3])) {
+    // Campbell's loggers and Origin write a third line: Avg, Smp, or comments.
+    units_line_ = rows_[start_ - 2].number;
+    units_ = rows_[start_ - 2].cells;
+    names = start_ - 2;
   }
   if (header_row) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {

@@ -37,16 +37,17 @@ std::optional<std::size_t> TableSource::time_column() const {
       }))
     return by_unit;
   if (const auto by_cells = first([&](std::size_t i) { return kind(i) == ColumnKind::kTime; })) return by_cells;
-  return first([&](std::size_t i) {
-    std::string name = columns_[i].name;
-    for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    constexpr std::array<std::string_view, 8> kWords = {"time", "zeit",  "stamp", "x_value",
-                                                        "date", "datum", "week",  "datenum"};
-    const bool named = name == "t" || name.ends_with(".t") ||
-                       std::any_of(kWords.begin(), kWords.end(),
-                                   [&](std::string_view word) { return name.find(word) != std::string::npos; });
-    return named && !columns_[i].unit && kind(i) == ColumnKind::kNumber;
-  });
+  return first([&](std::size_t i) { return is_named_time(i) && !columns_[i].unit && kind(i) == ColumnKind::kNumber; });
+}
+
+bool TableSource::is_named_time(std::size_t column) const {
+  std::string name = columns_[column].name;
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  constexpr std::array<std::string_view, 8> kWords = {"time", "zeit",  "stamp", "x_value",
+                                                      "date", "datum", "week",  "datenum"};
+  return name == "t" || name.ends_with(".t") || std::any_of(kWords.begin(), kWords.end(), [&](std::string_view word) {
+           return name.find(word) != std::string::npos;
+         });
 }
 
 std::string TableSource::names_text() const {
@@ -67,6 +68,13 @@ std::string TableSource::understood() const {
       if (i < counts_.holes.size() && counts_.holes[i] > 0)
         text += fmt::format(" ({})", counted(counts_.holes[i], "hole"));
     }
+  }
+  for (std::size_t i = 0; selection_.time && i < columns_.size(); ++i) {
+    const Header& column = columns_[i];
+    const bool is_read = i == selection_.time->column || (time_ && time_->second == i) ||
+                         std::find(selection_.numbers.begin(), selection_.numbers.end(), i) != selection_.numbers.end();
+    if (!is_read && column.stated && column.unit && column.unit->quantity == "time" && kind(i) == ColumnKind::kNumber)
+      text += fmt::format("; not read: {}, a second time", column.text);
   }
   text += "; " + counted(counts_.rows, "row");
   if (counts_.torn > 0) text += fmt::format(", {} without a line end left out", counted(counts_.torn, "last row"));

@@ -63,6 +63,9 @@ class TableSource {
   /// The column that is most likely the time: by its unit, its cells, its name. nullopt: none.
   std::optional<std::size_t> time_column() const;
 
+  /// True if the name is that of a time, or if the cells are texts that begin with a digit.
+  virtual bool may_be_time(std::size_t column) const { return is_named_time(column); }
+
   /// Call once before next(). Errors: those of detect_time().
   virtual Result<void> select(Selection selection) = 0;
   /// Fills the block with the next rows, at most kBlockRows. Returns false at the end, with an empty block. Errors,
@@ -79,6 +82,8 @@ class TableSource {
   std::string understood() const;
 
  protected:
+  bool is_named_time(std::size_t column) const;
+
   std::string path_;
   std::vector<Header> columns_;
   Selection selection_;

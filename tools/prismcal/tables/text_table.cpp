@@ -34,10 +34,12 @@ class TextTable : public TableSource {
   char decimal() const override { return dialect_.decimal; }
   std::string dialect_text() const override { return dialect_.text(); }
   ColumnKind kind(std::size_t column) const override;
+  bool may_be_time(std::size_t column) const override;
 
  private:
   Result<bool> next_row();
   Result<void> add_row(Block& block);
+  Result<void> check_groups() const;
   std::string where() const { return fmt::format("{}:{}", path_, row_line_); }
 
   Dialect dialect_;
@@ -47,6 +49,7 @@ class TextTable : public TableSource {
   ReadMeter meter_;
   std::size_t row_line_ = 0;
   std::string row_text_;
+  std::vector<GroupWatch> groups_;                ///< per selected column, without --decimal
   std::int64_t last_clock_ns_ = 0, days_ns_ = 0;  ///< a time of day without a date goes on after midnight
 };
 
@@ -61,10 +64,18 @@ ColumnKind TextTable::kind(std::size_t column) const {
   return times + holes == dialect_.sample.size() ? ColumnKind::kTime : ColumnKind::kText;
 }
 
+bool TextTable::may_be_time(std::size_t column) const {
+  if (is_named_time(column)) return true;
+  if (kind(column) != ColumnKind::kText || dialect_.sample.empty()) return false;
+  const std::string& cell = dialect_.sample.front()[column];
+  return cell.size() > 3 && cell[0] >= '0' && cell[0] <= '9';
+}
+
 Result<void> TextTable::select(Selection selection) {
   selection_ = std::move(selection);
   counts_ = {};
   counts_.holes.assign(selection_.numbers.size(), 0);
+  groups_.assign(options_.decimal.empty() ? selection_.numbers.size() : 0, GroupWatch(dialect_.decimal));
   if (!selection_.time) return {};
   auto format = detect_time(path_, columns_, dialect_.sample, selection_.time->column, selection_.time->unit,
                             dialect_.decimal, options_);
@@ -118,6 +129,7 @@ Result<void> TextTable::add_row(Block& block) {
     if (!value)
       return make_error(where(), fmt::format("column {}: found \"{}\", expected a number",
                                              columns_[selection_.numbers[i]].text, shortened(cell)));
+    if (i < groups_.size()) groups_[i].see(cell);
     block.columns[i].push_back(*value);
   }
   if (time_) {
@@ -141,6 +153,21 @@ Result<void> TextTable::add_row(Block& block) {
   return {};
 }
 
+// German programs write 743 and 1.006 for 743 and 1006.
+Result<void> TextTable::check_groups() const {
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    if (!groups_[i].is_doubtful()) continue;
+    std::string digits = groups_[i].group();
+    std::erase(digits, dialect_.decimal);
+    return make_error(path_,
+                      fmt::format("column {}: two readings are possible: \"{}\" is {} or, with grouped digits, {}; "
+                                  "state --decimal , or --decimal .",
+                                  columns_[selection_.numbers[i]].text, groups_[i].group(),
+                                  *number_in(groups_[i].group(), dialect_.decimal), digits));
+  }
+  return {};
+}
+
 Result<bool> TextTable::next(Block& block) {
   block.rows = 0;
   block.columns.resize(selection_.numbers.size());
@@ -152,7 +179,10 @@ Result<bool> TextTable::next(Block& block) {
   while (block.rows < kBlockRows) {
     const auto more = next_row();
     if (!more) return tl::unexpected<Error>(more.error());
-    if (!*more) break;
+    if (!*more) {
+      if (auto good = check_groups(); !good) return tl::unexpected<Error>(good.error());
+      break;
+    }
     if (auto added = add_row(block); !added) return tl::unexpected<Error>(added.error());
   }
   return block.rows > 0;

@@ -53,6 +53,11 @@ Result<TimeFormat> detect_text(const std::string& where, const std::vector<Heade
                                          shortened(sample.front()[time])));
   format.has_date = first->order != DateOrder::kNone;
   format.has_zone = first->has_zone;
+  if (!format.has_date && !first->has_seconds && stated != "clock")
+    return make_error(where,
+                      fmt::format("column {}: two readings are possible: \"{}\" is hours and minutes, or minutes and "
+                                  "seconds; state --time-format clock for the first, write hh:mm:ss for the second",
+                                  columns[time].text, sample.front()[time]));
   format.order = stated == "dmy" ? DateOrder::kDayFirst : stated == "mdy" ? DateOrder::kMonthFirst : DateOrder::kNone;
   if (format.order == DateOrder::kNone && format.has_date) {
     bool either = false;

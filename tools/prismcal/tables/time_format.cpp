@@ -19,6 +19,7 @@ constexpr std::int64_t kDay_ns = 86400LL * 1'000'000'000;
 constexpr double kExcelEpoch_days = 25569, kDatenumEpoch_days = 719529;
 constexpr double kLabviewEpoch_s = 2082844800;
 constexpr double kGpsEpoch_s = 315964800;
+constexpr std::int64_t kFiletimeEpoch_s = 11644473600, kDotNetEpoch_s = 62135596800;
 
 /// Nanoseconds of days; whole days and the rest separately, for all digits of a double.
 std::int64_t days_to_ns(double days) {
@@ -75,6 +76,16 @@ TimeFormat unix_format(double first) {
   return format;
 }
 
+/// 1998 to 2053 in ticks of 100 ns, which as nanoseconds are of 1974 and 1990.
+std::optional<TimeFormat> ticks_format(double first) {
+  const bool filetime = first >= 1.253e17 && first < 1.427e17;
+  if (!filetime && !(first >= 6.303e17 && first < 6.477e17)) return std::nullopt;
+  TimeFormat format = days_format(TimeKind::kTicks, filetime ? "Windows FILETIME" : ".NET ticks");
+  format.unit_s = 1e-7;
+  format.offset_s = -(filetime ? kFiletimeEpoch_s : kDotNetEpoch_s);
+  return format;
+}
+
 Result<TimeFormat> stated_number(const std::string& name, double first, const Unit* unit) {
   if (name == "unix") {
     TimeFormat format = unix_format(first);
@@ -93,7 +104,7 @@ bool within(double value, double low, double high) { return value >= low && valu
 
 /// Picks the unit with which the step is the stated interval.
 const Unit* unit_by_interval(double step, double interval_s) {
-  for (const char* name : {"s", "ms", "us", "ns"}) {
+  for (const char* name : {"s", "ms", "us", "ns", "min", "h", "d"}) {
     const Unit* unit = time_unit(name);
     if (std::fabs(step * unit->factor / interval_s - 1) < 0.3) return unit;
   }
@@ -124,7 +135,7 @@ std::optional<std::int64_t> TimeFormat::from_number(double value, double other_c
       return weeks && rest && fits(week_s + other_cell) ? std::optional(*weeks + *rest) : std::nullopt;
     }
     default:
-      return of_seconds(value, unit_s);
+      return of_seconds(value + static_cast<double>(offset_s) / unit_s, unit_s);
   }
 }
 
@@ -147,6 +158,14 @@ std::optional<std::int64_t> TimeFormat::parse(std::string_view cell, std::string
         std::abs(integer) <= std::int64_t{9'000'000'000'000'000'000} / unit_ns)
       return integer * unit_ns;
   }
+  if (kind == TimeKind::kTicks) {
+    std::int64_t ticks = 0;
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), ticks);
+    constexpr std::int64_t kMost = 90'000'000'000'000'000;  // as nanoseconds within 64 bits
+    const bool read = error == std::errc() && end == cell.data() + cell.size() && scale == 1 && offset == 0;
+    if (read && ticks > 0 && ticks + offset_s * 10'000'000 < kMost) return (ticks + offset_s * 10'000'000) * 100;
+    if (read) return std::nullopt;
+  }
   const auto value = number_in(cell, decimal);
   const auto more = second ? number_in(other_cell, decimal) : std::optional(0.0);
   return value && more ? from_number(*value, *more) : std::nullopt;
@@ -156,13 +175,17 @@ Result<TimeFormat> detect_number_time(const std::string& where, const Header& he
                                       const std::string& unit, const TableOptions& options) {
   if (values.empty()) return make_error(where, fmt::format("found no time in column {}", header.text));
   const double first = values.front(), step = step_of(values);
+  const auto ambiguous = [&](const std::string& readings) {
+    return make_error(where, fmt::format("column {}: two readings are possible: {}", header.text, readings));
+  };
   const std::string& stated = !unit.empty() ? unit : options.time_unit;
   const Unit* found = !stated.empty() ? time_unit(stated) : nullptr;
   if (!stated.empty() && !found)
-    return make_error("--time-unit", fmt::format("found \"{}\", expected s, ms, us, ns, min or h", stated));
+    return make_error("--time-unit", fmt::format("found \"{}\", expected s, ms, us, ns, min, h or d", stated));
   if (!options.time_format.empty()) return stated_number(options.time_format, first, found);
   if (!found && header.unit && header.unit->quantity == "time") found = header.unit;
   if (found) return number_format(found->factor, fmt::format("a number of {}", found->name));
+  if (const auto ticks = ticks_format(first)) return *ticks;
   // Years 1973 to 2034, in steps of an hour at most: 5e8, 1e9, … are nanoseconds since the start of a recording.
   constexpr double kMostStep_s = 3600;
   for (const double unit_s : {1.0, 1e-3, 1e-6, 1e-9}) {
@@ -178,16 +201,26 @@ Result<TimeFormat> detect_number_time(const std::string& where, const Header& he
   if ((excel || datenum) && step > 0 && step < 1.0 / 86) {
     const char* days = excel ? "excel" : "datenum";
     if (step < 1e-4) return *stated_number(days, first, nullptr);
-    return make_error(
-        where, fmt::format("column {}: two readings are possible: {} with steps of {:.4g} s, or a number "
-                           "of s with steps of {:.4g} s; state --time-format {} or --time-unit s",
-                           header.text, excel ? "Excel serial days" : "MATLAB datenum", step * 86400, step, days));
+    return ambiguous(fmt::format(
+        "{} with steps of {:.4g} s, or a number of s with steps of {:.4g} s; state --time-format {} or --time-unit s",
+        excel ? "Excel serial days" : "MATLAB datenum", step * 86400, step, days));
   }
   if (step > 2) {
-    return make_error(where,
-                      fmt::format("column {}: two readings are possible: steps of {:.6g} are {:.6g} s, {:.6g} s "
-                                  "if they are ms, {:.6g} s if us, {:.6g} s if ns; state --time-unit or --interval",
-                                  header.text, step, step, step * 1e-3, step * 1e-6, step * 1e-9));
+    return ambiguous(
+        fmt::format("steps of {:.6g} are {:.6g} s, {:.6g} s if they are ms, {:.6g} s if us, {:.6g} s if "
+                    "ns; state --time-unit or --interval",
+                    step, step, step * 1e-3, step * 1e-6, step * 1e-9));
+  }
+  // No gyro has 50 000 samples per second.
+  if (step > 0 && step < 2e-5) {
+    return ambiguous(
+        fmt::format("steps of {:.4g} are s, or days ({:.4g} s); state --time-unit or --interval", step, step * 86400));
+  }
+  if (header.text.ends_with(')') || header.text.ends_with(']')) {
+    return ambiguous(
+        fmt::format("its unit is not known, and steps of {:.4g} may be s; state --time-unit or "
+                    "--interval",
+                    step));
   }
   return number_format(1, "a number, taken for s");
 }

@@ -29,6 +29,7 @@ inline constexpr Unit kUnits[] = {
     {"time", "ns", 1e-9, 0},
     {"time", "min", 60, 0},
     {"time", "h", 3600, 0},
+    {"time", "d", 86400, 0},
 };
 
 /// Returns null if there is no such unit.
