@@ -136,6 +136,128 @@ TEST(SampleGrid, SecondsOfRoundedDaysHaveOneSampleEach) {
   EXPECT_LE(uneven, 2);  // the mean lateness is not exactly 0
 }
 
+std::int64_t multiple_of(double resolution_s, double time_s) {
+  return std::llround(1e9 * std::round(time_s / resolution_s) * resolution_s);
+}
+
+/// Stamps without a loss, whose resolution is near the sample time or coarser.
+struct Coarse {
+  const char* name;
+  double interval_s, resolution_s, start_s;
+};
+
+constexpr Coarse kCoarse[] = {{"Excel days, 5 decimals", 1, 0.864, 45352 * 86400.0},
+                              {"1 s at 1.02 s", 1.02, 1, 0},
+                              {"1 s at 1.05 s", 1.05, 1, 0},
+                              {"1 s at 1.1 s", 1.1, 1, 0},
+                              {"1 s at 1.15 s", 1.15, 1, 0},
+                              {"1 s at 1.45 s", 1.45, 1, 0},
+                              {"1 ms at 900 Hz", 1 / 900.0, 1e-3, 0},
+                              {"10 ms at 90 Hz", 1 / 90.0, 1e-2, 0},
+                              {"1 s at 0.55 s", 0.55, 1, 0},
+                              {"hours, 3 decimals", 1, 3.6, 0},
+                              {"1000 s at 1 s", 1, 1000, 1709294000}};
+
+PackedStamps coarse_stamps(const Coarse& coarse, std::size_t rows) {
+  PackedStamps stamps;
+  for (std::size_t i = 0; i < rows; ++i)
+    stamps.push(multiple_of(coarse.resolution_s, coarse.start_s + static_cast<double>(i) * coarse.interval_s));
+  return stamps;
+}
+
+TEST(SampleGrid, CoarseStampsAreNoLoss) {
+  for (const Coarse& coarse : kCoarse) {
+    const auto grid = recordings::sample_grid(coarse_stamps(coarse, 4000), "x").value();
+    EXPECT_NEAR(grid.interval_s / coarse.interval_s, 1, 5e-4) << coarse.name << ": " << grid.remark;
+    EXPECT_EQ(grid.lost, 0u) << coarse.name << ": " << grid.remark;
+  }
+}
+
+// printf("%g") has 6 digits: the resolution grows from 0.1 s to 1 s at 100000 s.
+TEST(SampleGrid, ResolutionMayGrow) {
+  PackedStamps stamps;
+  for (int i = 0; i < 4000; ++i) {
+    const double time_s = 99000 + 0.5 * i;  // ties go to the even number
+    stamps.push(std::llround(1e9 * (time_s < 100000 ? time_s : std::nearbyint(time_s))));
+  }
+  const auto grid = recordings::sample_grid(stamps, "x").value();
+  EXPECT_NEAR(grid.interval_s, 0.5, 1e-4);
+  EXPECT_EQ(grid.lost, 0u) << grid.remark;
+}
+
+/// 1 Hz; `step_s` of row i is its step from the row before.
+SampleGrid grid_of_steps(std::size_t rows, const std::function<int(std::size_t i)>& step_s) {
+  PackedStamps stamps;
+  std::int64_t time_s = 1000;
+  for (std::size_t i = 0; i < rows; ++i) stamps.push((time_s += i == 0 ? 0 : step_s(i)) * 1'000'000'000);
+  return recordings::sample_grid(stamps, "x").value();
+}
+
+// A row written twice, or a leap second that is read as the second after it.
+TEST(SampleGrid, RepeatedRowsDoNotChangeTheSampleTime) {
+  const SampleGrid one = grid_of_steps(4000, [](std::size_t i) { return i == 2000 ? 0 : 1; });
+  EXPECT_EQ(one.interval_s, 1);
+  EXPECT_EQ(one.lost, 0u);
+  EXPECT_EQ(one.repeated, 1u);
+  EXPECT_NE(one.remark.find("1 row repeats the time of the row before"), std::string::npos) << one.remark;
+  const SampleGrid with_loss = grid_of_steps(4000, [](std::size_t i) { return i == 2000 ? 0 : i == 3000 ? 3 : 1; });
+  EXPECT_EQ(with_loss.interval_s, 1);
+  EXPECT_EQ(with_loss.lost, 2u);
+  const SampleGrid random = grid_of_steps(4000, [](std::size_t i) { return i * i % 337 == 1 ? 0 : 1; });
+  EXPECT_EQ(random.interval_s, 1);
+  EXPECT_EQ(random.lost, 0u);
+}
+
+TEST(SampleGrid, RepeatedRowsKeepTheirTimes) {
+  std::vector<std::int64_t> stamps;
+  for (int i = 0; i < 4000; ++i) stamps.push_back((i < 2000 ? i : i - 1) * std::int64_t{1'000'000'000});
+  const PackedStamps packed(stamps);
+  const auto times = recordings::sample_grid(packed, "x")->times_ns(packed);
+  EXPECT_EQ(times[1999], stamps[1999]);
+  EXPECT_EQ(times[2000], stamps[2000] + 1);  // times increase
+  EXPECT_EQ(times[3999], stamps[3999]);
+}
+
+// Whole seconds at 0.995 s repeat evenly: that is the sample time, not rows written twice.
+TEST(SampleGrid, EvenRepetitionIsTheSampleTime) {
+  const auto grid = recordings::sample_grid(coarse_stamps({"", 0.995, 1, 0}, 4000), "x").value();
+  EXPECT_NEAR(grid.interval_s, 0.995, 1e-4);
+  EXPECT_EQ(grid.lost, 0u);
+}
+
+TEST(SampleGrid, LossOfExactStampsStays) {
+  const SampleGrid one = grid_of_steps(4000, [](std::size_t i) { return i == 1234 ? 2 : 1; });
+  EXPECT_EQ(one.interval_s, 1);
+  EXPECT_EQ(one.lost, 1u);
+  EXPECT_EQ(one.remark, "");
+  std::mt19937 random(5);
+  for (const double share : {0.003, 0.01, 0.05}) {
+    std::size_t truth = 0;
+    const SampleGrid grid = grid_of_steps(4000, [&](std::size_t) {
+      const bool lost = std::bernoulli_distribution(share)(random);
+      truth += lost;
+      return lost ? 2 : 1;
+    });
+    EXPECT_EQ(grid.interval_s, 1) << share;
+    EXPECT_EQ(grid.lost, truth) << share;
+  }
+  // A long hole must not hide short ones.
+  const SampleGrid mixed = grid_of_steps(4000, [](std::size_t i) { return i == 3000 ? 401 : i % 397 == 5 ? 2 : 1; });
+  EXPECT_EQ(mixed.interval_s, 1);
+  EXPECT_EQ(mixed.lost, 411u);
+}
+
+TEST(SampleGrid, FewEvenJumpsHaveTwoReadings) {
+  const auto grid = recordings::sample_grid(coarse_stamps({"", 1.02, 1, 0}, 250), "x").value();
+  EXPECT_EQ(grid.interval_s, 1);
+  EXPECT_EQ(grid.lost, 5u);
+  EXPECT_NE(grid.remark.find("no loss and a sample time of 1.02 s is possible too"), std::string::npos) << grid.remark;
+  EXPECT_NE(grid.remark.find("--interval"), std::string::npos) << grid.remark;
+  const auto given = recordings::sample_grid(coarse_stamps({"", 1.02, 1, 0}, 4000), "x", 1.0).value();
+  EXPECT_EQ(given.interval_s, 1);
+  EXPECT_GT(given.lost, 70u);
+}
+
 TEST(SampleGrid, RefusesTimesThatGoBack) {
   const std::vector<std::int64_t> back = {1'000'000'000, 3'000'000'000, 2'000'000'000};
   EXPECT_EQ(recordings::sample_grid(PackedStamps(back), "x").error().text(),

@@ -60,4 +60,14 @@ class PackedStamps {
   std::vector<std::int64_t> open_;  ///< the stamps after them
 };
 
+/// Calls visit(i, step) for the step from stamp i - 1 to stamp i. Requires !empty().
+template <class Visit>
+void for_each_step(const PackedStamps& stamps, Visit&& visit) {
+  std::int64_t before = stamps.front();
+  stamps.for_each(1, stamps.size(), [&](std::size_t i, std::int64_t stamp) {
+    visit(i, stamp - before);
+    before = stamp;
+  });
+}
+
 }  // namespace prism::recordings

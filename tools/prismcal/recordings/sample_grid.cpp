@@ -13,6 +13,7 @@
 
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
+#include "tools/prismcal/recordings/uniform_stamps.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -47,16 +48,6 @@ double value_of_rank(std::size_t rank, ForEach&& for_each) {
     found = found << kDigit | digit;
   }
   return std::bit_cast<double>(found);
-}
-
-/// Calls visit(i, step) for the step in ns from row i - 1 to row i.
-template <class Visit>
-void for_each_step(const Stamps& stamps, Visit&& visit) {
-  std::int64_t before = stamps.front();
-  stamps.for_each(1, stamps.size(), [&](std::size_t i, std::int64_t stamp) {
-    visit(i, stamp - before);
-    before = stamp;
-  });
 }
 
 /// The quantile q of the steps, ns.
@@ -246,15 +237,78 @@ double slope_of(const Stamps& stamps, const std::vector<SampleHole>& holes, doub
   return variance > 0 && covariance > 0 ? covariance / variance : fallback_ns;
 }
 
-void describe(SampleGrid& grid, std::size_t rows) {
-  if (std::fabs(grid.mean_step_s / grid.median_step_s - 1) <= 0.01 && grid.regular) return;
-  const char* why = grid.repeated * 100 > rows ? "stamps repeat: they are coarse or come in batches"
-                    : grid.lost > 0            ? "samples are lost"
-                    : grid.regular             ? ""
-                                               : "stamps jitter, alternate or are rounded";
-  grid.remark =
-      fmt::format("mean step {:.6g} s, median step {:.6g} s; used: {:.6g} s, count over span{}; {}", grid.mean_step_s,
-                  grid.median_step_s, grid.interval_s, grid.holes.empty() ? "" : " between holes", why);
+/// The usual step, ns, if nearly all steps are equal within 1 %, and a few rows repeat the time of the row before: the
+/// same row written twice, or a leap second. The count over the span would be wrong by these rows.
+std::optional<double> step_of_repeating(const Stamps& stamps, double median_ns, std::size_t repeated) {
+  if (repeated == 0 || !(median_ns > 0)) return std::nullopt;
+  double sum = 0;
+  std::size_t count = 0;
+  for_each_step(stamps, [&](std::size_t, std::int64_t step) {
+    const auto length = static_cast<double>(step);
+    if (std::fabs(length - median_ns) <= 0.01 * median_ns) sum += length, ++count;
+  });
+  constexpr double kNearlyAll = 0.98;
+  if (static_cast<double>(count) < kNearlyAll * static_cast<double>(stamps.size() - 1)) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+/// What the stamps are taken for.
+struct Reading {
+  FirstGuess guess;                      ///< its interval is the final one
+  bool known = false;                    ///< the interval was given
+  bool repeats = false;                  ///< a few rows repeat the time of the row before
+  std::optional<UniformStamps> uniform;  ///< the stamps fit a series without a loss too
+  bool no_loss = false;                  ///< that series is the right one
+};
+
+void find_holes(const Stamps& stamps, Reading& reading, SampleGrid& grid) {
+  double& interval_ns = reading.guess.interval_ns;
+  const Envelope envelope = envelope_of(reading.guess, noise_of(stamps, reading.guess), stamps);
+  for (int pass = 0; pass < 3; ++pass) {
+    grid.holes = holes_of(stamps, interval_ns, envelope);
+    if (!reading.known && !reading.repeats) interval_ns = slope_of(stamps, grid.holes, interval_ns);
+  }
+}
+
+/// Stamps whose resolution is little less than the sample time, or more, seem to lose samples at even distances.
+void judge_no_loss(const Stamps& stamps, Reading& reading, SampleGrid& grid) {
+  constexpr std::size_t kProof = 10;  // fewer jumps can be that even by chance
+  const std::size_t jumps = grid.holes.size() + (reading.repeats ? grid.repeated : 0);
+  if (reading.known || jumps == 0) return;
+  reading.uniform = uniform_stamps(stamps);
+  reading.no_loss = reading.uniform && (jumps >= kProof || reading.uniform->batches);
+  if (!reading.no_loss) return;
+  grid.holes.clear();
+  reading.repeats = false;
+  reading.guess.interval_ns = reading.uniform->interval_ns;
+}
+
+/// Why the sample time is not the median step.
+std::string reason_of(const SampleGrid& grid, const Reading& reading, std::size_t rows) {
+  if (reading.no_loss)
+    return fmt::format("stamps are rounded to {:.6g} s, no sample is lost", reading.uniform->resolution_ns * 1e-9);
+  if (grid.repeated * 100 > rows) return "stamps repeat: they are coarse or come in batches";
+  if (grid.lost > 0) return "samples are lost";
+  return grid.regular ? "" : "stamps jitter, alternate or are rounded";
+}
+
+void describe(SampleGrid& grid, const Reading& reading, std::size_t rows) {
+  if (std::fabs(grid.mean_step_s / grid.median_step_s - 1) > 0.01 || !grid.regular)
+    grid.remark = fmt::format("mean step {:.6g} s, median step {:.6g} s; used: {:.6g} s, count over span{}; {}",
+                              grid.mean_step_s, grid.median_step_s, grid.interval_s,
+                              grid.holes.empty() ? "" : " between holes", reason_of(grid, reading, rows));
+  const auto add = [&](const std::string& text) { grid.remark += (grid.remark.empty() ? "" : "; ") + text; };
+  if (reading.repeats)
+    add(fmt::format("{} the time of the row before",
+                    grid.repeated == 1 ? "1 row repeats" : fmt::format("{} rows repeat", grid.repeated)));
+  // One or two jumps always fit, and three at random in fewer than one of 100 records.
+  constexpr std::size_t kEven = 3;
+  const bool even = reading.uniform && reading.uniform->width <= 1.02;
+  if (!reading.no_loss && even && grid.holes.size() + (reading.repeats ? grid.repeated : 0) >= kEven)
+    add(
+        fmt::format("no loss and a sample time of {:.6g} s is possible too, because the jumps are evenly spaced: "
+                    "--interval decides",
+                    reading.uniform->interval_ns * 1e-9));
 }
 
 }  // namespace
@@ -262,9 +316,16 @@ void describe(SampleGrid& grid, std::size_t rows) {
 PackedStamps SampleGrid::times_ns(const PackedStamps& stamps) const {
   // Also if the stamps jitter by microseconds: at the ends of seconds, those of Excel days would fall on either side.
   constexpr double kExact_s = 1e-9;
-  if (regular && jitter_s < kExact_s) return stamps;
+  if (regular && jitter_s < kExact_s && repeated == 0) return stamps;
   PackedStamps times;
   std::int64_t before = 0;
+  if (regular && repeated > 0) {  // the grid would be late by each of these rows
+    stamps.for_each(0, stamps.size(), [&](std::size_t i, std::int64_t stamp) {
+      before = i > 0 ? std::max(stamp, before + 1) : stamp;
+      times.push(before);
+    });
+    return times;
+  }
   const double interval_ns = 1e9 * interval_s;
   for (std::size_t h = 0; h <= holes.size(); ++h) {
     const std::size_t begin = h == 0 ? 0 : holes[h - 1].row, end = h == holes.size() ? stamps.size() : holes[h].row;
@@ -304,28 +365,31 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
       1e-9 * static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(stamps.size() - 1);
   const double median_ns = quantile_of_steps(stamps, 0.5);
   grid.median_step_s = median_ns * 1e-9;
-  const FirstGuess guess = interval_s ? FirstGuess{1e9 * *interval_s, 1} : first_guess(stamps);
-  double interval_ns = guess.interval_ns;
-  if (!(interval_ns > 0)) return make_error(where, "found the same time in most rows, expected increasing times");
-  const Envelope envelope = envelope_of(guess, noise_of(stamps, guess), stamps);
-  for (int pass = 0; pass < 3; ++pass) {
-    grid.holes = holes_of(stamps, interval_ns, envelope);
-    if (!interval_s) interval_ns = slope_of(stamps, grid.holes, interval_ns);
-  }
+  Reading reading;
+  reading.known = interval_s.has_value();
+  const auto usual = interval_s ? std::nullopt : step_of_repeating(stamps, median_ns, grid.repeated);
+  reading.repeats = usual.has_value();
+  reading.guess = interval_s ? FirstGuess{1e9 * *interval_s, 1} : usual ? FirstGuess{*usual, 1} : first_guess(stamps);
+  if (!(reading.guess.interval_ns > 0))
+    return make_error(where, "found the same time in most rows, expected increasing times");
+  find_holes(stamps, reading, grid);
+  judge_no_loss(stamps, reading, grid);
+  double interval_ns = reading.guess.interval_ns;
   for (const SampleHole& hole : grid.holes) grid.lost += hole.lost;
   std::size_t hole = 0;
   for_each_step(stamps, [&](std::size_t i, std::int64_t step) {
     const bool after_hole = hole < grid.holes.size() && grid.holes[hole].row == i;
     const double count = 1 + (after_hole ? static_cast<double>(grid.holes[hole++].lost) : 0);
     const double off = std::fabs(static_cast<double>(step) - count * interval_ns);
-    grid.regular = grid.regular && (off <= 0.01 * interval_ns || (after_hole && off <= 0.3 * interval_ns));
+    const bool repeats = reading.repeats && step == 0;
+    grid.regular = grid.regular && (repeats || off <= 0.01 * interval_ns || (after_hole && off <= 0.3 * interval_ns));
   });
-  grid.jitter_s = 1e-9 * noise_of(stamps, {interval_ns, guess.rows});
+  grid.jitter_s = 1e-9 * noise_of(stamps, reading.guess);
   // Exact stamps: their own step has more digits than the fit.
   if (!interval_s && grid.regular && quantile_of_steps(stamps, 0.1) == quantile_of_steps(stamps, 0.9))
     interval_ns = median_ns;
   grid.interval_s = interval_ns / 1e9;
-  describe(grid, stamps.size());
+  describe(grid, reading, stamps.size());
   return grid;
 }
 
