@@ -173,6 +173,23 @@ TEST(SampleGrid, CoarseStampsAreNoLoss) {
   }
 }
 
+TEST(SampleGrid, CoarseStampsMayHavePauses) {
+  for (const Coarse& coarse : kCoarse) {
+    if (coarse.resolution_s > 10) continue;  // too few changes to prove it
+    PackedStamps stamps;
+    for (std::size_t i = 0; i < 4000; ++i) {
+      const double samples = static_cast<double>(i + (i >= 1500 ? 400 : 0) + (i >= 2800 ? 5000 : 0));
+      stamps.push(multiple_of(coarse.resolution_s, coarse.start_s + samples * coarse.interval_s));
+    }
+    const auto grid = recordings::sample_grid(stamps, "x").value();
+    EXPECT_NEAR(grid.interval_s / coarse.interval_s, 1, 5e-4) << coarse.name << ": " << grid.remark;
+    ASSERT_EQ(grid.holes.size(), 2u) << coarse.name << ": " << grid.remark;
+    EXPECT_EQ(grid.holes[0].row, 1500u) << coarse.name;
+    EXPECT_NEAR(static_cast<double>(grid.holes[0].lost), 400, 1) << coarse.name;
+    EXPECT_NEAR(static_cast<double>(grid.holes[1].lost), 5000, 2) << coarse.name;
+  }
+}
+
 // printf("%g") has 6 digits: the resolution grows from 0.1 s to 1 s at 100000 s.
 TEST(SampleGrid, ResolutionMayGrow) {
   PackedStamps stamps;

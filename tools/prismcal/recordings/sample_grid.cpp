@@ -7,12 +7,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <deque>
-#include <utility>
 #include <vector>
 
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
+#include "tools/prismcal/recordings/sliding_minimum.hpp"
 #include "tools/prismcal/recordings/uniform_stamps.hpp"
 
 namespace prism::recordings {
@@ -104,27 +103,6 @@ FirstGuess first_guess(const Stamps& stamps) {
   }
   return best;
 }
-
-/// Minimum over the last `length` values.
-class SlidingMinimum {
- public:
-  explicit SlidingMinimum(std::size_t length) : length_(length) {}
-  void push(double value) {
-    while (!values_.empty() && values_.back().second >= value) values_.pop_back();
-    values_.emplace_back(count_++, value);
-    drop_before(count_ > length_ ? count_ - length_ : 0);
-  }
-  /// Of values by their number, from 0.
-  void drop_before(std::size_t number) {
-    while (!values_.empty() && values_.front().first < number) values_.pop_front();
-  }
-  std::size_t count() const { return count_; }
-  double value() const { return values_.front().second; }
-
- private:
-  std::size_t length_, count_ = 0;
-  std::deque<std::pair<std::size_t, double>> values_;
-};
 
 /// Middle range of the stamps against the count, within blocks of the pattern.
 double noise_of(const Stamps& stamps, const FirstGuess& guess) {
@@ -276,9 +254,13 @@ void judge_no_loss(const Stamps& stamps, Reading& reading, SampleGrid& grid) {
   const std::size_t jumps = grid.holes.size() + (reading.repeats ? grid.repeated : 0);
   if (reading.known || jumps == 0) return;
   reading.uniform = uniform_stamps(stamps);
-  reading.no_loss = reading.uniform && (jumps >= kProof || reading.uniform->batches);
+  if (!reading.uniform) return;
+  // Pauses are holes in both readings: then the sample time shows which one is wrong.
+  const bool differ = std::fabs(reading.uniform->interval_ns / reading.guess.interval_ns - 1) > 0.005;
+  reading.no_loss = jumps >= kProof || reading.uniform->batches ||
+                    (differ && reading.uniform->exact() && !reading.uniform->pauses.empty());
   if (!reading.no_loss) return;
-  grid.holes.clear();
+  grid.holes = reading.uniform->pauses;
   reading.repeats = false;
   reading.guess.interval_ns = reading.uniform->interval_ns;
 }
@@ -286,7 +268,8 @@ void judge_no_loss(const Stamps& stamps, Reading& reading, SampleGrid& grid) {
 /// Why the sample time is not the median step.
 std::string reason_of(const SampleGrid& grid, const Reading& reading, std::size_t rows) {
   if (reading.no_loss)
-    return fmt::format("stamps are rounded to {:.6g} s, no sample is lost", reading.uniform->resolution_ns * 1e-9);
+    return fmt::format("stamps are rounded to {:.6g} s or alternate: their even jumps are no loss",
+                       reading.uniform->resolution_ns * 1e-9);
   if (grid.repeated * 100 > rows) return "stamps repeat: they are coarse or come in batches";
   if (grid.lost > 0) return "samples are lost";
   return grid.regular ? "" : "stamps jitter, alternate or are rounded";
@@ -303,7 +286,7 @@ void describe(SampleGrid& grid, const Reading& reading, std::size_t rows) {
                     grid.repeated == 1 ? "1 row repeats" : fmt::format("{} rows repeat", grid.repeated)));
   // One or two jumps always fit, and three at random in fewer than one of 100 records.
   constexpr std::size_t kEven = 3;
-  const bool even = reading.uniform && reading.uniform->width <= 1.02;
+  const bool even = reading.uniform && reading.uniform->exact();
   if (!reading.no_loss && even && grid.holes.size() + (reading.repeats ? grid.repeated : 0) >= kEven)
     add(
         fmt::format("no loss and a sample time of {:.6g} s is possible too, because the jumps are evenly spaced: "
