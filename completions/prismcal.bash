@@ -7,7 +7,7 @@ _prismcal() {
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'report --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns min h' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns min h d' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;

@@ -206,6 +206,8 @@ def main():
     refused("time-unknown-unit.csv", table(time=[f"{t * 1e9:.0f}" for t in TIME], head=named), "two readings are possible", columns=named, inspect=1)
     refused("time-minutes.csv", table(time=[f"00:{int(t):02d}" for t in TIME], head=named),
             '"00:00" is hours and minutes, or minutes and seconds', columns=named, inspect=1)
+    refused("time-digits.csv", table(time=[f"{120030 + i + (40 if i > 29 else 0)}" for i in range(N)], head=named),
+            "120059 and 120100 are numbers, or hours, minutes and seconds", columns=named, inspect=1)
     kiloseconds = ("Time (ks)", "rate_deg_per_h", "T_degC")
     refused("time-kiloseconds.csv", table(time=[f"{t / 1000:.4f}" for t in TIME], head=kiloseconds),
             "two readings are possible: its unit is not known", columns=kiloseconds, inspect=1)

@@ -268,7 +268,7 @@ void judge_no_loss(const Stamps& stamps, Reading& reading, SampleGrid& grid) {
 /// Why the sample time is not the median step.
 std::string reason_of(const SampleGrid& grid, const Reading& reading, std::size_t rows) {
   if (reading.no_loss)
-    return fmt::format("stamps are rounded to {:.6g} s or alternate: their even jumps are no loss",
+    return fmt::format("stamps are rounded to {:.6g} s or alternate: they jump evenly, so that nothing is lost",
                        reading.uniform->resolution_ns * 1e-9);
   if (grid.repeated * 100 > rows) return "stamps repeat: they are coarse or come in batches";
   if (grid.lost > 0) return "samples are lost";

@@ -96,7 +96,11 @@ void GroupWatch::see(std::string_view cell) {
   const bool integer = digits && mark == std::string_view::npos && cell.size() <= 3;
   const bool group = digits && mark >= 1 && mark <= 3 && cell.size() == mark + 4 && cell[0] != '0' &&
                      cell.find(decimal_, mark + 1) == std::string_view::npos;
-  integers_ = integers_ || integer;
+  int number = 0;  // as a group
+  if (integer || group)
+    std::for_each(cell.begin(), cell.end(), [&](char c) { number = c == decimal_ ? number : 10 * number + (c - '0'); });
+  if (integer) largest_integer_ = std::max(largest_integer_, number);
+  if (group) least_group_ = std::min(least_group_, number);
   if (group && group_.empty()) group_ = cell;
   shown_ = !integer && !group && !is_hole(cell);
 }

@@ -49,6 +49,14 @@ double step_of(const std::vector<double>& values) {
   return mean > 0 && mean < *middle ? mean : *middle;
 }
 
+/// The value after 120059 if it is 120100: the digits of hours, minutes and seconds.
+std::optional<double> minute_of_digits(const std::vector<double>& values) {
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] - values[i - 1] == 41 && std::fmod(values[i], 100) == 0 && values[i] < 240000) return values[i];
+  }
+  return std::nullopt;
+}
+
 const Unit* time_unit(const std::string& name) { return find_unit("time", name); }
 
 TimeFormat number_format(double unit_s, std::string text) {
@@ -184,6 +192,12 @@ Result<TimeFormat> detect_number_time(const std::string& where, const Header& he
     return make_error("--time-unit", fmt::format("found \"{}\", expected s, ms, us, ns, min, h or d", stated));
   if (!options.time_format.empty()) return stated_number(options.time_format, first, found);
   if (!found && header.unit && header.unit->quantity == "time") found = header.unit;
+  if (const auto minute = minute_of_digits(values); minute && stated.empty()) {
+    return ambiguous(
+        fmt::format("{:.0f} and {:.0f} are numbers, or hours, minutes and seconds; state --time-unit for the "
+                    "first, write hh:mm:ss for the second",
+                    *minute - 41, *minute));
+  }
   if (found) return number_format(found->factor, fmt::format("a number of {}", found->name));
   if (const auto ticks = ticks_format(first)) return *ticks;
   // Years 1973 to 2034, in steps of an hour at most: 5e8, 1e9, … are nanoseconds since the start of a recording.
