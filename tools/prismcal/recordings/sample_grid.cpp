@@ -230,7 +230,7 @@ std::optional<double> step_of_repeating(const Stamps& stamps, double median_ns, 
   return sum / static_cast<double>(count);
 }
 
-/// What the stamps are taken for.
+/// How the stamps are read.
 struct Reading {
   FirstGuess guess;                      ///< its interval is the final one
   bool known = false;                    ///< the interval was given

@@ -14,7 +14,7 @@ struct UniformStamps {
   double interval_ns = 0;          ///< sample time if no sample is lost
   double resolution_ns = 0;        ///< of the stamps
   double width = 0;                ///< of the narrowest strip around a line that has all stamps, in resolutions
-  bool batches = false;            ///< runs of the same number of equal stamps: their size is no loss
+  bool batches = false;            ///< equal stamps come in runs of one length
   std::vector<SampleHole> pauses;  ///< the only losses
 
   bool exact() const { return width <= 1.02; }  ///< as wide as rounding makes it

@@ -79,23 +79,18 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
   return plain_number(digits);
 }
 
-bool may_be_grouped(std::string_view cell) {
+bool may_be_grouped(std::string_view cell, char mark) {
   if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
-  const std::size_t comma = cell.find(',');
-  if (comma == std::string_view::npos || comma < 1 || comma > 3 || cell.size() != comma + 4 || cell[0] == '0')
-    return false;
-  return std::all_of(cell.begin(), cell.end(), [](char c) { return is_digit(c) || c == ','; });
+  const std::size_t at = cell.find(mark);
+  if (at == std::string_view::npos || at < 1 || at > 3 || cell.size() != at + 4 || cell[0] == '0') return false;
+  return std::all_of(cell.begin(), cell.end(), [&](char c) { return is_digit(c) || c == mark; });
 }
 
 void GroupWatch::see(std::string_view cell) {
   if (shown_) return;
   if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
-  const std::size_t mark = cell.find(decimal_);
-  const bool digits =
-      !cell.empty() && std::all_of(cell.begin(), cell.end(), [&](char c) { return is_digit(c) || c == decimal_; });
-  const bool integer = digits && mark == std::string_view::npos && cell.size() <= 3;
-  const bool group = digits && mark >= 1 && mark <= 3 && cell.size() == mark + 4 && cell[0] != '0' &&
-                     cell.find(decimal_, mark + 1) == std::string_view::npos;
+  const bool integer = !cell.empty() && cell.size() <= 3 && std::all_of(cell.begin(), cell.end(), is_digit);
+  const bool group = may_be_grouped(cell, decimal_) && std::count(cell.begin(), cell.end(), decimal_) == 1;
   int number = 0;  // as a group
   if (integer || group)
     std::for_each(cell.begin(), cell.end(), [&](char c) { number = c == decimal_ ? number : 10 * number + (c - '0'); });

@@ -13,7 +13,8 @@ namespace prism::tables {
 std::optional<double> number_in(std::string_view cell, char decimal);
 
 /// True for "1,234" (one group of three digits, no leading zero): 1.234 with a decimal comma, 1234 with grouped digits.
-bool may_be_grouped(std::string_view cell);
+/// `mark`: the comma, or the point of "1.234".
+bool may_be_grouped(std::string_view cell, char mark = ',');
 
 /// The integers and groups of a column, "743" and "1.006", which is 1 006 or 1.006. Any other number (of 1 000 or more,
 /// or with another number of decimals) shows which; and "25.001" next to 25 is a decimal.

@@ -88,7 +88,7 @@ TimeFormat unix_format(double first) {
 std::optional<TimeFormat> ticks_format(double first) {
   const bool filetime = first >= 1.253e17 && first < 1.427e17;
   if (!filetime && !(first >= 6.303e17 && first < 6.477e17)) return std::nullopt;
-  TimeFormat format = days_format(TimeKind::kTicks, filetime ? "Windows FILETIME" : ".NET ticks");
+  TimeFormat format = days_format(TimeKind::kUnix, filetime ? "Windows FILETIME" : ".NET ticks");
   format.unit_s = 1e-7;
   format.offset_s = -(filetime ? kFiletimeEpoch_s : kDotNetEpoch_s);
   return format;
@@ -162,17 +162,12 @@ std::optional<std::int64_t> TimeFormat::parse(std::string_view cell, std::string
     std::int64_t integer = 0;
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), integer);
     const auto unit_ns = static_cast<std::int64_t>(std::llround(unit_s * kNs));
-    if (error == std::errc() && end == cell.data() + cell.size() && scale == 1 && offset == 0 && unit_ns > 0 &&
-        std::abs(integer) <= std::int64_t{9'000'000'000'000'000'000} / unit_ns)
-      return integer * unit_ns;
-  }
-  if (kind == TimeKind::kTicks) {
-    std::int64_t ticks = 0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), ticks);
-    constexpr std::int64_t kMost = 90'000'000'000'000'000;  // as nanoseconds within 64 bits
     const bool read = error == std::errc() && end == cell.data() + cell.size() && scale == 1 && offset == 0;
-    if (read && ticks > 0 && ticks + offset_s * 10'000'000 < kMost) return (ticks + offset_s * 10'000'000) * 100;
-    if (read) return std::nullopt;
+    if (read && unit_ns > 0) {
+      const std::int64_t most = std::int64_t{9'000'000'000'000'000'000} / unit_ns,
+                         origin = -offset_s * (1'000'000'000 / unit_ns);
+      if (integer >= origin - most && integer <= origin + most) return (integer - origin) * unit_ns;
+    }
   }
   const auto value = number_in(cell, decimal);
   const auto more = second ? number_in(other_cell, decimal) : std::optional(0.0);

@@ -21,11 +21,10 @@ inline constexpr const char* kTimeFormats[] = {"number", "unix", "excel", "daten
 
 enum class TimeKind {
   kNumber,   ///< seconds, or another unit, from any origin
-  kUnix,     ///< since 1970 UTC, in s, ms, us or ns
+  kUnix,     ///< since 1970 UTC, in s, ms, us or ns; since 1601 or year 1 in 100 ns
   kExcel,    ///< days since 1899-12-30
   kDatenum,  ///< MATLAB: days since year 0
   kLabview,  ///< seconds since 1904
-  kTicks,    ///< of 100 ns, since 1601 (Windows FILETIME) or since year 1 (.NET)
   kGps,      ///< week, and second of the week in the next column; no leap seconds
   kText,     ///< date and time, or a time of day
 };
@@ -33,7 +32,7 @@ enum class TimeKind {
 struct TimeFormat {
   TimeKind kind = TimeKind::kNumber;
   double unit_s = 1;             ///< of a number
-  std::int64_t offset_s = 0;     ///< of a number
+  std::int64_t offset_s = 0;     ///< from 1970 to the origin of a number: -11 644 473 600 for the year 1601
   double scale = 1, offset = 0;  ///< applied to the number first (--map)
   DateOrder order = DateOrder::kNone;
   std::optional<std::size_t> second;  ///< column of the time of day next to the date, or of the GPS second
