@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Checks the code rules of the tree: includes, first lines, waiting, sizes. --self-test checks that a violation of each
+# Checks the code rules of the tree: includes, first lines, waiting. --self-test checks that a violation of each
 # rule is found.
 import os
 import re
@@ -14,7 +14,6 @@ import house_names
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SKIPPED_DIRS = {"build", "prism-demo"}
-LINES_MAX = 400
 SPDX = "SPDX-License-Identifier: MIT"
 
 BASE = "base"
@@ -220,12 +219,6 @@ def check_decisions(path, text):
             yield line_of(text, match.start()), "decides by the text of an error: expected a code (config/socket_protocol.hpp)"
 
 
-def check_size(path, text):
-    lines = text.count("\n")
-    if (is_code(path) or is_script(path, text)) and lines > LINES_MAX:
-        yield lines, f"{lines} lines, expected at most {LINES_MAX}: split it"
-
-
 def opens_block(before):
     """Returns true if a '{' after the text `before` opens a block, not a value."""
     before = before.rstrip()
@@ -330,7 +323,7 @@ class UniqueTypes:
 
 
 RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
-         check_words, check_decisions, check_size, check_waiting, check_traps, check_pipes, check_names]
+         check_words, check_decisions, check_waiting, check_traps, check_pipes, check_names]
 
 
 def files_of(root):
