@@ -1,15 +1,44 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Builds every fuzzer and runs each for SECONDS (default 60). New inputs are kept in build/fuzz/corpus, failing inputs in
-# build/fuzz/found. usage: tests/fuzz/run.sh [SECONDS [MIN_RUNS]]
-# Exit code 1 if a fuzzer fails, or if all fuzzers together make fewer than MIN_RUNS runs.
+# Builds the fuzzers and runs each for SECONDS (default 60). New inputs are kept in build/fuzz/corpus, failing inputs in
+# build/fuzz/found. usage: tests/fuzz/run.sh [--changed] [SECONDS [MIN_RUNS]]
+# --changed: only fuzzers of directories that the last 50 commits changed. Exit code 1 if a fuzzer fails, or if all fuzzers together make fewer than MIN_RUNS runs.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
+changed=
+if [ "${1:-}" = --changed ]; then
+  shift
+  changed=$(git log -50 --format= --name-only | sort -u)
+fi
 seconds=${1:-60}
 least=${2:-1}
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 cmake --preset fuzz >/dev/null
-cmake --build --preset fuzz
+
+# directory_of FUZZER: whose code it runs.
+directory_of() {
+  case "$1" in
+    fuzz_frame_* | fuzz_commands) echo drivers/wire ;;
+    fuzz_model_text | fuzz_csv_row) echo compensation ;;
+    fuzz_config) echo config ;;
+    fuzz_capture_reader) echo drivers ;;
+    fuzz_table) echo tools/prismcal/tables ;;
+    fuzz_rpc_line) echo daemon/socket ;;
+    fuzz_log_header) echo daemon/log ;;
+    *) echo tools/prismcal ;;
+  esac
+}
+fuzzers=()
+for source in tests/fuzz/fuzz_*.cpp; do
+  name=$(basename "$source" .cpp)
+  if [ -z "$changed" ] || grep -qE "^($(directory_of "$name")|tests/fuzz)/" <<<"$changed"; then fuzzers+=("$name"); fi
+done
+if [ "${#fuzzers[@]}" -eq 0 ]; then
+  echo "tests/fuzz/run.sh: the last 50 commits changed no code of a fuzzer"
+  exit 0
+fi
+cmake --build build/fuzz --target "${fuzzers[@]}"
+fuzzers=("${fuzzers[@]/#/build/fuzz/tests/fuzz/}")
 mkdir -p build/fuzz/found
 
 # run_one FUZZER: prints its number of runs, or the end of its log.
@@ -37,7 +66,6 @@ export -f run_one runs_of
 export seconds
 
 code=0
-mapfile -t fuzzers < <(find build/fuzz/tests/fuzz -maxdepth 1 -type f -perm -u+x -name 'fuzz_*' | sort)
 printf '%s\0' "${fuzzers[@]}" | xargs -0 -n 1 -P "$(nproc)" bash -c 'run_one "$1"' fuzz || code=1
 logs=("${fuzzers[@]/#*\//build/fuzz/corpus/}")
 total=$(runs_of "${logs[@]/%/.log}" </dev/null)
