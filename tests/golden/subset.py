@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Makes the reference numbers of this folder from the full set that stands beside the project (README.md says what is
-# kept). usage: tests/golden/subset.py ../shared/golden
+# Makes the reference numbers of this folder from the full set that is stored beside the project (README.md describes what
+# is kept). usage: tests/golden/subset.py ../shared
 import csv
 import json
 import os
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-EVERY = {"sinc150": 2, "gyro924": 14}  # one row in so many of the results; the training data are whole
+EVERY = {"sinc150": 2, "gyro924": 14, "gyro924_T": 14, "gyro924_U": 14}  # one row in so many of the results; the training data are whole
 WEIGHTS = ["huber", "hampel", "logistic", "myriad"]
 ROW_RESULTS = ["i", "alpha", "resid", "loo_resid_orig", "cv_pred_orig", "hampel0_alpha1"] + [
     weight + end for weight in WEIGHTS for end in ("_v1", "_alpha1", "_v", "_alpha", "_rcv_pred_orig")
 ]
 TUNE = {"cost", "c", "sigma2", "delta"}
+STEPWISE = ["id", "candidates", "initial", "final_terms", "intercept", "coef", "se", "sse", "df"]
+STEP = ["action", "term", "terms", "p", "t"]
+COMPOSITE_ROWS = 40  # of gyro924/test.csv: those that science/golden.json predicts
 
 
 def shortest(text):
@@ -53,10 +56,20 @@ def scalars(full):
     return kept
 
 
+def read_json(folder, file):
+    with open(os.path.join(folder, file), encoding="ascii") as text:
+        return json.load(text)
+
+
+def make_folder(name):
+    folder = os.path.join(HERE, name)
+    os.makedirs(folder, exist_ok=True)
+    return folder
+
+
 def subset(full, name):
-    here, there, every = os.path.join(HERE, name), os.path.join(full, name), EVERY[name]
-    os.makedirs(here, exist_ok=True)
-    read = lambda file: json.load(open(os.path.join(there, file), encoding="ascii"))
+    here, there, every = make_folder(name), os.path.join(full, name), EVERY[name]
+    read = lambda file: read_json(there, file)
     about = read("case.json")
     write_json(os.path.join(here, "case.json"), about)
     write_rows(os.path.join(here, "train.csv"), rows_of(os.path.join(there, "train.csv")), about["inputs"] + ["y", "fold"])
@@ -73,12 +86,33 @@ def subset(full, name):
         write_json(os.path.join(here, "linear_models.json"), {name: linear[name] for name in ("units", "cubic", "stepwise")})
 
 
+def stepwise(full):
+    here, there = make_folder("stepwise"), os.path.join(full, "stepwise")
+    problems = read_json(there, "golden.json")
+    kept = [{name: problem[name] for name in STEPWISE} for problem in problems]
+    for problem, full_problem in zip(kept, problems):
+        problem["path"] = [{name: step[name] for name in STEP if name in step} for step in full_problem["path"]]
+        rows = rows_of(os.path.join(there, problem["id"] + ".csv"))
+        write_rows(os.path.join(here, problem["id"] + ".csv"), rows, list(rows[0]))
+    write_json(os.path.join(here, "golden.json"), kept)
+
+
+def composite(shared):
+    here = make_folder("composite")
+    write_json(os.path.join(here, "golden.json"), read_json(os.path.join(shared, "science"), "golden.json"))
+    rows = rows_of(os.path.join(shared, "golden", "gyro924", "test.csv"))[:COMPOSITE_ROWS]
+    write_rows(os.path.join(here, "test.csv"), rows, ["T", "R", "U"])
+
+
 def main(arguments):
     if len(arguments) != 1:
         print("usage: subset.py FOLDER-OF-THE-FULL-SET", file=sys.stderr)
         return 64
+    full = os.path.join(arguments[0], "golden")
     for name in EVERY:
-        subset(arguments[0], name)
+        subset(full, name)
+    stepwise(full)
+    composite(arguments[0])
     return 0
 
 

@@ -19,9 +19,9 @@ namespace {
 
 /// gyro924 as the reference normalises it: mean and sd with divisor N.
 struct Reference {
-  nlohmann::json golden = nlohmann::json::parse(test::read_file(test::shared_dir() / "science/golden.json"));
-  test::Columns train = test::read_columns(test::shared_dir() / "golden/gyro924/train.csv");
-  test::Columns test_rows = test::read_columns(test::shared_dir() / "golden/gyro924/test.csv");
+  nlohmann::json golden = nlohmann::json::parse(test::read_file(test::golden_dir("composite") / "golden.json"));
+  test::Columns train = test::read_columns(test::golden_dir("gyro924") / "train.csv");
+  test::Columns test_rows = test::read_columns(test::golden_dir("composite") / "test.csv");
   CompositeSamples samples;
   Eigen::MatrixXd x_test;
   double y_mean = 0, y_sd = 1;
@@ -29,29 +29,26 @@ struct Reference {
   Reference() {
     const auto n = static_cast<Eigen::Index>(train["y"].size());
     samples.x.resize(3, n);
-    x_test.resize(3, 40);
+    x_test.resize(3, static_cast<Eigen::Index>(test_rows["T"].size()));
     const char* const names[] = {"T", "R", "U"};
     for (Eigen::Index i = 0; i < 3; ++i) {
       const Eigen::VectorXd column = test::vector_of(train[names[i]]);
       const double mean = column.mean(), sd = std::sqrt((column.array() - mean).square().mean());
       samples.x.row(i) = (column.array() - mean).transpose() / sd;
-      x_test.row(i) = (test::vector_of(test_rows[names[i]]).head(40).array() - mean).transpose() / sd;
+      x_test.row(i) = (test::vector_of(test_rows[names[i]]).array() - mean).transpose() / sd;
     }
     const Eigen::VectorXd y = test::vector_of(train["y"]);
     y_mean = y.mean();
     y_sd = std::sqrt((y.array() - y_mean).square().mean());
     samples.y = (y.array() - y_mean) / y_sd;
-    samples.time_h = test::vector_of(train["time_s"]) / 3600;
+    samples.time_h = Eigen::VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1)) * 100 / 3600;  // a row in 100 s
     samples.recording.assign(static_cast<std::size_t>(n), 0);
   }
 
   Eigen::VectorXd weight(const std::string& name) {
     Eigen::VectorXd v = Eigen::VectorXd::Ones(samples.y.size());
     if (name != "weighted") return v;
-    const auto rows = golden["low_weight_rows"].get<std::vector<int>>();
-    for (Eigen::Index i = 0; i < v.size(); ++i) {
-      if (std::count(rows.begin(), rows.end(), static_cast<int>(train["i"][static_cast<std::size_t>(i)]))) v[i] = 0.1;
-    }
+    for (const Eigen::Index row : golden["low_weight_rows"]) v[row - 1] = 0.1;
     return v;
   }
 };
@@ -59,7 +56,6 @@ struct Reference {
 class CompositeGolden : public testing::TestWithParam<const char*> {};
 
 TEST_P(CompositeGolden, EqualsTheReference) {
-  PRISM_NEEDS_SHARED("science/golden.json");
   Reference r;
   const auto& expected = r.golden["cases"][GetParam()];
   const auto values = [&](const char* key) { return test::vector_of(expected[key].get<std::vector<double>>()); };
@@ -77,7 +73,6 @@ TEST_P(CompositeGolden, EqualsTheReference) {
 INSTANTIATE_TEST_SUITE_P(Cases, CompositeGolden, testing::Values("start", "optimum", "weighted"));
 
 TEST(CompositeSystem, ThePriorOfTheDriftAddsToItsVarianceOnly) {
-  PRISM_NEEDS_SHARED("science/golden.json");
   Reference r;
   const Eigen::VectorXd theta = test::vector_of(r.golden["cases"]["start"]["theta"].get<std::vector<double>>());
   const auto system = CompositeSystem::make(r.samples, theta, r.weight("start"));
@@ -90,7 +85,6 @@ TEST(CompositeSystem, ThePriorOfTheDriftAddsToItsVarianceOnly) {
 }
 
 TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
-  PRISM_NEEDS_SHARED("science/golden.json");
   Reference r;
   const auto fit = search_composite(r.samples, {}, {}, {}, [] { return false; });
   ASSERT_TRUE(fit) << fit.error().text();

@@ -17,10 +17,23 @@ namespace {
 using test::Golden;
 using test::relative;
 
+class GoldenData : public testing::TestWithParam<std::pair<std::string, std::string>> {};
+
+INSTANTIATE_TEST_SUITE_P(Shared, GoldenData, testing::ValuesIn(test::kGoldenSets),
+                         [](const auto& set) { return set.param.first; });
+
+TEST_P(GoldenData, HasTheCasesThatAreTested) {
+  const auto& [name, tested] = GetParam();
+  PRISM_NEEDS(test::golden_dir(name));
+  std::string ids;
+  const auto about = nlohmann::json::parse(test::read_file(test::golden_dir(name) / "case.json"));
+  for (const auto& hyperparameters : about["hyperparameters"]) ids += hyperparameters["id"].get<std::string>();
+  EXPECT_EQ(ids, tested);
+}
+
 class GoldenCase : public testing::TestWithParam<test::GoldenName> {
  protected:
   void SetUp() override {
-    PRISM_NEEDS(test::golden_dir(GetParam().name));
     golden_.emplace(GetParam().name, GetParam().id);
     kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
   }
@@ -31,7 +44,7 @@ class GoldenCase : public testing::TestWithParam<test::GoldenName> {
   Eigen::MatrixXd kernel_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Shared, GoldenCase, testing::ValuesIn(test::kGoldenNames),
+INSTANTIATE_TEST_SUITE_P(Shared, GoldenCase, testing::ValuesIn(test::golden_names()),
                          [](const auto& golden) { return golden.param.name + "_" + golden.param.id; });
 
 TEST_P(GoldenCase, NormalisesLikeTheReference) {
@@ -100,7 +113,6 @@ class GoldenWeight : public testing::TestWithParam<std::tuple<test::GoldenName, 
  protected:
   void SetUp() override {
     const test::GoldenName& name = std::get<0>(GetParam());
-    PRISM_NEEDS(test::golden_dir(name.name));
     golden_.emplace(name.name, name.id);
     kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
     kind_ = std::get<1>(GetParam());
@@ -119,7 +131,7 @@ class GoldenWeight : public testing::TestWithParam<std::tuple<test::GoldenName, 
 };
 
 INSTANTIATE_TEST_SUITE_P(Shared, GoldenWeight,
-                         testing::Combine(testing::ValuesIn(test::kGoldenNames),
+                         testing::Combine(testing::ValuesIn(test::golden_names()),
                                           testing::Values(WeightKind::kHuber, WeightKind::kHampel,
                                                           WeightKind::kLogistic, WeightKind::kMyriad)),
                          [](const auto& golden) {
