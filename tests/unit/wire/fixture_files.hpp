@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads the captured bytes stored next to the project, and names the values of their frames.
+// Reads captured and printed bytes, and names the values of their frames.
 #pragma once
 
 #include <map>
@@ -15,14 +15,21 @@ namespace prism::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
+/// Frames that a manual prints, or that were made from documents, are in the source tree; recorded bytes are shared
+/// data.
+inline std::filesystem::path frames_file(const std::string& file) {
+  const auto here = std::filesystem::path(PRISM_SOURCE_DIR) / "tests" / "unit" / "wire" / "data" / file;
+  return std::filesystem::exists(here) ? here : shared_dir() / "frames" / file;
+}
+
 inline Bytes bytes_of(const std::string& file) {
-  const std::string text = read_file(shared_dir() / "frames" / file);
+  const std::string text = read_file(frames_file(file));
   return {text.begin(), text.end()};
 }
 
 /// The frames of a .hex file by their names, in order.
 inline std::vector<std::pair<std::string, Bytes>> hex_frames(const std::string& file) {
-  std::istringstream in(read_file(shared_dir() / "frames" / file));
+  std::istringstream in(read_file(frames_file(file)));
   std::vector<std::pair<std::string, Bytes>> frames;
   for (std::string line; std::getline(in, line);) {
     if (const auto at = line.find("# frame: "); at != std::string::npos) {

@@ -47,7 +47,6 @@ TEST(Fixtures, KvhValidityBitsReachTheReading) {
 }
 
 TEST(Fixtures, RejectsMisprintedKvhTestMessages) {
-  PRISM_NEEDS_SHARED("frames/kvh_bit.hex");
   const auto frames = hex_frames("kvh_bit.hex");
   ASSERT_EQ(frames.size(), 4u);
   const auto description = test::shipped("kvh1750");
@@ -81,14 +80,13 @@ TEST(Fixtures, Stim300DatagramDecodesExactly) {
 }
 
 TEST(Fixtures, Stim300UtilityLinesHaveAValidCrc) {
-  PRISM_NEEDS_SHARED("frames/stim300_utility_crc8.txt");
   const auto description = test::description_of(R"({
     "format": "prism-frames", "version": 1, "name": "utility", "line": {"baud": 460800}, "rate_hz": 1,
     "kinds": [{"name": "line", "length": {"terminator": "0D", "min": 5, "max": 80}, "text": {"separators": ","},
                "checks": {"kind": "crc", "width": 8, "poly": "0x07", "init": "0xFF", "text": "decimal", "mark": ",", "covers_mark": true},
                "fields": {"any": {"column": 1, "type": "decimal"}}}],
     "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "any"}}})");
-  std::istringstream in(test::read_file(test::shared_dir() / "frames/stim300_utility_crc8.txt"));
+  std::istringstream in(test::read_file(test::frames_file("stim300_utility_crc8.txt")));
   int count = 0;
   for (std::string line; std::getline(in, line);) {
     if (line.empty() || line.starts_with("# ")) continue;
@@ -106,7 +104,6 @@ TEST(Fixtures, Stim300UtilityLinesHaveAValidCrc) {
 }
 
 TEST(Fixtures, AstrixChecksumMatches) {
-  PRISM_NEEDS_SHARED("frames/exail_astrix_ns.hex");
   const Bytes frame = hex_frames("exail_astrix_ns.hex")[0].second;
   auto values = values_of(test::shipped("astrix-ns"), frame);
   EXPECT_EQ(values["address"], 0x12);
@@ -175,20 +172,22 @@ TEST(Fixtures, NovatelBinaryAndAsciiAgree) {
   EXPECT_EQ(readings[0].offset, 14u);
 }
 
-TEST(Fixtures, VectorNavFramesDecode) {
-  PRISM_NEEDS_SHARED("frames/vectornav_ypr.hex");
+TEST(Fixtures, TheFrameInVectorNavsManualDecodes) {
   auto values = values_of(test::shipped("vectornav"), hex_frames("vectornav_ypr.hex")[0].second);
   EXPECT_NEAR(values["yaw"], 43.578686, 1e-5);
+}
+
+TEST(Fixtures, AVectorNavLineDecodes) {
+  PRISM_NEEDS_SHARED("frames/vectornav_vnimu.txt");
   std::string line = test::read_file(test::shared_dir() / "frames/vectornav_vnimu.txt");
   while (!line.empty() && (line.back() == '\r' || line.back() == '\n')) line.pop_back();
   line += "\r\n";
-  values =
+  auto values =
       values_of(test::shipped("vectornav"), std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()));
   EXPECT_DOUBLE_EQ(values["text_rate_z"], -0.044656);
 }
 
 TEST(Fixtures, GeneratedFramesOfEveryListedDeviceDecode) {
-  PRISM_NEEDS_SHARED("frames/synthetic/spec_frames.hex");
   const std::map<std::string, std::string> description_by_frame = {
       {"cn80_10_two_checks", "xor7-10"}, {"avic_f50b_7", "xor7-f50b"},
       {"ls_fog_01", "ls-fog-01"},        {"mostatech", "mostatech"},
@@ -200,7 +199,7 @@ TEST(Fixtures, GeneratedFramesOfEveryListedDeviceDecode) {
       {"stim300_a7", "stim300"},         {"stim300_f4", "stim300"},
       {"stim300_f7", "stim300"}};
   int decoded = 0;
-  for (const auto& [name, bytes] : hex_frames("synthetic/spec_frames.hex")) {
+  for (const auto& [name, bytes] : hex_frames("spec_frames.hex")) {
     const auto known = description_by_frame.find(name);
     if (known == description_by_frame.end()) continue;  // fog60_7: its checksum rule is not known
     EXPECT_EQ(values_of(test::shipped(known->second), bytes)["length"], static_cast<double>(bytes.size())) << name;
@@ -210,9 +209,8 @@ TEST(Fixtures, GeneratedFramesOfEveryListedDeviceDecode) {
 }
 
 TEST(Fixtures, FizoptikaHalvesAreJoinedOnlyWhenAdjacent) {
-  PRISM_NEEDS_SHARED("frames/synthetic/spec_frames.hex");
   Bytes stream;
-  for (const auto& [name, bytes] : hex_frames("synthetic/spec_frames.hex")) {
+  for (const auto& [name, bytes] : hex_frames("spec_frames.hex")) {
     if (name == "fizoptika") stream.insert(stream.end(), bytes.begin(), bytes.end());
   }
   ASSERT_EQ(stream.size(), 64u);
