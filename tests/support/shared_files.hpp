@@ -31,8 +31,8 @@ inline std::string read_file(const std::filesystem::path& path) {
 
 }  // namespace prism::test
 
-/// Skips the running test if a file or directory is missing; only for data outside the source tree.
+/// Skips the running test if a file or directory of the shared data is missing; the end of the message is its group.
 #define PRISM_NEEDS(path) \
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path) << "; set PRISM_SHARED to run this test"
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path).string() << " (../shared)"
 
 #define PRISM_NEEDS_SHARED(relative) PRISM_NEEDS(prism::test::shared_dir() / (relative))

@@ -77,7 +77,7 @@ TEST(LssvmModel, BiasAndVarianceEqualTheBorderedSystem) {
 // and in any build. The inputs use no log() or sin() of a library.
 TEST(LssvmModel, EveryMachineReturnsTheSamePrediction) {
 #if !defined(__x86_64__)
-  GTEST_SKIP() << "Eigen fuses multiply and add on this processor: the standard deviation has other last bits";
+  GTEST_SKIP() << "Eigen fuses multiply and add on this processor, so the last bits differ (x86-64)";
 #endif
   std::mt19937_64 random(15);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };

@@ -239,7 +239,7 @@ TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
 }
 
 TEST(CaptureFile, ReportsAFullDiskInEveryCall) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full (Linux)";
   const auto writer = CaptureWriter::adopt(::open("/dev/full", O_WRONLY | O_CLOEXEC), "/dev/full", nullptr);
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");

@@ -68,7 +68,7 @@ simulation::SimulationCounters run(const SimOptions& options, PseudoTerminal& te
 }
 
 TEST(TerminalRun, LosesNothingWithASlowReader) {
-  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(1)); });
@@ -81,7 +81,7 @@ TEST(TerminalRun, LosesNothingWithASlowReader) {
 }
 
 TEST(TerminalRun, ContinuesForAReaderThatReturns) {
-  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters first, second;
   std::thread reader([&, device = terminal->path()] {
@@ -99,7 +99,7 @@ TEST(TerminalRun, ContinuesForAReaderThatReturns) {
 
 // 3 s of gyro time at three times real time take one second, however long a frame takes to make.
 TEST(TerminalRun, SendsOnTime) {
-  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
   std::optional<PseudoTerminal> terminal = std::move(*PseudoTerminal::open(""));
   wire::DecoderCounters read;
   std::thread reader([&, device = terminal->path()] { read = read_frames(device, milliseconds(0)); });
@@ -125,7 +125,7 @@ TEST(TerminalRun, ContinuesWithoutAReaderIfPaced) {
 }
 
 TEST(PseudoTerminal, LinksAndUnlinksItsPath) {
-  if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
   const test::TemporaryFolder folder;
   const std::string link = folder.file("gyro");
   fs::create_symlink("/dev/pts/none", link);  // left by a killed run

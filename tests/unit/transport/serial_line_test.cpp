@@ -50,7 +50,7 @@ class PseudoTerminal {
 class OpenSerialLine : public testing::Test {
  protected:
   void SetUp() override {
-    if (test::emulated()) GTEST_SKIP() << "qemu-user knows no termios2";
+    if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
   }
 };
 
