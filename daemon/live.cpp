@@ -17,6 +17,7 @@
 
 #include "base/host_time.hpp"
 #include "base/notify.hpp"
+#include "base/time_scale.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/line/live_line.hpp"
 #include "daemon/log/capture_log.hpp"
@@ -180,6 +181,7 @@ class Live {
   // Reports events of the disk thread on the live thread.
   log::SegmentPolicy segment_policy() {
     log::SegmentPolicy policy;
+    policy.notice_s = scaled_s(policy.notice_s);
     policy.tell = [this](Severity severity, const std::string& kind, const std::string& text) {
       asio::post(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
     };

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "base/host_time.hpp"
+#include "base/time_scale.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/storage_plan.hpp"
 #include "daemon/service.hpp"
@@ -34,6 +35,10 @@ void check(const pipeline::Setup& setup) {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
+  if (const auto scale = check_time_scale(); !scale) {
+    fmt::print(stderr, "prismd: {}\n", scale.error().text());
+    return kExitConfig;
+  }
   if (!options.sniff.empty()) return run_sniff(options.sniff, options.config);
   if (options.check) {
     if (const int code = check_document(options.config); code >= 0) return code;

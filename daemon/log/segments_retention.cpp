@@ -8,6 +8,7 @@
 
 #include "base/file.hpp"
 #include "base/text_number.hpp"
+#include "base/time_scale.hpp"
 #include "daemon/log/segments.hpp"
 
 namespace prism::log {
@@ -50,7 +51,7 @@ void Segments::retain() {
   measure();
   const std::int64_t now_s = policy_.uptime_s();
   if (now_s < next_look_s_) return;
-  next_look_s_ = now_s + kLookEvery_s;
+  next_look_s_ = now_s + scaled_s(kLookEvery_s);
   std::error_code error;
   if (fs::is_directory(settings_.directory, error)) number_all();
   const std::vector<Segment> segments = list();
@@ -85,7 +86,7 @@ std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments,
                       index_.age_s(oldest.file),
                       hold_on(oldest),
                       status.bytes,
-                      since_s < kMinGrowth_s ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
+                      since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
   const bool held = stored.hold && exceeds_limits(settings_, stored);
   if (hold_alarm_.set(held ? stored.hold->consumer : "") && held)
     report(

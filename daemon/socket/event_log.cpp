@@ -9,6 +9,7 @@
 
 #include "base/escape.hpp"
 #include "base/host_time.hpp"
+#include "base/time_scale.hpp"
 
 namespace prism::socket {
 
@@ -55,7 +56,7 @@ void EventLog::tell_suppressed(Clock::time_point now, const std::function<bool(c
 }
 
 void EventLog::tell_late(Clock::time_point now) {
-  tell_suppressed(now, [now](const Shown& shown) { return now - shown.at >= kQuiet; });
+  tell_suppressed(now, [now](const Shown& shown) { return now - shown.at >= scaled(kQuiet); });
 }
 
 void EventLog::add(Severity severity, const std::string& kind, const std::string& text, std::int64_t time_ns,
@@ -65,7 +66,7 @@ void EventLog::add(Severity severity, const std::string& kind, const std::string
   Event event{time_ns, severity, kind, text, 0, {}};
   if (known != shown_.end()) {
     event.repeats = known->second.last.repeats;
-    if (now - known->second.at < kQuiet) {
+    if (now - known->second.at < scaled(kQuiet)) {
       ++event.repeats;
       known->second.last = std::move(event);
       known->second.since = now;

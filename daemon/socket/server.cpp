@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/time_scale.hpp"
 #include "base/unix_socket.hpp"
 #include "daemon/awaiting.hpp"
 
@@ -117,6 +118,7 @@ std::string Server::admit(const Client& client) {
   const auto most = static_cast<std::size_t>(settings_.max_clients);
   const auto& all = publisher_.all();
   const bool privileged = client.privileged();
+  const auto idle_limit = scaled(kIdle);
   std::size_t open = 0, same_user = 0;
   Client *idlest = nullptr, *idlest_of_user = nullptr, *youngest_stranger = nullptr;
   const auto idler = [](Client* other, Client* than) { return than == nullptr || other->idle() > than->idle(); };
@@ -125,8 +127,8 @@ std::string Server::admit(const Client& client) {
     ++open;
     const bool same = other->user() == client.user();
     same_user += same;
-    if (other->idle() >= kIdle && idler(other.get(), idlest)) idlest = other.get();
-    if (same && other->idle() >= kIdle && idler(other.get(), idlest_of_user)) idlest_of_user = other.get();
+    if (other->idle() >= idle_limit && idler(other.get(), idlest)) idlest = other.get();
+    if (same && other->idle() >= idle_limit && idler(other.get(), idlest_of_user)) idlest_of_user = other.get();
     if (!other->privileged()) youngest_stranger = other.get();
   }
   const bool too_many_of_user = !privileged && same_user >= std::max<std::size_t>(most * 3 / 4, 1);

@@ -6,6 +6,7 @@ set -euo pipefail
 PATH=$PRISM_BIN/daemon:$PRISM_BIN/tools/prismctl:$PRISM_BIN/tools/prismsim:$PATH
 dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-test.XXXXXX")
 export PRISM_SOCKET=$dir/gyro.sock
+export PRISM_TIME_SCALE=10  # programs divide their own waits by this (base/time_scale.hpp); a test may set another value
 children=()
 undo=()  # at_exit COMMAND: adds a cleanup command. A trap of the test would lose the exit code.
 at_exit() { undo+=("$1"); }
@@ -25,11 +26,12 @@ trap cleanup EXIT
 fail() { echo "FAILED: $*" >&2; exit 1; }
 skip() { echo "skipped: $*"; exit 77; }
 
-# wait_for SECONDS COMMAND...: repeats the command until it succeeds; the test fails after SECONDS.
+# wait_for SECONDS COMMAND...: repeats the command until it succeeds. SECONDS is enough on an idle machine; the test fails a minute
+# later, so that no test fails because a machine is slow.
 wait_for() {
-  local deadline=$(($(date +%s%N) + $1 * 1000000000)); shift
+  local deadline=$((SECONDS + $1 + 60)); shift
   until "$@" >/dev/null 2>&1; do
-    [ "$(date +%s%N)" -lt "$deadline" ] || fail "timed out: $*"
+    [ "$SECONDS" -lt "$deadline" ] || fail "timed out: $*"
     sleep 0.02
   done
 }

@@ -17,6 +17,7 @@
 #include "base/hex_bytes.hpp"
 #include "base/outside_text.hpp"
 #include "base/result.hpp"
+#include "base/time_scale.hpp"
 #include "config/socket_path.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
@@ -174,6 +175,7 @@ int send(Choice choice, const SendSettings& settings) {
 }  // namespace
 
 int run(int argc, char** argv) {
+  if (const auto scale = check_time_scale(); !scale) return fail(scale.error());
   CLI::App app("prismctl: shows the state and data of running prismd instances");
   Choice choice;
   int code = kDone;

@@ -17,6 +17,7 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
 #include "tools/client/connection.hpp"
 #include "tools/prismctl/output.hpp"
 #include "tools/prismctl/words.hpp"
@@ -172,7 +173,7 @@ class Follower {
 
   void pause(const Error& error) {
     if (fault_.set_state(error.text())) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
-    std::this_thread::sleep_for(std::chrono::seconds(1));
+    std::this_thread::sleep_for(scaled(std::chrono::seconds(1)));
   }
 
   std::string socket_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/json_member.hpp"
+#include "base/time_scale.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -94,7 +95,7 @@ void DatabaseLoop::on_error(const Error& error) {
   commit_timer_.cancel();
   commit_scheduled_ = false;
   for_each_log([](LogTailer& log) { log.discarded(); });
-  retry_timer_.expires_after(retry_delay_);
+  retry_timer_.expires_after(scaled(retry_delay_));
   retry_delay_ = std::min(retry_delay_ * 2, std::chrono::milliseconds(kLongestRetry));
   retry_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) connect();
@@ -220,7 +221,7 @@ void DatabaseLoop::once_a_second() {
       source.instance->restart("does not respond");
   }
   for_each_log([](LogTailer& log) { log.request_page(); });
-  if (traffic_.database_up && now - last_contact_ > kIdle) {
+  if (traffic_.database_up && now - last_contact_ > scaled(kIdle)) {
     last_contact_ = now;
     const auto done = database_.ping();
     if (!done) {
@@ -230,7 +231,7 @@ void DatabaseLoop::once_a_second() {
     }
   }
   if (traffic_.database_up && now - partitions_checked_ > kPartitionsEvery) keep_days();
-  second_timer_.expires_after(1s);
+  second_timer_.expires_after(scaled(1s));
   second_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) once_a_second();
   });

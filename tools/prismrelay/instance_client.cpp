@@ -7,6 +7,7 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
 #include "config/socket_path.hpp"
 
 namespace prism::prismrelay {
@@ -95,7 +96,7 @@ void InstanceClient::on_disconnected(const std::string& reason) {
 }
 
 void InstanceClient::retry_after(std::chrono::milliseconds delay) {
-  timer_.expires_after(delay);
+  timer_.expires_after(scaled(delay));
   timer_.async_wait([weak = weak_from_this()](boost::system::error_code error) {
     if (const auto self = weak.lock(); self && !error) self->try_connect();
   });

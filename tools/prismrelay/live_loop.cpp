@@ -8,6 +8,7 @@
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
+#include "base/time_scale.hpp"
 #include "tools/prismrelay/instances.hpp"
 
 namespace prism::prismrelay {
@@ -128,7 +129,7 @@ void LiveLoop::once_a_second() {
     });
   }
   ++second_;
-  second_timer_.expires_after(1s);
+  second_timer_.expires_after(scaled(1s));
   second_timer_.async_wait([this](boost::system::error_code stopped) {
     if (!stopped) once_a_second();
   });

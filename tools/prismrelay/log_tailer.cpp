@@ -8,6 +8,7 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
+#include "base/time_scale.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -104,7 +105,7 @@ void LogTailer::on_error(const client::RequestError& error) {
 }
 
 void LogTailer::fail(const std::string& reason) {
-  retry_at_ = steady_clock::now() + kErrorDelay;
+  retry_at_ = steady_clock::now() + scaled(kErrorDelay);
   bool is_new = false;
   traffic_.state->change_log(log_, [&](LogState& state) { is_new = std::exchange(state.error, reason) != reason; });
   if (is_new) log_line(Level::kWarning, fmt::format("{} {}: {}", log_.gyro, log_.axis, reason));

@@ -10,6 +10,7 @@
 
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -54,8 +55,8 @@ void Mqtt::loop() {
     }
     if (stopping_) return;
     state_.down(kBroker, "mqtt: " + reason);
-    if (Clock::now() - begin > kLongestPause) delay = kFirstPause;
-    for (auto left = delay; left > 0ms && !stopping_; left -= 100ms) std::this_thread::sleep_for(100ms);
+    if (Clock::now() - begin > scaled(kLongestPause)) delay = kFirstPause;
+    for (auto left = scaled(delay); left > 0ms && !stopping_; left -= 100ms) std::this_thread::sleep_for(100ms);
     delay = std::min(delay * 2, kLongestPause);
   }
 }
@@ -155,7 +156,7 @@ void Mqtt::connected(int code) {
   in_flight_ = 0;
   retained_.clear();
   retained_taken_ = false;
-  retained_due_ = Clock::now() + kRetainedWait;
+  retained_due_ = Clock::now() + scaled(kRetainedWait);
   mosquitto_subscribe(client_.get(), nullptr, (base_ + kStatusTopics).c_str(), kAtLeastOnce);
   for (auto& [topic, last] : last_) last.sent = false;
   send_unsent();
@@ -178,7 +179,9 @@ void Mqtt::acknowledged() {
 }
 
 // Requires mutex_. True if the broker has not acknowledged the connection or a message for kAckTimeout.
-bool Mqtt::is_silent(Clock::time_point now) { return (!up_ || in_flight_ > 0) && now - last_ack_ > kAckTimeout; }
+bool Mqtt::is_silent(Clock::time_point now) {
+  return (!up_ || in_flight_ > 0) && now - last_ack_ > scaled(kAckTimeout);
+}
 
 // A retained GYRO/AXIS/status. Other messages, e.g. of the relay itself, are ignored.
 void Mqtt::on_message(const mosquitto_message& message) {

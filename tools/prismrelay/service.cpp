@@ -14,6 +14,7 @@
 #include "base/file.hpp"
 #include "base/json_member.hpp"
 #include "base/notify.hpp"
+#include "base/time_scale.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/prismrelay/database_loop.hpp"
 #include "tools/prismrelay/live_loop.hpp"
@@ -116,7 +117,8 @@ int run_service(const Settings& settings) {
   notify_ready("looking for gyros");
   log_line(Level::kInfo,
            fmt::format("sending the rows of {} as site {}", fmt::join(settings.instances, ", "), settings.site));
-  const timespec round{std::chrono::seconds(kRound).count(), 0};
+  const auto round_ns = std::chrono::nanoseconds(scaled(kRound)).count();
+  const timespec round{round_ns / 1'000'000'000, round_ns % 1'000'000'000};
   while (sigtimedwait(&stop_signals, nullptr, &round) < 0) {
     if (!database) state.progress(DatabaseLoop::kLoop);
     if (!live) state.progress(LiveLoop::kLoop);
@@ -133,6 +135,7 @@ int run_service(const Settings& settings) {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
+  if (const auto scale = check_time_scale(); !scale) return fail(scale.error(), kExitConfig);
   if (options.schema) {
     fmt::print("{}", schema_sql());
     return kExitDone;

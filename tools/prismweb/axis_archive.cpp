@@ -7,6 +7,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/time_scale.hpp"
 #include "tools/prismweb/log_page.hpp"
 
 namespace prism::prismweb {
@@ -75,7 +76,7 @@ void AxisArchive::request_page() {
 }
 
 void AxisArchive::continue_after(std::chrono::milliseconds pause) {
-  pause_.expires_after(pause);
+  pause_.expires_after(scaled(pause));
   pause_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (!self || error) return;

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/time_scale.hpp"
 #include "config/socket_path.hpp"
 #include "tools/client/response.hpp"
 #include "tools/prismweb/awaiting.hpp"
@@ -69,7 +70,7 @@ asio::awaitable<void> InstanceProxy::run() {
         ended_at = std::chrono::steady_clock::now();
       }
     }
-    pause.expires_after(kRetry);
+    pause.expires_after(scaled(kRetry));
     co_await pause.async_wait(kUse);
   }
 }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
 #include "tools/prismweb/awaiting.hpp"
 
 namespace prism::prismweb {
@@ -68,7 +69,7 @@ asio::awaitable<void> Instances::find_instances() {
     std::vector<std::string> invalid;
     for (const client::InstanceSocket& instance : client::list_instances(wanted_, &invalid)) add(instance);
     for (const std::string& socket : invalid) ignore(socket);
-    pause.expires_after(kFindInterval);
+    pause.expires_after(scaled(kFindInterval));
     co_await pause.async_wait(kUse);
   }
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "base/time_scale.hpp"
 #include "tools/prismweb/options.hpp"
 #include "tools/prismweb/passwords.hpp"
 #include "tools/prismweb/service.hpp"
@@ -33,6 +34,7 @@ int print_hash() {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
+  if (const auto scale = check_time_scale(); !scale) return fail(kExitConfig, scale.error().text());
   if (options.hash_password) return print_hash();
   Result<SecretFiles> files = load_secret_files(options.settings);
   if (!files) return fail(kExitConfig, files.error().text());

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/time_scale.hpp"
 #include "config/version.hpp"
 #include "tools/prismweb/api.hpp"
 #include "tools/prismweb/archive.hpp"
@@ -107,7 +108,7 @@ asio::awaitable<void> WebServer::watch_disk() {
 asio::awaitable<void> WebServer::trim_memory() {
   asio::steady_timer tick(io_);
   for (;;) {
-    tick.expires_after(kTrimInterval);
+    tick.expires_after(scaled(kTrimInterval));
     co_await tick.async_wait(kUse);
     unsent_memory_->trim();
   }
