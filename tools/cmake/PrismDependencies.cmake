@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Libraries of Debian 12; tools/setup installs them.
+# Libraries of Debian 12 and 13; tools/setup installs them.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Boost 1.81 REQUIRED)
@@ -13,6 +13,9 @@ if(PRISM_WEB)
   find_package(OpenSSL 3 REQUIRED)
 endif()
 find_package(utf8cpp REQUIRED)
+if(NOT TARGET utf8cpp::utf8cpp)  # utfcpp 3, Debian 12
+  add_library(utf8cpp::utf8cpp ALIAS utf8cpp)
+endif()
 pkg_check_modules(PCAP REQUIRED IMPORTED_TARGET libpcap)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
