@@ -79,6 +79,7 @@ std::uint32_t JsonDocument::line_of(const Json& object, const std::string& key) 
 }
 
 Result<JsonDocument> parse_json_object(std::string_view text, std::string_view where) {
+  if (text.empty()) return make_error(std::string(where), "is empty, expected a JSON object");
   JsonDocument document{{}, std::string(where), {}};
   std::vector<std::set<std::string>> keys;
   std::optional<std::string> repeated;
