@@ -18,7 +18,7 @@ void expect_path(const StepwiseResult& found, const nlohmann::json& expected, co
   for (std::size_t i = 0; i < found.path.size(); ++i) {
     const StepwiseStep& step = found.path[i];
     const nlohmann::json& wanted = expected["path"][i];
-    EXPECT_EQ(step.action, wanted["action"]);
+    EXPECT_EQ(step.action, wanted["action"].get<std::string>());
     std::vector<std::string> terms;
     for (const int term : step.terms) terms.push_back(names[static_cast<std::size_t>(term)]);
     auto wanted_terms = wanted["terms"].get<std::vector<std::string>>();
@@ -26,7 +26,7 @@ void expect_path(const StepwiseResult& found, const nlohmann::json& expected, co
     std::sort(wanted_terms.begin(), wanted_terms.end());
     EXPECT_EQ(terms, wanted_terms) << "step " << i;
     if (!wanted.contains("term")) continue;
-    EXPECT_EQ(names[static_cast<std::size_t>(step.term)], wanted["term"]);
+    EXPECT_EQ(names[static_cast<std::size_t>(step.term)], wanted["term"].get<std::string>());
     EXPECT_LT(relative(step.p, wanted["p"]), 1e-7);
     EXPECT_NEAR(std::fabs(step.t), std::fabs(wanted["t"].get<double>()), 1e-9 * std::fabs(step.t) + 1e-9);
   }
