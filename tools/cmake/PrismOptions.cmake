@@ -17,6 +17,7 @@ set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: addre
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
 option(PRISM_FUZZ "Sanitizers and the libFuzzer targets (clang only)" OFF)
 option(PRISM_UNITY "Compile several files of a room at once: everything is built sooner, a change later" OFF)
+set(PRISM_UNITY_FILES 40 CACHE STRING "So many at most: 40 is fastest for a first build, 12 compiles less after a change")
 
 # Default: the build that a user would install.
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
@@ -108,7 +109,7 @@ if(PRISM_COVERAGE)
 endif()
 
 # prism_room(NAME SOURCES a.cpp ... [LINK lib ...] [WITH NAME] [FAST]): one static library (module) with the project's
-# settings. A unity build joins up to 40 files, which takes less memory than more of them, and both cores; WITH another
+# settings. A unity build joins up to PRISM_UNITY_FILES, which takes less memory than more of them, and both cores; WITH another
 # module, also files of both, if all users link both, which saves compiling shared headers twice. FAST: fewer
 # optimisation passes, two thirds of the compile time; for code that runs once (command lines, text output) or leaves long
 # loops to the kernels' library.
@@ -127,7 +128,7 @@ function(prism_room name)
   endif()
   add_library(${name} STATIC ${ROOM_SOURCES})
   target_link_libraries(${name} PUBLIC prism_settings ${ROOM_LINK})
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE 40)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${PRISM_UNITY} UNITY_BUILD_BATCH_SIZE ${PRISM_UNITY_FILES})
   if(ROOM_FAST)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
