@@ -17,7 +17,7 @@ set(PRISM_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: addre
 option(PRISM_COVERAGE "Instrument for gcov" OFF)
 option(PRISM_FUZZ "Sanitizers and the libFuzzer targets (clang only)" OFF)
 option(PRISM_UNITY "Compile several files of a room at once: everything is built sooner, a change later" OFF)
-set(PRISM_UNITY_FILES 40 CACHE STRING "So many at most: 40 is fastest for a first build, 12 compiles less after a change")
+set(PRISM_UNITY_FILES 40 CACHE STRING "Files of one unit: 40 is fastest for a first build, 12 compiles less after a change")
 
 # Default: the build that a user would install.
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)

@@ -34,8 +34,7 @@ TEST(ParseJson, ReportsFileLineAndColumnOfInvalidJson) {
   EXPECT_EQ(parse_refusal("{\n  \"a\": 1,\n  b\n}"),
             "gyro.json:3:3: not valid JSON: syntax error while parsing object key - invalid literal; last read: "
             "'1,<U+000A>  b'; expected string literal");
-  EXPECT_EQ(parse_refusal("").substr(0, 30),
-            "gyro.json:1:1: not valid JSON:");  // nlohmann's reason depends on its version
+  EXPECT_EQ(parse_refusal(""), "gyro.json: is empty, expected a JSON object");
   EXPECT_EQ(parse_refusal("{\"a\": nan}").substr(0, 30), "gyro.json:1:8: not valid JSON:");
   EXPECT_EQ(parse_refusal("{\"a\": Infinity}").substr(0, 29), "gyro.json:1:7: not valid JSON");
   EXPECT_EQ(parse_refusal("{} {}").substr(0, 29), "gyro.json:1:4: not valid JSON");

@@ -8,7 +8,8 @@
 namespace prism {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
 
 class TimeScale : public testing::Test {
  protected:
@@ -18,18 +19,18 @@ class TimeScale : public testing::Test {
 
 TEST_F(TimeScale, WaitsHaveTheirLengthWithoutTheVariable) {
   EXPECT_TRUE(check_time_scale());
-  EXPECT_EQ(scaled(10s), 10s);
+  EXPECT_EQ(scaled(seconds(10)), seconds(10));
   EXPECT_EQ(scaled_s(60), 60);
 }
 
 TEST_F(TimeScale, DividesWaits) {
   set("20");
   EXPECT_TRUE(check_time_scale());
-  EXPECT_EQ(scaled(10s), 500ms);
+  EXPECT_EQ(scaled(seconds(10)), milliseconds(500));
   EXPECT_EQ(scaled_s(60), 3);
   EXPECT_EQ(scaled_s(5), 1) << "whole seconds, at least one";
   set("2.5");
-  EXPECT_EQ(scaled(10s), 4s);
+  EXPECT_EQ(scaled(seconds(10)), seconds(4));
 }
 
 TEST_F(TimeScale, AnotherTextIsRefusedAndChangesNoWait) {
@@ -39,7 +40,7 @@ TEST_F(TimeScale, AnotherTextIsRefusedAndChangesNoWait) {
     ASSERT_FALSE(checked) << wrong;
     EXPECT_EQ(checked.error().text(),
               "PRISM_TIME_SCALE: found \"" + std::string(wrong) + "\", expected a number within 1 to 100");
-    EXPECT_EQ(scaled(10s), 10s);
+    EXPECT_EQ(scaled(seconds(10)), seconds(10));
   }
 }
 

@@ -163,7 +163,7 @@ TEST(Config, ReportsPositionFoundAndExpected) {
 
 TEST(Config, ReportsInvalidJsonWithLineAndColumn) {
   EXPECT_THAT(refusal("{\n  \"line\": {\"baud\": ,}\n}"), HasSubstr("/etc/prism/gyro1.json:2:20: not valid JSON: "));
-  EXPECT_THAT(refusal(""), HasSubstr("not valid JSON"));
+  EXPECT_THAT(refusal(""), HasSubstr("is empty, expected a JSON object"));
 }
 
 TEST(Config, RejectsALongSocketPath) {
