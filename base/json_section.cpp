@@ -104,6 +104,36 @@ void Section::allow(std::initializer_list<const char*> keys) const {
   for (const char* key : keys) look(key);
 }
 
+std::vector<std::string> Section::removed(KeyFile file, std::span<const RemovedKey> table) const {
+  std::vector<std::string> warnings;
+  for (const RemovedKey& key : table) {
+    if (key.file == file) mark_removed(*object_, pointer_, key.path, key, warnings);
+  }
+  return warnings;
+}
+
+void Section::mark_removed(const Json& value, const std::string& pointer, std::string_view path, const RemovedKey& key,
+                           std::vector<std::string>& warnings) const {
+  const std::string_view step = path.substr(0, path.find('/'));
+  if (!value.is_structured()) return;
+  for (const auto& [name, below] : value.items()) {
+    if (step != "*" && step != name) continue;
+    const std::string place = fmt::format("{}/{}", pointer, pointer_step(name));
+    if (step.size() < path.size()) {
+      mark_removed(below, place, path.substr(step.size() + 1), key, warnings);
+      continue;
+    }
+    state_->asked[&value].insert(name);
+    const std::string what =
+        fmt::format("removed in prism 0.4 (line {}); {}", state_->document->line_of(value, name), key.instead);
+    if (!key.stops) {
+      warnings.push_back(fmt::format("{}:{}: {}", state_->document->where, plain_text(place, 120), what));
+    } else if (!state_->error) {
+      state_->error = Error{fmt::format("{}:{}", state_->document->where, plain_text(place, 120)), what};
+    }
+  }
+}
+
 std::vector<std::string> Section::names(TextRule rule) const {
   std::vector<std::string> names;
   for (const auto& [name, value] : object_->items()) {

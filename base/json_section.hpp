@@ -17,6 +17,7 @@
 
 #include "base/json_document.hpp"
 #include "base/outside_text.hpp"
+#include "base/removed_keys.hpp"
 #include "base/result.hpp"
 
 namespace prism {
@@ -39,6 +40,9 @@ class Section {
   bool is_array(const std::string& key) const;
   /// Keys that are valid here although the other keys of this object make them unused.
   void allow(std::initializer_list<const char*> keys) const;
+  /// Marks the removed keys of this file as known; call it before other keys of the document are read. Returns a
+  /// warning for each key that has no effect any more, and stores an error at the first that stops the program.
+  std::vector<std::string> removed(KeyFile file, std::span<const RemovedKey> table = removed_keys()) const;
   /// For an object whose keys are names: all keys that follow the rule, in the order of the text. Other keys are
   /// errors.
   std::vector<std::string> names(TextRule rule) const;
@@ -100,6 +104,8 @@ class Section {
   Section(const Json& object, std::string pointer, std::shared_ptr<State> state);
   const Json* look(const std::string& key) const;
   const Json* take(const std::string& key, bool required) const;
+  void mark_removed(const Json& value, const std::string& pointer, std::string_view path, const RemovedKey& key,
+                    std::vector<std::string>& warnings) const;
   void reject_unknown(const Json& object, const std::string& pointer) const;
   Section below(const Json& object, const std::string& key) const;
   template <class T, class Read>

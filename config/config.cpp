@@ -155,7 +155,9 @@ Result<Config> parse_config(std::string_view text, const std::string& path) {
   if (!document) return tl::unexpected<Error>(document.error());
   Section top(*document);
   top.any("$schema");  // for editors
+  std::vector<std::string> removed = top.removed(KeyFile::kPrismd);
   Config config = read_config(top, path);
+  config.removed_keys = std::move(removed);
   if (auto rest = top.finish(); !rest) return tl::unexpected<Error>(rest.error());
   return config;
 }

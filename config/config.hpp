@@ -104,7 +104,8 @@ struct Config {
   std::optional<LogSegmentSettings> log, capture;
   SocketSettings socket;
   std::string event_level = "info";
-  std::vector<std::string> warnings;  ///< one line each: differences between the file and what prismd does
+  std::vector<std::string> removed_keys;  ///< one warning per key that has no effect any more
+  std::vector<std::string> warnings;      ///< one line each: differences between the file and what prismd does
 
   bool operator==(const Config&) const = default;
 };

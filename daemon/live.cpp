@@ -84,6 +84,7 @@ class Live {
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
+    for (const std::string& key : setup().config.removed_keys) tell_(Severity::kWarning, "removed_key", key);
     for (const std::string& note : setup().notes) tell_(Severity::kInfo, "note", note);
     report_missing_models();
     for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's line last

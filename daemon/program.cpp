@@ -22,6 +22,7 @@ void print_plan(const char* what, const std::optional<config::LogSegmentSettings
 
 void check(const pipeline::Setup& setup) {
   const config::Config& config = setup.config;
+  for (const std::string& key : config.removed_keys) fmt::print("warning: {}\n", key);
   for (const std::string& note : setup.notes) fmt::print("note: {}\n", note);
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}, unit {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz, pipeline::models_text(setup),

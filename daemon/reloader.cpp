@@ -37,6 +37,8 @@ void Reloader::begin() {
 void Reloader::finish(Result<pipeline::Setup> setup) {
   const Result<std::string> outcome = take(std::move(setup));
   if (outcome) {
+    for (const std::string& key : parts_.acquisition.setup().config.removed_keys)
+      parts_.tell(pipeline::Severity::kWarning, "removed_key", key);
     parts_.tell(pipeline::Severity::kInfo, "reloaded", "reloaded: " + *outcome);
   } else {
     parts_.tell(pipeline::Severity::kError, "reload_refused",

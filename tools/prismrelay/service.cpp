@@ -142,6 +142,7 @@ int run(int argc, char** argv) {
   }
   const auto settings = load_settings(options.config);
   if (!settings) return fail(settings.error(), kExitConfig);
+  for (const std::string& warning : settings->warnings) fmt::print(stderr, "prismrelay: warning: {}\n", warning);
   if (options.check) {
     fmt::print("{}: good: site {}, to{}{}{}\n", settings->path, settings->site,
                settings->postgresql ? " postgresql" : "", settings->mqtt ? " mqtt" : "",

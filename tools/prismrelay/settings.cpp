@@ -132,6 +132,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
   const fs::path base = fs::absolute(path).parent_path();
   Settings settings;
   settings.path = path;
+  settings.warnings = top.removed(KeyFile::kRelay);
   top.text("$schema", "");
   settings.site = top.text("site");
   check_topic_part(top, "site", settings.site);

@@ -49,6 +49,7 @@ struct Settings {
   std::optional<PostgresSettings> postgresql;
   std::optional<MqttSettings> mqtt;
   std::optional<MetricsSettings> metrics;
+  std::vector<std::string> warnings;  ///< one per key that has no effect any more
 
   bool operator==(const Settings&) const = default;
 };

@@ -35,6 +35,7 @@ int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
   if (const auto scale = check_time_scale(); !scale) return fail(kExitConfig, scale.error().text());
+  for (const std::string& warning : options.settings.warnings) fmt::print(stderr, "prismweb: warning: {}\n", warning);
   if (options.hash_password) return print_hash();
   Result<SecretFiles> files = load_secret_files(options.settings);
   if (!files) return fail(kExitConfig, files.error().text());

@@ -36,7 +36,8 @@ struct Settings {
   std::optional<TlsSettings> tls;
   std::optional<PlotJugglerSettings> plotjuggler;
   std::optional<FoxgloveSettings> foxglove;
-  std::string passwords;  ///< path of the password file; empty: none
+  std::string passwords;              ///< path of the password file; empty: none
+  std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 
 }  // namespace prism::prismweb

@@ -83,6 +83,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   std::error_code error;
   const fs::path base = fs::absolute(path, error).parent_path();
   const Section section(*document);
+  settings.warnings = section.removed(KeyFile::kWeb);
   section.any("$schema");  // for editors
   if (section.has("listen") && section.has("socket"))
     section.fail("socket", "conflicts with \"listen\"; use one of them");

@@ -181,6 +181,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
     return tl::unexpected<Error>(chosen.error());
   auto description = std::make_shared<FrameDescription>();
   const Section whole(*document);
+  description->warnings = whole.removed(KeyFile::kFrames);
   read_all(whole, choice, *description);
   if (const auto rest = whole.finish(); !rest) return tl::unexpected<Error>(rest.error());
   erase_beliefs(document->value);

@@ -45,6 +45,21 @@ TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
   EXPECT_EQ(reopened_, 0);
 }
 
+TEST_F(ReloaderTest, WarnsOfARemovedKey) {
+  const auto reloader = make([this] {
+    pipeline::Setup setup = setup_;
+    setup.config.removed_keys = {"gyro.json:/old: removed"};
+    return setup;
+  });
+  bool done = false;
+  reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
+  run_until(done);
+  const socket::Event& event = parts_->events.recent().front();
+  EXPECT_EQ(event.kind, "removed_key");
+  EXPECT_EQ(event.text, "gyro.json:/old: removed");
+  EXPECT_EQ(event.severity, pipeline::Severity::kWarning);
+}
+
 TEST_F(ReloaderTest, ARefusalLeavesEverything) {
   const auto reloader = make([]() -> Result<pipeline::Setup> { return make_error("gyro.json", "is bad"); });
   bool done = false;

@@ -117,6 +117,7 @@ Result<CampaignFile> parse_campaign(std::string_view text, const std::string& pa
   file.path = fs::absolute(path, error).lexically_normal().string();
   const fs::path base = fs::path(file.path).parent_path();
   const Section root(*document);
+  file.warnings = root.removed(KeyFile::kCampaign);
   root.allow({"$schema"});
   file.name = root.text("name", fs::path(file.path).stem().string(), TextRule::kName);
   file.asked_by = root.text("asked_by", "");

@@ -48,6 +48,7 @@ struct CampaignFile {
   bool reports = true;   ///< writes a page for each task
   std::string previous;  ///< output directory of an earlier campaign, absolute; empty: none
   std::vector<std::string> slurm_options;
+  std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 
 /// Allowed names of findings, and allowed instruction levels.

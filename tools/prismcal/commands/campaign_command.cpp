@@ -163,6 +163,7 @@ Result<int> run_engine(const CampaignChoice& choice, const campaign::CampaignFil
 Result<int> run_campaign(const CampaignChoice& choice, char** argv) {
   const auto file = campaign::load_campaign(choice.file);
   if (!file) return tl::unexpected<Error>(file.error());
+  for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
   const campaign::ResultStore store(file->folder);
   if (!choice.task.empty()) return run_one(store, choice.task, argv);
   if (choice.status) return print_status(store);

@@ -57,7 +57,8 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
   recording.add_metadata(pipeline::log_metadata(*setup, *axis));
-  recording.notes = setup->config.warnings;
+  recording.notes = setup->config.removed_keys;
+  recording.notes.insert(recording.notes.end(), setup->config.warnings.begin(), setup->config.warnings.end());
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
   SecondFeed feed(recording, leave_out, true, consumer);
