@@ -8,6 +8,9 @@ namespace prism {
 std::span<const RemovedKey> removed_keys() {
   static const std::vector<RemovedKey> kKeys{
       // {file, path, stops, instead}
+      {KeyFile::kWeb, "foxglove", false, "it has no effect; read the gyro with the Python client (clients.md)"},
+      {KeyFile::kWeb, "plotjuggler", false,
+       "it has no effect; run examples/plotjuggler.py of the Python client (clients.md)"},
   };
   return kKeys;
 }

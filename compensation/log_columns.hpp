@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The columns of the log: the one table from which the CSV, the socket's JSON, the database of prismrelay and the
-// schemas for Foxglove follow. Tests compare docs/formats.md and the Python client with it.
+// The columns of the log: the one table from which the CSV, the socket's JSON and the database of prismrelay follow.
+// Tests compare docs/formats.md and the Python client with it.
 #pragma once
 
 #include <algorithm>

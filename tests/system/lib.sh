@@ -95,7 +95,6 @@ start_web() {
 }
 # program_token [FILE]: prints the token for programs of the prismweb whose URL is in FILE (default: web.out).
 program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q' "${1:-$dir/web.out}").token"; }
-foxglove_url() { echo "$(sed 's/^http\(.*\)#token=.*/ws\1/' "$dir/web.out")foxglove?token=$(program_token)"; }
 
 # ask METHOD [PARAMS]: prints the raw response. field FILTER METHOD: prints one value of prismctl's JSON.
 ask() { printf '{"jsonrpc":"2.0","id":1,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }

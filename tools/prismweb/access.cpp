@@ -8,12 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <regex>
 
 namespace prism::prismweb {
 namespace {
-
-constexpr std::size_t kMaxOriginBytes = 300;
 
 std::string lower(std::string_view text) {
   std::string small(text);
@@ -59,11 +56,6 @@ bool HostList::allows_origin(std::string_view origin) const {
     if (origin.starts_with(scheme)) return allows_host(origin.substr(scheme.size()));
   }
   return false;
-}
-
-bool is_origin(std::string_view text) {
-  static const std::regex kForm(R"([a-z0-9+.-]+://(\[[0-9a-f:.]+\]|[a-z0-9.-]*)(:[0-9]+)?)");
-  return text.size() <= kMaxOriginBytes && std::regex_match(text.begin(), text.end(), kForm);
 }
 
 Result<bool> is_loopback(const std::string& address) {

@@ -31,9 +31,6 @@ class HostList {
   std::vector<std::string> names_;
 };
 
-/// True if the text has the form of an Origin field: SCHEME://[HOST][:PORT].
-bool is_origin(std::string_view text);
-
 /// True if only this host can reach the address. Errors: not an IP address.
 Result<bool> is_loopback(const std::string& address);
 

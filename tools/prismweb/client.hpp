@@ -14,7 +14,7 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// Output to a client. A text that begins with '{' is sent as a text message, any other as binary.
+/// Output to a client.
 class Channel {
  public:
   virtual ~Channel() = default;
@@ -37,8 +37,6 @@ class Client : public Subscriber, public std::enable_shared_from_this<Client> {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// The WebSocket is open.
-  virtual void begin() {}
   /// Handles a message. Returns a reason if the client must be disconnected.
   virtual std::optional<CloseReason> message(std::string_view text, bool is_text) = 0;
   virtual bool is_admitted() const = 0;

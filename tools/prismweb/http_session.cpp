@@ -18,7 +18,6 @@
 
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/connection.hpp"
-#include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/http_check.hpp"
 #include "tools/prismweb/unsent_memory.hpp"
 #include "tools/prismweb/web_server.hpp"
@@ -52,7 +51,7 @@ Request request_of(const Fields& fields) {
 const char* reason_of(int status) {
   if (status == 401)
     return "expected the token of the token file (Authorization: Bearer TOKEN), or a user name and password";
-  if (status == 403) return "the Origin is another site; for Foxglove, add it to \"origins\" in the configuration";
+  if (status == 403) return "the Origin is another site";
   if (status == 421) return "the Host is not a name of this server; add it to \"hosts\" in the configuration";
   if (status == 503) return "too many passwords are waiting to be checked; retry in 1 s";
   return "rejected";
@@ -135,18 +134,8 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
       answer.challenge = admission.challenge;
       answer.is_last = true;  // frees its slot until the client's next request
     } else if (upgrade && request.target == "/ws") {
-      const Upgrade own{"", admission.is_authenticated};
-      co_await run_websocket(std::move(stream), fields, server, own, connection);
+      co_await run_websocket(std::move(stream), fields, server, admission.is_authenticated, connection);
       co_return;
-    } else if (upgrade && is_foxglove(request.target)) {
-      const std::string protocol(foxglove_protocol_of(fields[http::field::sec_websocket_protocol]));
-      std::optional<Answer> why = server.foxglove_error(protocol);
-      if (!why) {
-        const Upgrade foxglove{protocol, true};
-        co_await run_websocket(std::move(stream), fields, server, foxglove, connection);
-        co_return;
-      }
-      answer = std::move(*why);
     } else if (upgrade) {
       answer = plain(404, "the WebSocket is at /ws");
     } else {

@@ -15,16 +15,6 @@ struct TlsSettings {
   std::string certificate, key;  ///< paths, PEM
 };
 
-struct PlotJugglerSettings {
-  std::string address;  ///< an IP address
-  std::uint16_t port = 9870;
-  bool samples = false;  ///< each frame, in addition to one row per second
-};
-
-struct FoxgloveSettings {
-  std::vector<std::string> origins;  ///< Origin of Foxglove's page
-};
-
 struct Settings {
   std::string address = "127.0.0.1";   ///< an IP address; empty: no TCP
   std::uint16_t port = 8467;           ///< 0: any free port
@@ -34,8 +24,6 @@ struct Settings {
   std::string page, dygraphs;          ///< directories of files
   std::string state;                   ///< directory of the stores; empty: none
   std::optional<TlsSettings> tls;
-  std::optional<PlotJugglerSettings> plotjuggler;
-  std::optional<FoxgloveSettings> foxglove;
   std::string passwords;              ///< path of the password file; empty: none
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };

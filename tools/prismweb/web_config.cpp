@@ -31,32 +31,12 @@ void read_tls(const Section& section, const fs::path& base, Settings& settings) 
   if (settings.tls->key.empty()) section.fail("key", "is missing, expected the path of a PEM file");
 }
 
-PlotJugglerSettings read_plotjuggler(const Section& section) {
-  Settings parsed;
-  const std::string to = section.text("send_to");
-  if (const auto good = parse_listen(to, parsed, "\"127.0.0.1:9870\""); !good) {
-    section.fail("send_to", good.error().what);
-  } else if (parsed.port == 0) {
-    section.fail("send_to", fmt::format("found {}, expected a port within 1 to 65535", shown(Json(to))));
-  }
-  return {parsed.address, parsed.port, section.boolean("samples", false)};
-}
-
-FoxgloveSettings read_foxglove(const Section& section) {
-  FoxgloveSettings foxglove{section.texts("origins", false)};
-  for (const std::string& origin : foxglove.origins) {
-    if (!is_origin(origin))
-      section.fail("origins", fmt::format("found {}, expected SCHEME://HOST, such as \"https://app.foxglove.dev\"",
-                                          shown(Json(origin))));
-  }
-  return foxglove;
-}
-
 }  // namespace
 
-Result<void> parse_listen(std::string_view text, Settings& settings, std::string_view example) {
-  const auto wrong = make_error(
-      "", fmt::format("found {}, expected ADDRESS:PORT, such as {}", shown(Json(std::string(text))), example));
+Result<void> parse_listen(std::string_view text, Settings& settings) {
+  const auto wrong = make_error("", fmt::format("found {}, expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
+                                                "\"[::1]:8467\"",
+                                                shown(Json(std::string(text)))));
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos) return wrong;
   std::string_view address = text.substr(0, colon);
@@ -99,8 +79,6 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   settings.dygraphs = path_of(section, "dygraphs", base, settings.dygraphs);
   settings.state = path_of(section, "state", base, settings.state);
   if (section.has("tls")) read_tls(section.object("tls"), base, settings);
-  if (section.has("plotjuggler")) settings.plotjuggler = read_plotjuggler(section.object("plotjuggler"));
-  if (section.has("foxglove")) settings.foxglove = read_foxglove(section.object("foxglove"));
   settings.passwords = path_of(section, "passwords", base, settings.passwords);
   return section.finish();
 }

@@ -10,10 +10,8 @@
 
 namespace prism::prismweb {
 
-/// Parses "127.0.0.1:8467" or "[::1]:8467". Errors: other texts, with an empty place and `example` in the text;
-/// `settings` is then unchanged.
-Result<void> parse_listen(std::string_view text, Settings& settings,
-                          std::string_view example = "\"127.0.0.1:8467\" or \"[::1]:8467\"");
+/// Parses "127.0.0.1:8467" or "[::1]:8467". Errors: other texts, with an empty place; `settings` is then unchanged.
+Result<void> parse_listen(std::string_view text, Settings& settings);
 
 /// Sets the settings that `text` contains. Relative paths start at the directory of `path`. Errors name the file and
 /// the key.

@@ -20,7 +20,6 @@
 #include "tools/prismweb/client.hpp"
 #include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/metrics_page.hpp"
-#include "tools/prismweb/plotjuggler.hpp"
 #include "tools/prismweb/static_files.hpp"
 
 namespace prism::prismweb {
@@ -63,11 +62,9 @@ WebServer::WebServer(asio::io_context& io, const Settings& settings, std::unique
       host_(host_name()),
       hosts_(settings.address, settings.hosts),
       passwords_(io, std::move(hashes)),
-      plotjuggler_(settings.plotjuggler ? std::make_unique<PlotJuggler>(io, *settings.plotjuggler) : nullptr),
       instances_(io, settings.instances) {
   instances_.on_change = [this] { send_instances(); };
   instances_.on_new = [this](InstanceProxy& proxy) {
-    if (plotjuggler_) proxy.subscribe(plotjuggler_.get(), plotjuggler_->subscribe());
     Archive& archive = *(archives_[proxy.name()] = std::make_unique<Archive>(io_, proxy, disk_, settings_.state));
     proxy.on_connect = [&archive] { archive.connected(); };
     proxy.on_notification = [&archive](const Notification& notification) { archive.notified(notification); };
@@ -118,7 +115,7 @@ asio::awaitable<Admission> WebServer::admit(const Request& request, std::shared_
   Admission admission;
   if (!hosts_.allows_host(request.host)) {
     admission.status = 421;
-  } else if (!allows_origin(request)) {
+  } else if (!hosts_.allows_origin(request.origin)) {
     admission.status = 403;
   } else if (passwords_.is_required()) {
     const AuthResult result = co_await passwords_.authenticate(request.authorization, connection);
@@ -126,24 +123,10 @@ asio::awaitable<Admission> WebServer::admit(const Request& request, std::shared_
     if (result == AuthResult::kWrong) admission = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
     if (result == AuthResult::kBusy) admission.status = 503;
   } else {
-    admission.is_authenticated = has_token(request);
-    const bool needs_token = is_api(request.target) || is_foxglove(request.target);
-    if (needs_token && !admission.is_authenticated) admission = {401, "Bearer"};
+    admission.is_authenticated = !tokens_ || tokens_->is_authenticated(request);
+    if (is_api(request.target) && !admission.is_authenticated) admission = {401, "Bearer"};
   }
   co_return admission;
-}
-
-// Foxglove's web application is another site: its configured origins are allowed, but only for /foxglove.
-bool WebServer::allows_origin(const Request& request) const {
-  if (hosts_.allows_origin(request.origin)) return true;
-  if (!settings_.foxglove || !is_foxglove(request.target)) return false;
-  const auto& origins = settings_.foxglove->origins;
-  return std::find(origins.begin(), origins.end(), request.origin) != origins.end();
-}
-
-bool WebServer::has_token(const Request& request) const {
-  if (!tokens_ || tokens_->is_authenticated(request)) return true;
-  return is_foxglove(request.target) && tokens_->is_program_token(foxglove_token_of(request.target));
 }
 
 // The printed address works once. Opening it again in a browser with a session has no effect.
@@ -159,13 +142,6 @@ Answer WebServer::begin_session(const Request& request, bool is_authenticated) {
   answer.challenge = "Bearer";
   answer.is_last = true;
   return answer;
-}
-
-std::optional<Answer> WebServer::foxglove_error(std::string_view protocol) const {
-  if (!settings_.foxglove) return plain(404, "\"foxglove\" is not in the configuration");
-  if (protocol.empty()) return plain(400, "expected the protocol foxglove.websocket.v1 or foxglove.sdk.v1");
-  if (!has_room_for_client()) return plain(503, std::string(kNoRoom));
-  return std::nullopt;
 }
 
 asio::awaitable<Answer> WebServer::answer(const Request& request, bool is_authenticated) {
@@ -190,8 +166,7 @@ std::string WebServer::greeting() const {
 bool WebServer::has_room_for_client() const { return clients_.size() < kMaxClients; }
 
 void WebServer::send_instances() {
-  const json listing = instances_.listing(), list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", listing}};
-  foxglove_topics_.update_axes(listing);
+  const json list = {{"jsonrpc", "2.0"}, {"method", "instances"}, {"params", instances_.listing()}};
   const auto text = std::make_shared<const std::string>(json_text(list));
   for (Client* client : std::set(clients_)) {
     if (clients_.contains(client)) client->instances_changed(text);

@@ -13,7 +13,6 @@
 
 #include "base/disk_thread.hpp"
 #include "tools/prismweb/access.hpp"
-#include "tools/prismweb/foxglove_protocol.hpp"
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
 #include "tools/prismweb/password_authenticator.hpp"
@@ -25,7 +24,6 @@ namespace prism::prismweb {
 
 class Archive;
 class Client;
-class PlotJuggler;
 
 class WebServer : public std::enable_shared_from_this<WebServer> {
  public:
@@ -57,12 +55,6 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   void add(Client* client) { clients_.insert(client); }
   void remove(Client* client) { clients_.erase(client); }
 
-  /// Returns an error response to an admitted upgrade of /foxglove, or nullopt. `protocol`: the negotiated one; empty:
-  /// none.
-  std::optional<Answer> foxglove_error(std::string_view protocol) const;
-  const FoxgloveTopics& foxglove_topics() const { return foxglove_topics_; }
-  const std::string& host() const { return host_; }
-
   Instances& instances() { return instances_; }
   /// Returns the archive of an instance, or null.
   Archive* archive(const std::string& instance);
@@ -73,8 +65,6 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
 
  private:
   void send_instances();
-  bool allows_origin(const Request& request) const;
-  bool has_token(const Request& request) const;
   Answer begin_session(const Request& request, bool is_authenticated);
   boost::asio::awaitable<void> watch_disk();
   boost::asio::awaitable<void> trim_memory();
@@ -86,10 +76,8 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   std::string host_;
   HostList hosts_;
   PasswordAuthenticator passwords_;
-  std::unique_ptr<PlotJuggler> plotjuggler_;  ///< must outlive the instances it subscribes to
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;
-  FoxgloveTopics foxglove_topics_;
   std::set<Client*> clients_;
   const std::shared_ptr<UnsentMemory> unsent_memory_ = std::make_shared<UnsentMemory>();
 };

@@ -13,7 +13,6 @@
 
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/connection.hpp"
-#include "tools/prismweb/foxglove_client.hpp"
 #include "tools/prismweb/send_queue.hpp"
 #include "tools/prismweb/web_server.hpp"
 #include "tools/prismweb/ws_client.hpp"
@@ -29,21 +28,15 @@ constexpr std::size_t kMaxMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kWriteTimeout{30};
 constexpr std::chrono::seconds kPausedSilence{600};  // a client that is not read cannot answer pings
 
-std::shared_ptr<Client> make_client(const Upgrade& upgrade, WebServer& server, Channel& channel) {
-  if (!upgrade.protocol.empty()) return std::make_shared<FoxgloveClient>(server, channel);
-  return std::make_shared<WsClient>(server, channel, upgrade.is_authenticated);
-}
-
 template <class Stream>
 class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
  public:
-  WsSession(Stream stream, WebServer& server, const Upgrade& upgrade, std::shared_ptr<Connection> connection)
+  WsSession(Stream stream, WebServer& server, bool is_authenticated, std::shared_ptr<Connection> connection)
       : connection_(std::move(connection)),
         ws_(std::move(stream)),
         watch_(server.io()),
         resume_(server.io(), asio::steady_timer::time_point::max()),
-        protocol_(upgrade.protocol),
-        client_(make_client(upgrade, server, *this)),
+        client_(std::make_shared<WsClient>(server, *this, is_authenticated)),
         queue_(
             server.unsent_memory(), [this] { drop(); },
             [this](const std::string& instance, std::uint64_t rows, std::uint64_t rows_total) {
@@ -55,15 +48,12 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     set_silence(kSilence);
     ws_.read_message_max(kMaxMessageBytes);
     ws_.auto_fragment(false);
-    ws_.set_option(websocket::stream_base::decorator([protocol = protocol_](websocket::response_type& response) {
-      if (!protocol.empty()) response.set(beast::http::field::sec_websocket_protocol, protocol);
-    }));
+    ws_.text(true);
     const auto [error] = co_await ws_.async_accept(request, kUse);
     if (error) co_return;
     connection_->close_websocket = [weak = this->weak_from_this()] {
       if (const auto self = weak.lock()) self->close("the password was changed or removed");
     };
-    client_->begin();
     watch(kFirstMessage);
     co_await read();
     connection_->close_websocket = nullptr;
@@ -118,7 +108,6 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     writing_ = true;
     writing_since_ = std::chrono::steady_clock::now();
     text_ = queue_.take();
-    ws_.text(text_->starts_with('{'));
     ws_.async_write(asio::buffer(*text_),
                     [self = this->shared_from_this()](const boost::system::error_code& error, std::size_t) {
                       self->writing_ = false;
@@ -161,7 +150,6 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   std::shared_ptr<Connection> connection_;
   websocket::stream<Stream> ws_;
   asio::steady_timer watch_, resume_;
-  const std::string protocol_;
   std::shared_ptr<Client> client_;
   SendQueue queue_;
   Text text_;
@@ -171,21 +159,21 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
 
 template <class Stream>
 asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, WebServer& server,
-                                  const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), server, upgrade, connection);
+                                  bool is_authenticated, std::shared_ptr<Connection> connection) {
+  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), server, is_authenticated, connection);
   co_await session->run(request);
 }
 
 }  // namespace
 
 asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
-                                    const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, server, upgrade, connection);
+                                    bool is_authenticated, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, server, is_authenticated, connection);
 }
 
 asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
-                                    const Upgrade& upgrade, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, server, upgrade, connection);
+                                    bool is_authenticated, std::shared_ptr<Connection> connection) {
+  co_await run_session(std::move(stream), request, server, is_authenticated, connection);
 }
 
 }  // namespace prism::prismweb

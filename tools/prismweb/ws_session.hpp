@@ -6,7 +6,6 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <memory>
-#include <string>
 
 #include "tools/prismweb/stream.hpp"
 
@@ -16,17 +15,12 @@ class WebServer;
 struct Connection;
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// Result of the HTTP request of a WebSocket.
-struct Upgrade {
-  std::string protocol;   ///< negotiated Foxglove protocol; empty: prismweb's own
-  bool is_authenticated;  ///< by the request; if false, the first message must contain the token
-};
-
 /// Serves the client until it disconnects, is rejected (close code 1003 for binary data, 1008 for authentication, 1013
-/// for too many clients), or does not read for 30 s.
+/// for too many clients), or does not read for 30 s. `is_authenticated`: by the request; if false, the first message
+/// must contain the token.
 boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
-                                           const Upgrade& upgrade, std::shared_ptr<Connection> connection);
+                                           bool is_authenticated, std::shared_ptr<Connection> connection);
 boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
-                                           const Upgrade& upgrade, std::shared_ptr<Connection> connection);
+                                           bool is_authenticated, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

@@ -50,23 +50,17 @@ TEST(WebConfig, ErrorsNameTheKey) {
             "\"[::1]:8467\"");
   EXPECT_EQ(error_of(R"({"listen": "127.0.0.1:65536"})"),
             "/etc/prism/web.json:/listen: found the port \"65536\", expected at most 65535");
-  EXPECT_EQ(error_of(R"({"plotjuggler": {"send_to": "127.0.0.1:0"}})"),
-            "/etc/prism/web.json:/plotjuggler/send_to: found \"127.0.0.1:0\", expected a port within 1 to 65535");
   EXPECT_NE(error_of(R"({"lisen": "127.0.0.1:80"})"), "");
   EXPECT_NE(error_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
   EXPECT_NE(error_of(R"({"tls": {"certificate": "a"}})"), "");
   EXPECT_NE(error_of(R"({"hosts": "a", "hosts": "b"})"), "");
   EXPECT_NE(error_of("[]"), "");
-  EXPECT_EQ(error_of(R"({"foxglove": {"origins": ["file://", "app.foxglove.dev"]}})"),
-            "/etc/prism/web.json:/foxglove/origins: found \"app.foxglove.dev\", expected SCHEME://HOST, such as "
-            "\"https://app.foxglove.dev\"");
 }
 
 // All keys except "socket", which excludes "listen".
 constexpr const char* kComplete =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
-  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w",
-  "plotjuggler": {"send_to": "127.0.0.1:9870", "samples": true}, "foxglove": {"origins": "https://app.foxglove.dev"}})";
+  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w"})";
 
 TEST(WebConfig, TheSchemaAgreesWithTheReader) {
   using Json = test::SchemaValidator::Json;
@@ -94,13 +88,16 @@ TEST(WebConfig, TheSchemaAgreesWithTheReader) {
   }
 }
 
-TEST(WebConfig, FoxgloveIsEnabledByItsKey) {
+TEST(WebConfig, WarnsOfRemovedKeys) {
   Settings settings;
-  ASSERT_TRUE(parse_web_config("{}", "web.json", settings));
-  EXPECT_FALSE(settings.foxglove);
-  ASSERT_TRUE(parse_web_config(R"({"foxglove": {}})", "web.json", settings));
-  ASSERT_TRUE(settings.foxglove);
-  EXPECT_TRUE(settings.foxglove->origins.empty());
+  ASSERT_TRUE(parse_web_config(R"({"foxglove": {"origins": 1},
+    "plotjuggler": {"send_to": "127.0.0.1:9870"}})",
+                               "web.json", settings));
+  EXPECT_EQ(settings.warnings,
+            (std::vector<std::string>{"web.json:/foxglove: removed in prism 0.4 (line 1); it has no effect; read the "
+                                      "gyro with the Python client (clients.md)",
+                                      "web.json:/plotjuggler: removed in prism 0.4 (line 2); it has no effect; run "
+                                      "examples/plotjuggler.py of the Python client (clients.md)"}));
 }
 
 TEST(WebConfig, RejectsInvalidAddresses) {
