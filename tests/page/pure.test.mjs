@@ -6,7 +6,7 @@ import { test } from "node:test";
 const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
 const format = await from("charts/format.js"), quality = await from("quality.js"), state = await from("state.js");
-const { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
+const { LiveRows } = await from("live_rows.js"), { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
 const { stepsOf } = await from("range.js"), { TimeView, kMax_s } = await from("time_view.js");
 
 test("an unknown number is a dash, and zero has no minus sign", () => {
@@ -230,4 +230,19 @@ test("a trace keeps ten minutes, and restarts when the device's clock does", () 
   assert.deepEqual([trace[0][0], trace.length], [400, 601]);
   state.takeWindow(gyro, second(5, 1), 1001);
   assert.equal(gyro.axes.get("z").trace.length, 1);
+});
+
+test("the first live second after a gap loads the rows again, once, at any step", () => {
+  for (const step_s of [1, 4]) {
+    let reloads = 0;
+    const rows = new LiveRows({ reloadSoon: () => reloads++, discard: () => {} }), loaded = new Steps(1);
+    for (let time_s = 1; time_s <= 100; time_s++) loaded.push({ time_s, rate_deg_per_h: 8 });
+    rows.take(loaded, 100, step_s, true);
+    rows.window({ time_s: 101 }, true);
+    assert.equal(reloads, 0);
+    const late = new LiveRows({ reloadSoon: () => reloads++, discard: () => {} });
+    late.take(loaded, 100, step_s, true);
+    for (const time_s of [110, 110, 111]) late.window({ time_s }, true);
+    assert.deepEqual([reloads, late.steps.rows.at(-1).end_s], [1, step_s === 1 ? 111 : 112]);
+  }
 });

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The view of one axis: numbers, strip charts, training domain, Allan deviation, line counters, events.
-import { makeAllan } from "./allan_view.js";
+// The view of one axis: numbers, strip charts, training domain, line counters, events.
 import { kMeans, kSpans } from "./chart_list.js";
 import { makeDomain } from "./domain.js";
 import { el, setText } from "./dom.js";
@@ -16,14 +15,14 @@ import { stepFor } from "./steps.js";
 import { Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kAnalysis_ms = 60000, kRetry_ms = 5000;
+const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kRetry_ms = 5000;
 const kReload_ms = 1500;
 const kMaxRows = 5000; // limit of `range`
 
 export class GyroView {
   /** `announce(text)` sends a text to screen readers. */
   constructor(parent, { socket, gyro, axis, announce }) {
-    Object.assign(this, { socket, gyro, axis, announce, requests: 0, drawn_ms: 0, analysed_ms: performance.now() });
+    Object.assign(this, { socket, gyro, axis, announce, requests: 0, drawn_ms: 0 });
     this.rows = new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.requests++ });
     this.current = { time_s: Date.now() / 1000, at_ms: performance.now() };
     this.view = new TimeView(3600, () => this.current.time_s + (this.current.isFixed ? 0 : (performance.now() - this.current.at_ms) / 1000), () => this.rangeChanged());
@@ -44,10 +43,10 @@ export class GyroView {
         tool("+", "zoom in", () => this.view.scale(0.5)), tool("−", "zoom out", () => this.view.scale(2)), this.now),
       el("div", { class: "group" }, this.means), el("div", { class: "group" }, ...this.files));
     const left = el("div", { class: "left" }), panel = (title, ...children) => el("section", { class: "panel" }, el("h2", {}, title), ...children);
-    const domain = el("div"), allan = el("div");
+    const domain = el("div");
     this.line = makeLinePanel();
     this.events = makeEvents((time_s) => this.lookAt(time_s));
-    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Allan deviation of the data shown", allan), panel("Line", this.line.element));
+    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Line", this.line.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
     parent.append(this.element);
     const head = el("div", { class: "strip-head" });
@@ -56,7 +55,6 @@ export class GyroView {
     head.append(this.strips.time, this.busy);
     left.append(panel("Events", this.events.element));
     this.domain = makeDomain(domain);
-    this.allan = makeAllan(allan);
     this.strips.events = this.gyro.events;
     this.observer = new ResizeObserver(() => {
       this.strips.plotArea = undefined;
@@ -141,15 +139,6 @@ export class GyroView {
     this.draw();
     const [from_s, to_s] = this.view.range(), shown = this.rows.steps.rows.filter((row) => row.time_s > from_s).length;
     this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.rows.steps.step_s)}`);
-    clearTimeout(this.analysisTimer);
-    this.analysisTimer = setTimeout(() => this.analyse(), 200);
-  }
-
-  /** Updates the Allan deviation from the finest loaded rows of the shown range. */
-  analyse() {
-    const [from_s, to_s] = this.view.range(), { step_s, hasMeans } = this.rows.fine;
-    this.analysed_ms = performance.now();
-    this.allan.update({ step_s, hasMeans, rows: this.rows.fine.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s) });
   }
 
   /** Adds a live second. */
@@ -180,7 +169,6 @@ export class GyroView {
     this.forget(to_s);
     this.rows.steps.run(this.length_s());
     this.strips.refresh(this.rows.steps.rows, this.rows.steps.step_s, share);
-    if (performance.now() - this.analysed_ms > kAnalysis_ms) this.analyse();
   }
 
   /** Averaging time of the rate chart's curves. */
@@ -274,7 +262,7 @@ export class GyroView {
   destroy() {
     this.observer.disconnect();
     this.requests++; // discards pending results
-    for (const timer of [this.moveTimer, this.reloadTimer, this.retryTimer, this.analysisTimer]) clearTimeout(timer);
+    for (const timer of [this.moveTimer, this.reloadTimer, this.retryTimer]) clearTimeout(timer);
     this.strips.destroy();
     this.element.remove();
   }

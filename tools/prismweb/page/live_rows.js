@@ -7,12 +7,12 @@ const kMaxBack_s = 2.5, kMaxRecent = 120, kMaxStep_s = 1.5; // a longer step to 
 export class LiveRows {
   /** `hooks`: reloadSoon() if rows are missing; discard() if the result of a pending request must not be used. */
   constructor(hooks) {
-    Object.assign(this, { hooks, steps: new Steps(1), fine: new Steps(1), recent: [], known_s: -Infinity });
+    Object.assign(this, { hooks, steps: new Steps(1), recent: [], known_s: -Infinity });
   }
 
   /** Takes the result of a request, which ends at `known_s`. The charts have steps of `step_s`. */
   take(steps, known_s, step_s, isLive) {
-    Object.assign(this, { fine: steps, known_s, steps: steps.step_s < step_s ? steps.coarser(step_s) : steps });
+    Object.assign(this, { known_s, steps: steps.step_s < step_s ? steps.coarser(step_s) : steps });
     if (isLive) this.follow();
   }
 
@@ -24,21 +24,16 @@ export class LiveRows {
     this.recent.push(row);
     if (this.recent.length > kMaxRecent) this.recent.shift();
     if (!isLive || row.time_s <= this.known_s) return true;
-    this.reloadAfterGap(row.time_s, this.fine.step_s === 1 ? this.fine.rows.at(-1)?.end_s ?? -Infinity : last_s);
-    if (!this.push(row)) this.hooks.reloadSoon();
+    this.reloadAfterGap(row.time_s, this.steps.step_s === 1 ? this.steps.rows.at(-1)?.end_s ?? -Infinity : Math.max(last_s, this.known_s));
+    if (!this.steps.push(row)) this.hooks.reloadSoon();
     return true;
-  }
-
-  push(row) {
-    if (this.fine !== this.steps) this.fine.push(row);
-    return this.steps.push(row);
   }
 
   /** Adds the live seconds after the result. Rows missing between them may be available now. */
   follow() {
     const after = this.recent.filter((row) => row.time_s > this.known_s);
     if (after.length > 0) this.reloadAfterGap(after[0].time_s, this.known_s);
-    for (const row of after) this.push(row);
+    for (const row of after) this.steps.push(row);
   }
 
   /** Reloads once for each row after a gap, because the data may also have the gap. */
@@ -52,15 +47,13 @@ export class LiveRows {
   restart(isLive) {
     Object.assign(this, { recent: [], known_s: -Infinity, gap_end_s: undefined });
     if (!isLive) return;
-    const isFine = this.fine === this.steps;
     this.steps = new Steps(this.steps.step_s);
-    this.fine = isFine ? this.steps : new Steps(this.fine.step_s);
     this.hooks.discard();
     this.hooks.reloadSoon();
   }
 
   /** Removes rows that end before `time_s`. */
   forget(time_s) {
-    for (const steps of new Set([this.steps, this.fine])) steps.forget(time_s - steps.step_s);
+    this.steps.forget(time_s - this.steps.step_s);
   }
 }
