@@ -32,11 +32,12 @@ same "another site" "$(curl -s -o /dev/null -w '%{http_code}' -X POST -H 'Origin
 same "the address" "$(opens first "$once")" 204
 contains "its cookie" "$(tr -d '\r' <head)" "; Path=/; HttpOnly; SameSite=Strict; Max-Age=2592000"
 contains "its cookie" "$(cat head)" "Set-Cookie: prism-$port="
+same "the cookie, used as the token" "$(program "$(awk -v name="prism-$port" '$6 == name {print $7}' first)")" 401
 same "the address again in the same browser" "$(opens first "$once")" 204
 same "the address in a second browser" "$(opens second "$once")" 401
-same "the second browser, without a session" "$(browser second /api/instances)" 401
-same "the first browser, with a session" "$(browser first /api/instances)" 200
-same "/metrics with a session" "$(browser first /metrics)" 200
+same "the second browser, without a cookie" "$(browser second /api/instances)" 401
+same "the first browser, with its cookie" "$(browser first /api/instances)" 200
+same "/metrics with a cookie" "$(browser first /metrics)" 200
 
 # A browser also sends the cookie with requests of pages on other ports of this host.
 cookie="Cookie: prism-$port=$(awk -v name="prism-$port" '$6 == name {print $7}' first)"
@@ -67,7 +68,7 @@ same "a wrong token in addition to the cookie" "$(hello "$origin" wrong)" 1008
 same "the token of the address in the WebSocket" "$("$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" "$once" hello)" "closed 1008"
 same "the token for programs in the WebSocket" "$("$python" "$PRISM_SOURCE/tests/system/web_client.py" "ws://127.0.0.1:$port/ws" "$(program_token)" hello | jq .ready)" true
 
-# A reload prints a new address only if the last one was used; a restart always does. Sessions survive both.
+# A reload prints a new address only if the last one was used; a restart always does. Cookie and token survive both.
 kill -HUP "$web"
 addresses() { [ "$(grep -c token= web.out)" = "$1" ]; }
 wait_for 5 addresses 2
@@ -79,15 +80,14 @@ wait_for 5 reloaded 2
 same "addresses after a reload with the second one unused" "$(grep -c token= web.out)" 2
 token=$(program_token)
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
-same "mode of the sessions" "$(stat -c %a "prismweb-$port.sessions")" 600
-! grep -q "${cookie#*=}" "prismweb-$port.sessions" || fail "the session file contains the cookie itself"
 start_at "$port"
-same "the session after a restart" "$(browser first /api/instances)" 200
+same "the cookie after a restart" "$(browser first /api/instances)" 200
 same "the program's token after a restart" "$(program "$token")" 200
 same "the address from before the restart" "$(opens second "$second")" 401
 same "the new address" "$(opens second "$once")" 204
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
-rm "prismweb-$port.sessions"
+rm "prismweb-$port.token"
 start_at "$port"
-same "a session whose file was removed" "$(browser first /api/instances)" 401
+same "a cookie after the token's file was removed" "$(browser first /api/instances)" 401
+same "the program's token after its file was removed" "$(program "$token")" 401
 kill -TERM "$web"; wait "$web" || fail "exit code $?"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # prismweb with a real prismd: authentication, forwarded requests, every sample to two clients at 1000 frames/s, a client that does
-# not read, a restart of prismd, the stored minutes, TLS and passwords, Unix sockets, and a stopped instance.
+# not read, a restart of prismd, the stored minutes, Unix sockets, and a stopped instance.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
@@ -13,10 +13,18 @@ jq --arg model "$dir/script.json" '.model = $model' gyro.json >other.json && mv 
 start_sim --profile steady --hours 1
 start_prismd
 
-# A non-loopback address without TLS and passwords is rejected, and so is a host name.
-code=0; prismweb --listen 0.0.0.0:0 2>refused || code=$?
-same "exit code for a non-loopback address" "$code" 78
-contains "a non-loopback address" "$(cat refused)" '0.0.0.0: is not a loopback address; other addresses require "tls" and "passwords"'
+# A non-loopback address is rejected, and so are a host name and a configuration of 0.3 with TLS and passwords.
+refused() { code=0; prismweb "$@" --state "" --instance "$PRISM_SOCKET" >refused 2>&1 </dev/null || code=$?; echo "$code $(cat refused)"; }
+recipe='let nginx or caddy serve other hosts (page.md, "Other hosts")'
+same "a non-loopback address" "$(refused --listen 0.0.0.0:0)" "64 prismweb: --listen: found 0.0.0.0, expected a loopback address; $recipe"
+echo '{"listen": "[::]:0"}' >old.json
+same "a non-loopback address of the configuration" "$(refused --config old.json)" "78 prismweb: old.json:/listen: found ::, expected a loopback address; $recipe"
+echo '{"listen": "127.0.0.1:0", "foxglove": {}, "tls": {"certificate": "web.crt", "key": "web.key"}}' >old.json
+same "TLS" "$(refused --config old.json)" '78 prismweb: old.json:/tls: removed in prism 0.4 (line 1); let nginx or caddy have the certificate (page.md, "Other hosts")'
+echo '{"listen": "127.0.0.1:0", "passwords": "web.passwords"}' >old.json
+same "passwords" "$(refused --config old.json)" '78 prismweb: old.json:/passwords: removed in prism 0.4 (line 1); let nginx or caddy ask for the passwords (page.md, "Other hosts")'
+echo '{"listen": "127.0.0.1:0", "foxglove": {}}' >old.json
+contains "a removed key that opens no door" "$(refused --config old.json --check)" "0 prismweb: warning: old.json:/foxglove: removed in prism 0.4 (line 1); it has no effect"
 code=0; prismweb --listen lab:80 2>refused || code=$?
 same "exit code for a host name" "$code" 64
 
@@ -149,32 +157,10 @@ same "mode of the new token's file" "$(stat -c %a "prismweb-$port.token")" 600
 kill -TERM "$web"; wait "$web" || fail "exit code $?"
 [ "$(stat -c %s state/gyro/z/periods.sqlite)" -gt 4096 ] || fail "no minute was stored"
 
-# TLS and passwords protect every path and the WebSocket.
-openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -keyout web.key -out web.crt -days 90 -subj /CN=localhost 2>/dev/null
-echo "look:$(echo 'a secret' | prismweb --hash-password)" >web.passwords
-echo '{"listen": "127.0.0.1:0", "tls": {"certificate": "web.crt", "key": "web.key"}, "passwords": "web.passwords", "page": "page", "state": "tls"}' >web.json
-code=0; prismweb --config web.json --check 2>refused || code=$?
-same "passwords that others may read" "$code $(cat refused)" "78 prismweb: $dir/web.passwords: accessible to other users, expected mode 0640 or stricter"
-chmod 600 web.passwords
-prismweb --config web.json --check >/dev/null || fail "a valid configuration was rejected"
-start tls prismweb --config web.json --instance "$PRISM_SOCKET"
-wait_for 5 grep -q https: tls.out
-secure=$(cat tls.out)
-case "$secure" in *token*) fail "printed a token although passwords are configured" ;; esac
-same "no password" "$(status -k "$secure")" 401
-same "a wrong password" "$(status -k -u look:wrong "$secure")" 401
-same "a wrong name" "$(status -k -u lock:'a secret' "$secure")" 401
-same "the right password" "$(status -k -u look:'a secret' "$secure")" 200
-same "/api by password" "$(curl -sk -u look:'a secret' "${secure}api/instances" | jq -r '.[0].name')" gyro
-wss() { PRISM_BASIC=$1 "$python" "$PRISM_SOURCE/tests/system/web_client.py" "wss${secure#https}ws" '' hello; }
-same "a WebSocket by password" "$(wss 'look:a secret' | jq .ready)" true
-same "a WebSocket with a wrong password" "$(wss 'look:wrong')" "refused 401"
-same "HTTP without TLS" "$(status "http${secure#https}")" 000
-kill -TERM "$pid"; wait "$pid" || fail "exit code $?"
-
 # A Unix socket needs no token, but an allowed host.
 start unix prismweb --page page --socket "$dir/web.sock" --instance "$PRISM_SOCKET"
 wait_for 5 test -S web.sock
+same "mode of the Unix socket" "$(stat -c %a web.sock)" 660
 same "a Unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/instances | jq -r '.[0].name')" gyro
 same "another host on the Unix socket" "$(status --unix-socket web.sock http://evil.example/)" 421
 kill -TERM "$pid"; wait "$pid" || fail "exit code $?"

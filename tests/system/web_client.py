@@ -119,14 +119,15 @@ async def follow(socket, seconds, path, instance):
                 print(one["method"], what, file=file, flush=True)
 
 
-def secured():
-    """Returns the options for wss:// with a self-signed certificate and PRISM_BASIC=NAME:PASSWORD."""
+def secured(url):
+    """Returns the options for wss:// with a self-signed certificate, PRISM_BASIC=NAME:PASSWORD and the address PRISM_CONNECT."""
     code = base64.b64encode(os.environ["PRISM_BASIC"].encode()).decode()
-    return {"ssl": ssl._create_unverified_context(), "extra_headers": {"Authorization": f"Basic {code}"}}
+    headers, name = {"Authorization": f"Basic {code}"}, urllib.parse.urlsplit(url).hostname
+    return {"ssl": ssl._create_unverified_context(), "extra_headers": headers, "host": os.environ["PRISM_CONNECT"], "server_hostname": name}
 
 
 async def main(url, token, command, *words):
-    options = secured() if url.startswith("wss:") else {}
+    options = secured(url) if url.startswith("wss:") else {}
     options |= {"max_queue": 1, "read_limit": 4096, "sock": small_socket(url)} if command == "deaf" else {}
     try:
         socket, hello = await connect(url, token, **options)

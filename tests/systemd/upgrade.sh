@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Upgrades the packages of version 0.1, with its configuration, models and logs, to the new packages while the gyro runs.
-# usage: upgrade.sh OLD NEW      two directories with prism_*.deb and prism-tools_*.deb (tools/check --system)
+# Then each key of 0.3 that 0.4 removed (base/removed_keys.cpp): prismd continues with a warning, and prismweb opens no door.
+# usage: upgrade.sh OLD NEW      two directories with prism_*.deb and prism-tools_*.deb, in NEW also prism-web_*.deb (tools/check --system)
 # Exit code 0 if every check passed, 1 if one failed, 77 if no container can run here.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -13,7 +14,7 @@ trap container_down EXIT
 [ $# -eq 2 ] || { echo "upgrade.sh: found $# arguments, expected OLD NEW" >&2; exit 64; }
 obstacle=$(container_obstacle)
 [ -z "$obstacle" ] || { echo "skipped: no container can run here: $obstacle"; exit 77; }
-binds=()
+binds=(--bind-ro="$(realpath "$2/prism-web"_*.deb)":/new-web.deb)
 for age in old new; do
   for package in prism prism-tools; do
     binds+=(--bind-ro="$(realpath "$1/$package"_*.deb)":/$age-$package.deb)
@@ -72,6 +73,24 @@ eventually "the log continues in the same directory" more_rows_than $((logged + 
 eventually "the new version corrects the rate" corrects
 check "its bias is that of 0.1" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
 check "a reload loads the other model of 0.1" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
+
+# web.json MEMBERS: writes a configuration of 0.3.
+web_config() { inside sh -c 'cat >/etc/prism/web.json' <<<"{$1}"; }
+web_runs() { inside systemctl is-active prismweb.service; }
+check "prismweb's package installs" inside dpkg --install /new-web.deb
+for members in '"listen": "0.0.0.0:8467"' '"tls": {"certificate": "web.crt", "key": "web.key"}' '"passwords": "web.passwords"'; do
+  web_config "$members"
+  inside systemctl reset-failed prismweb.service
+  refuse "prismweb does not start with $members" inside systemctl start prismweb.service
+  same "its exit code with $members" "$(property ExecMainStatus prismweb.service)" 78
+  contains "its message with $members" "$(inside journalctl --unit prismweb.service --lines 5 --output cat)" 'nginx or caddy'
+done
+web_config '"foxglove": {}, "plotjuggler": {"send_to": "127.0.0.1:9870"}'
+inside systemctl reset-failed prismweb.service
+check "prismweb starts with foxglove and plotjuggler" inside systemctl start prismweb.service
+same "prismweb is active" "$(web_runs)" active
+same "its warnings" "$(inside journalctl --unit prismweb.service --output cat | grep -c 'warning: .*removed in prism 0.4')" 2
+inside systemctl stop prismweb.service
 
 inside systemctl stop "$socket" "$unit"
 check "the rows of 0.1 are unchanged" \

@@ -10,7 +10,6 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(tl-expected REQUIRED)
 find_package(CLI11 REQUIRED)
 if(PRISM_WEB)
-  find_package(OpenSSL 3 REQUIRED)
 endif()
 find_package(utf8cpp REQUIRED)
 if(NOT TARGET utf8cpp::utf8cpp)  # utfcpp 3, Debian 12

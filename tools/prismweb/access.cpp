@@ -2,11 +2,12 @@
 #include "tools/prismweb/access.hpp"
 
 #include <fmt/format.h>
-#include <openssl/crypto.h>
+#include <nettle/memops.h>
 #include <sys/random.h>
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/ip/address.hpp>
 #include <cctype>
 
 namespace prism::prismweb {
@@ -65,18 +66,10 @@ Result<bool> is_loopback(const std::string& address) {
   return ip.is_loopback();
 }
 
-std::string address_key(const boost::asio::ip::address& address) {
-  if (address.is_v4()) return address.to_string();
-  boost::asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
-  if (address.to_v6().is_v4_mapped()) return fmt::format("{}.{}.{}.{}", bytes[12], bytes[13], bytes[14], bytes[15]);
-  std::fill(bytes.begin() + 8, bytes.end(), 0);
-  return boost::asio::ip::address_v6(bytes).to_string();
-}
-
-bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host, bool is_tls) {
+bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host) {
   if (origin.empty() && sec_fetch_site.empty()) return false;
   if (!sec_fetch_site.empty() && sec_fetch_site != "same-origin" && sec_fetch_site != "none") return false;
-  return origin.empty() || lower(origin) == lower(fmt::format("{}://{}", is_tls ? "https" : "http", host));
+  return origin.empty() || lower(origin) == lower(fmt::format("http://{}", host));
 }
 
 std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name) {
@@ -100,7 +93,7 @@ std::string_view bearer_of(std::string_view authorization) {
 
 bool is_secret(std::string_view given, std::string_view secret) {
   return !secret.empty() && given.size() == secret.size() &&
-         ::CRYPTO_memcmp(given.data(), secret.data(), secret.size()) == 0;
+         ::nettle_memeql_sec(given.data(), secret.data(), secret.size()) == 1;
 }
 
 std::string make_token() {

@@ -2,7 +2,6 @@
 // Access checks: Host, Origin, token, cookie.
 #pragma once
 
-#include <boost/asio/ip/address.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,13 +33,9 @@ class HostList {
 /// True if only this host can reach the address. Errors: not an IP address.
 Result<bool> is_loopback(const std::string& address);
 
-/// Key by which limits count clients: the IPv4 address, or the /64 network of an IPv6 address, because one client may
-/// have all of it.
-std::string address_key(const boost::asio::ip::address& address);
-
 /// True if a page of this server sent the request; only then its cookie is accepted. Browsers also send the cookie with
 /// requests from pages on other ports of this host. `host`: the Host field. An empty field was not sent.
-bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host, bool is_tls);
+bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host);
 
 /// Returns the values of a cookie; several if it was set for several paths.
 std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name);

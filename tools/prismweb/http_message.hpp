@@ -15,7 +15,6 @@ struct Answer {
   std::string media_type = "text/plain; charset=utf-8";
   std::string body;
   std::string etag;
-  std::string challenge;    ///< WWW-Authenticate field of a 401
   bool is_last = false;     ///< closes the connection
   std::string cookie = {};  ///< Set-Cookie field; empty: none
 };
@@ -27,8 +26,7 @@ inline Answer plain(int status, const std::string& text) {
 /// Result of the access checks.
 struct Admission {
   int status = 0;  ///< HTTP status of the error; 0: admitted
-  std::string challenge;
-  /// The client sent a valid token, cookie or password, or none is required. The page's files are also sent without.
+  /// The client sent a valid token or cookie, or none is required. The page's files are also sent without.
   bool is_authenticated = false;
 };
 

@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -49,25 +48,22 @@ Request request_of(const Fields& fields) {
 }
 
 const char* reason_of(int status) {
-  if (status == 401)
-    return "expected the token of the token file (Authorization: Bearer TOKEN), or a user name and password";
+  if (status == 401) return "expected the token of the token file (Authorization: Bearer TOKEN)";
   if (status == 403) return "the Origin is another site";
   if (status == 421) return "the Host is not a name of this server; add it to \"hosts\" in the configuration";
-  if (status == 503) return "too many passwords are waiting to be checked; retry in 1 s";
   return "rejected";
 }
 
-http::response<http::string_body> response_of(const Fields& request, Answer answer, bool is_tls) {
+http::response<http::string_body> response_of(const Fields& request, Answer answer) {
   http::response<http::string_body> response(static_cast<http::status>(answer.status), request.version());
   response.set("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
-  if (is_tls) response.set("Strict-Transport-Security", "max-age=31536000");
   if (!answer.cookie.empty()) response.set(http::field::set_cookie, answer.cookie);
   response.set(http::field::cache_control, answer.etag.empty() ? "no-store" : "no-cache");
   if (!answer.media_type.empty()) response.set(http::field::content_type, answer.media_type);
   if (!answer.etag.empty()) response.set(http::field::etag, answer.etag);
-  if (answer.status == 401) response.set(http::field::www_authenticate, answer.challenge);
+  if (answer.status == 401) response.set(http::field::www_authenticate, "Bearer");
   if (answer.status == 503) response.set(http::field::retry_after, "1");
   response.keep_alive(request.keep_alive() && !answer.is_last);
   const std::size_t size = answer.body.size();
@@ -77,44 +73,41 @@ http::response<http::string_body> response_of(const Fields& request, Answer answ
 }
 
 // If the connection is closed with unread data, the kernel resets it and the client may lose the response.
-template <class Stream>
 asio::awaitable<void> discard_input(Stream& stream) {
-  auto& lowest = beast::get_lowest_layer(stream);
   std::vector<char> buffer(4096);
   const auto space = asio::buffer(buffer);
-  lowest.expires_after(kDiscard);
+  stream.expires_after(kDiscard);
   for (std::size_t discarded = 0; discarded < kMaxDiscardBytes;) {
-    const auto [error, size] = co_await lowest.async_read_some(space, kUse);
+    const auto [error, size] = co_await stream.async_read_some(space, kUse);
     if (error) co_return;
     discarded += size;
   }
 }
 
 // Returns false if the connection must be closed.
-template <class Stream>
 asio::awaitable<bool> send(Stream& stream, WebServer& server, Connection& connection, const Fields& request,
                            Answer& answer) {
-  constexpr bool kIsTls = std::is_same_v<Stream, TlsStream>;
-  const http::response<http::string_body> response = response_of(request, std::move(answer), kIsTls);
+  const http::response<http::string_body> response = response_of(request, std::move(answer));
   UnsentMemory::Part unsent(server.unsent_memory(), [&stream, &connection] {
     connection.fd = -1;
-    beast::get_lowest_layer(stream).close();
+    stream.close();
   });
   unsent.add(response.body().size());
-  beast::get_lowest_layer(stream).expires_after(kNextRequest);
+  stream.expires_after(kNextRequest);
   const auto [error, size] = co_await http::async_write(stream, response, kUse);
   co_return !error && response.keep_alive();
 }
 
-template <class Stream>
-asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
+}  // namespace
+
+asio::awaitable<void> serve(Stream stream, WebServer& server, std::shared_ptr<Connection> connection) {
   beast::flat_buffer buffer(kMaxHeaderBytes * 2);
   auto timeout = kRequest;
   bool is_rejected = false;
   for (;;) {
     RequestParser parser;
     set_limits(parser);
-    beast::get_lowest_layer(stream).expires_after(std::exchange(timeout, kNextRequest));
+    stream.expires_after(std::exchange(timeout, kNextRequest));
     const auto [read_error, read_bytes] = co_await http::async_read_header(stream, buffer, parser, kUse);
     std::optional<Answer> rejection = rejection_of(parser, read_error);
     if (read_error && !rejection) break;
@@ -126,12 +119,11 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
     }
     const Request request = request_of(fields);
     const bool upgrade = beast::websocket::is_upgrade(fields);
-    const Admission admission = co_await server.admit(request, connection);
+    const Admission admission = server.admit(request);
     connection->is_known = connection->is_known || admission.is_authenticated;
     Answer answer;
     if (admission.status != 0) {
       answer = plain(admission.status, reason_of(admission.status));
-      answer.challenge = admission.challenge;
       answer.is_last = true;  // frees its slot until the client's next request
     } else if (upgrade && request.target == "/ws") {
       co_await run_websocket(std::move(stream), fields, server, admission.is_authenticated, connection);
@@ -145,21 +137,8 @@ asio::awaitable<void> serve_requests(Stream stream, WebServer& server, std::shar
     if (!is_open) break;
   }
   boost::system::error_code ignored;
-  beast::get_lowest_layer(stream).socket().shutdown(asio::socket_base::shutdown_send, ignored);
+  stream.socket().shutdown(asio::socket_base::shutdown_send, ignored);
   if (is_rejected) co_await discard_input(stream);
-}
-
-}  // namespace
-
-asio::awaitable<void> serve(PlainStream stream, WebServer& server, std::shared_ptr<Connection> connection) {
-  co_await serve_requests(std::move(stream), server, connection);
-}
-
-asio::awaitable<void> serve(TlsStream stream, WebServer& server, std::shared_ptr<Connection> connection) {
-  beast::get_lowest_layer(stream).expires_after(kRequest);
-  const auto [error] = co_await stream.async_handshake(asio::ssl::stream_base::server, kUse);
-  if (error) co_return;
-  co_await serve_requests(std::move(stream), server, connection);
 }
 
 }  // namespace prism::prismweb

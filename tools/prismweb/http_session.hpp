@@ -14,8 +14,6 @@ struct Connection;
 
 /// Returns when the client disconnects, is too slow (10 s for the first request, 60 s for later ones) or sends an
 /// invalid request.
-boost::asio::awaitable<void> serve(PlainStream stream, WebServer& server, std::shared_ptr<Connection> connection);
-/// The same with TLS; the handshake may take 10 s.
-boost::asio::awaitable<void> serve(TlsStream stream, WebServer& server, std::shared_ptr<Connection> connection);
+boost::asio::awaitable<void> serve(Stream stream, WebServer& server, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

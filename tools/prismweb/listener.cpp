@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
@@ -18,10 +17,8 @@
 #include <memory>
 #include <utility>
 
-#include "tools/prismweb/access.hpp"
 #include "tools/prismweb/awaiting.hpp"
 #include "tools/prismweb/http_session.hpp"
-#include "tools/prismweb/web_server.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -38,24 +35,10 @@ Result<int> listening(int fd, const sockaddr* address, socklen_t size, const std
   return make_error(where, fmt::format("cannot listen: {}", std::strerror(error)));
 }
 
-template <class Stream>
 asio::awaitable<void> serve_one(Stream stream, WebServer& server, std::shared_ptr<ConnectionList> list,
                                 std::shared_ptr<Connection> connection) {
   const ConnectionList::Entry entry(std::move(list), connection);
   co_await serve(std::move(stream), server, connection);
-}
-
-// Returns address_key() of the client; empty for a Unix socket.
-std::string address_of(const asio::generic::stream_protocol::socket& socket) {
-  boost::system::error_code error;
-  const auto peer = socket.remote_endpoint(error);
-  asio::ip::tcp::endpoint endpoint;
-  const int family = error ? AF_UNSPEC : peer.protocol().family();
-  if (family != AF_INET && family != AF_INET6) return "";
-  endpoint = family == AF_INET ? asio::ip::tcp::endpoint(asio::ip::tcp::v4(), 0)
-                               : asio::ip::tcp::endpoint(asio::ip::tcp::v6(), 0);
-  std::memcpy(endpoint.data(), peer.data(), std::min(peer.size(), endpoint.size()));
-  return address_key(endpoint.address());
 }
 
 void ignore_exception(std::exception_ptr) {}  // of one connection; the others continue
@@ -93,7 +76,6 @@ Result<std::unique_ptr<Listener>> Listener::open_unix(asio::io_context& io, cons
 
 asio::awaitable<void> Listener::serve_all(WebServer& server) {
   asio::steady_timer pause(io_);
-  const auto has_failures = [&server](const std::string& address) { return server.has_failures(address); };
   for (;;) {
     Protocol::socket socket(io_);
     const auto [error] = co_await acceptor_.async_accept(socket, kUse);
@@ -103,7 +85,7 @@ asio::awaitable<void> Listener::serve_all(WebServer& server) {
       co_await pause.async_wait(kUse);
       continue;
     }
-    if (connections_->make_room(has_failures)) serve_socket(std::move(socket), server);
+    if (connections_->make_room()) serve_socket(std::move(socket), server);
   }
 }
 
@@ -113,14 +95,7 @@ void Listener::serve_socket(Protocol::socket socket, WebServer& server) {
   if (!is_unix_) ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   const auto connection = std::make_shared<Connection>();
   connection->fd = socket.native_handle();
-  connection->address = address_of(socket);
-  PlainStream stream(std::move(socket));
-  if (tls_) {
-    asio::co_spawn(io_, serve_one(TlsStream(std::move(stream), *tls_), server, connections_, connection),
-                   ignore_exception);
-  } else {
-    asio::co_spawn(io_, serve_one(std::move(stream), server, connections_, connection), ignore_exception);
-  }
+  asio::co_spawn(io_, serve_one(Stream(std::move(socket)), server, connections_, connection), ignore_exception);
 }
 
 }  // namespace prism::prismweb

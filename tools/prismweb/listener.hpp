@@ -6,7 +6,6 @@
 #include <boost/asio/basic_socket_acceptor.hpp>
 #include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,12 +28,9 @@ class Listener {
   /// Listens on a Unix socket of mode 0660. Replaces a stale socket that has no listener.
   static Result<std::unique_ptr<Listener>> open_unix(boost::asio::io_context& io, const std::string& path);
 
-  /// Serves clients, at most 128 at a time; with TLS if use_tls() set a context.
+  /// Serves clients, at most 128 at a time.
   boost::asio::awaitable<void> serve_all(WebServer& server);
 
-  /// Sets the TLS context for new connections; null: no TLS.
-  void use_tls(std::shared_ptr<boost::asio::ssl::context> tls) { tls_ = std::move(tls); }
-  ConnectionList& connections() { return *connections_; }
   std::uint16_t port() const { return port_; }
 
  private:
@@ -47,7 +43,6 @@ class Listener {
   const bool is_unix_;
   const OwnSocketFile own_;
   std::uint16_t port_ = 0;
-  std::shared_ptr<boost::asio::ssl::context> tls_;
   /// Shared, because coroutines left in the io_context at program exit outlive the listener.
   std::shared_ptr<ConnectionList> connections_ = std::make_shared<ConnectionList>();
 };

@@ -10,8 +10,7 @@ namespace prism::prismweb {
 
 struct Options {
   Settings settings;
-  bool check = false;          ///< check the configuration and exit
-  bool hash_password = false;  ///< read a password, print its hash and exit
+  bool check = false;  ///< check the configuration and exit
 };
 
 /// Parses argv; prints help, version, and errors of usage and configuration. Returns an exit code if the program must

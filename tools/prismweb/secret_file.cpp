@@ -25,15 +25,6 @@ bool is_private(int fd) {
 
 }  // namespace
 
-Result<std::string> read_secret_file(const std::string& path) {
-  const auto file = open_input(path);
-  if (!file) return tl::unexpected<Error>(file.error());
-  struct stat found {};
-  if (::fstat(file->get(), &found) != 0 || (found.st_mode & 007) != 0)
-    return make_error(path, "accessible to other users, expected mode 0640 or stricter");
-  return read_text(*file, path);  // the same file whose mode was checked
-}
-
 std::optional<std::string> read_private_file(const std::string& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY));
   if (file.get() < 0 || !is_private(file.get())) return std::nullopt;

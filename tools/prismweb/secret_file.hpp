@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files with secrets: rejected if other users can access them, written with access for this user only.
+// Files with secrets, with access for this user only.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,6 @@
 #include "base/result.hpp"
 
 namespace prism::prismweb {
-
-/// Reads a file of secrets from the administrator (passwords, TLS key). Errors: as read_text_file(); users other than
-/// owner and group may access it.
-Result<std::string> read_secret_file(const std::string& path);
 
 /// Reads at most 64 KiB of a file that write_private_file() wrote. Returns nullopt unless it is a regular file of this
 /// user with mode 0600 and without further hard links.

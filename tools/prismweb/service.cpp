@@ -42,52 +42,35 @@ asio::awaitable<void> feed_watchdog(asio::io_context& io) {
 
 }  // namespace
 
-Result<SecretFiles> load_secret_files(const Settings& settings) {
-  SecretFiles files;
-  if (settings.tls) {
-    auto tls = load_tls(*settings.tls);
-    if (!tls) return tl::unexpected<Error>(tls.error());
-    files.tls = std::move(*tls);
-    if (!files.tls.warning.empty()) fmt::print(stderr, "prismweb: warning: {}\n", files.tls.warning);
-  }
-  if (!settings.passwords.empty()) {
-    auto passwords = load_passwords(settings.passwords);
-    if (!passwords) return tl::unexpected<Error>(passwords.error());
-    files.passwords = std::move(*passwords);
-  }
-  return files;
-}
-
 Service::Service(const Settings& settings) : settings_(settings) {}
 
 Service::~Service() = default;
 
-Result<void> Service::open(SecretFiles files) {
+Result<void> Service::open() {
   auto listener = listen(io_, settings_);
   if (!listener) return tl::unexpected<Error>(listener.error());
   listener_ = std::move(*listener);
-  listener_->use_tls(files.tls.context);
   std::unique_ptr<TokenAccess> tokens;
-  if (settings_.unix_socket.empty() && settings_.passwords.empty()) {
-    auto opened = TokenAccess::open(listener_->port(), settings_.tls.has_value());
+  if (settings_.unix_socket.empty()) {
+    auto opened = TokenAccess::open(listener_->port());
     if (!opened) return tl::unexpected<Error>(opened.error());
     tokens = std::move(*opened);
   }
-  server_ = std::make_shared<WebServer>(io_, settings_, std::move(tokens), std::move(files.passwords));
+  server_ = std::make_shared<WebServer>(io_, settings_, std::move(tokens));
   return {};
 }
 
-int Service::run(SecretFiles files) {
+int Service::run() {
   // Returns freed responses to the system: by default, glibc raises both thresholds after large ones.
   mallopt(M_MMAP_THRESHOLD, 64 << 10);
   mallopt(M_TRIM_THRESHOLD, 1 << 20);
-  if (const auto opened = open(std::move(files)); !opened) {
+  if (const auto opened = open(); !opened) {
     fmt::print(stderr, "prismweb: {}\n", opened.error().text());
     return kExitFailed;
   }
   asio::signal_set signals(io_, SIGINT, SIGTERM);
   signals.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
-  asio::co_spawn(io_, reload_on_hangup(), asio::detached);
+  asio::co_spawn(io_, handle_hangup(), asio::detached);
   server_->start();
   asio::co_spawn(io_, listener_->serve_all(*server_), asio::detached);
   asio::co_spawn(io_, feed_watchdog(io_), asio::detached);
@@ -104,7 +87,7 @@ int Service::run(SecretFiles files) {
 }
 
 // The kernel also sends SIGHUP when the terminal of a foreground prismweb is closed; then prismweb stops.
-asio::awaitable<void> Service::reload_on_hangup() {
+asio::awaitable<void> Service::handle_hangup() {
   asio::signal_set hangups(io_, SIGHUP);
   const bool had_terminal = ::isatty(STDIN_FILENO) == 1;
   for (;;) {
@@ -117,15 +100,8 @@ asio::awaitable<void> Service::reload_on_hangup() {
 
 void Service::reload() {
   notify_reloading();
-  auto files = load_secret_files(settings_);
-  if (files) {
-    listener_->use_tls(std::move(files->tls.context));
-    listener_->connections().close_users(server_->replace_passwords(std::move(files->passwords)));
-    fmt::print(stderr, "prismweb: reloaded\n");
-  } else {
-    fmt::print(stderr, "prismweb: not reloaded, the old files remain in use: {}\n", files.error().text());
-  }
   if (server_->tokens() != nullptr && server_->tokens()->renew_address_token()) print_address();
+  fmt::print(stderr, "prismweb: reloaded\n");
   notify_ready("serving");
 }
 
@@ -135,8 +111,7 @@ void Service::print_address() {
   } else {
     const bool v6 = settings_.address.find(':') != std::string::npos;
     const std::string token = server_->tokens() != nullptr ? "#token=" + server_->tokens()->address_token() : "";
-    fmt::print("{}://{}{}{}:{}/{}\n", settings_.tls ? "https" : "http", v6 ? "[" : "", settings_.address, v6 ? "]" : "",
-               listener_->port(), token);
+    fmt::print("http://{}{}{}:{}/{}\n", v6 ? "[" : "", settings_.address, v6 ? "]" : "", listener_->port(), token);
   }
   std::fflush(stdout);
 }

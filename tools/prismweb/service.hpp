@@ -1,30 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Runs prismweb until SIGINT or SIGTERM; SIGHUP reloads certificate, key and passwords.
+// Runs prismweb until SIGINT or SIGTERM; SIGHUP prints a new address if the last one was used.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <memory>
-#include <string>
 
 #include "base/result.hpp"
-#include "tools/prismweb/passwords.hpp"
 #include "tools/prismweb/settings.hpp"
-#include "tools/prismweb/tls.hpp"
 
 namespace prism::prismweb {
 
 class Listener;
 class WebServer;
-
-/// Contents of the certificate, key and password files.
-struct SecretFiles {
-  Tls tls;  ///< its context is null without TLS
-  PasswordHashes passwords;
-};
-
-/// Reads the files; prints a warning if the certificate is not valid or expires soon. Errors: of the first bad file.
-Result<SecretFiles> load_secret_files(const Settings& settings);
 
 class Service {
  public:
@@ -32,11 +20,11 @@ class Service {
   ~Service();
 
   /// Returns the exit code.
-  int run(SecretFiles files);
+  int run();
 
  private:
-  Result<void> open(SecretFiles files);
-  boost::asio::awaitable<void> reload_on_hangup();
+  Result<void> open();
+  boost::asio::awaitable<void> handle_hangup();
   void reload();
   void print_address();
 

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/sha256.hpp"
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/secret_file.hpp"
 
@@ -16,13 +17,15 @@ namespace {
 
 constexpr std::size_t kMinTokenLetters = 32;  // make_token() returns more
 
-std::string runtime_path(int port, std::string_view ending) {
+constexpr std::chrono::hours kCookieAge{30 * 24};
+
+std::string token_path(int port) {
   std::string directory = "/tmp";
   for (const char* name : {"XDG_RUNTIME_DIR", "RUNTIME_DIRECTORY"}) {
     const char* const value = std::getenv(name);
     if (value != nullptr && *value != '\0') directory = value;
   }
-  return fmt::format("{}/prismweb-{}.{}", directory, port, ending);
+  return fmt::format("{}/prismweb-{}.token", directory, port);
 }
 
 std::string stored_token(const std::string& path) {
@@ -34,31 +37,24 @@ std::string stored_token(const std::string& path) {
   return is_complete ? token : "";
 }
 
-std::int64_t now_s() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::seconds>(now).count();
-}
-
 }  // namespace
 
-TokenAccess::TokenAccess(int port, bool is_tls)
+TokenAccess::TokenAccess(int port, std::string program_token)
     : cookie_name_(fmt::format("prism-{}", port)),
-      sessions_path_(runtime_path(port, "sessions")),
-      is_tls_(is_tls),
-      address_token_(make_token()),
-      sessions_(SessionList::parse(read_private_file(sessions_path_).value_or(""))) {}
+      program_token_(std::move(program_token)),
+      cookie_(sha256_hex("cookie " + program_token_)),
+      address_token_(make_token()) {}
 
-Result<std::unique_ptr<TokenAccess>> TokenAccess::open(int port, bool is_tls) {
-  std::unique_ptr<TokenAccess> access(new TokenAccess(port, is_tls));
-  const std::string path = runtime_path(port, "token");
-  access->program_token_ = stored_token(path);
-  if (access->program_token_.empty()) {
-    access->program_token_ = make_token();
-    if (access->program_token_.empty()) return make_error("token", "the system returns no random numbers");
-    const auto written = write_private_file(path, access->program_token_ + "\n");
+Result<std::unique_ptr<TokenAccess>> TokenAccess::open(int port) {
+  const std::string path = token_path(port);
+  std::string token = stored_token(path);
+  if (token.empty()) {
+    token = make_token();
+    if (token.empty()) return make_error("token", "the system returns no random numbers");
+    const auto written = write_private_file(path, token + "\n");
     if (!written) return tl::unexpected<Error>(written.error());
   }
-  return access;
+  return std::unique_ptr<TokenAccess>(new TokenAccess(port, std::move(token)));
 }
 
 bool TokenAccess::renew_address_token() {
@@ -69,22 +65,16 @@ bool TokenAccess::renew_address_token() {
 
 bool TokenAccess::is_authenticated(const Request& request) const {
   if (is_program_token(bearer_of(request.authorization))) return true;
-  if (!is_own_page(request.origin, request.sec_fetch_site, request.host, is_tls_)) return false;
+  if (!is_own_page(request.origin, request.sec_fetch_site, request.host)) return false;
   const auto values = cookie_values(request.cookie, cookie_name_);
-  return std::any_of(values.begin(), values.end(),
-                     [&](std::string_view value) { return sessions_.contains(value, now_s()); });
+  return std::any_of(values.begin(), values.end(), [&](std::string_view value) { return is_secret(value, cookie_); });
 }
 
 std::optional<std::string> TokenAccess::begin_session(std::string_view token) {
   if (!is_secret(token, address_token_)) return std::nullopt;
-  const std::string cookie = make_token();
-  if (cookie.empty()) return std::nullopt;
   address_token_.clear();
-  sessions_.add(cookie, now_s());
-  if (const auto written = write_private_file(sessions_path_, sessions_.text()); !written)
-    fmt::print(stderr, "prismweb: {}; this session will not survive a restart\n", written.error().text());
-  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", cookie_name_, cookie,
-                     std::chrono::seconds(SessionList::kLifetime).count(), is_tls_ ? "; Secure" : "");
+  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}", cookie_name_, cookie_,
+                     std::chrono::seconds(kCookieAge).count());
 }
 
 }  // namespace prism::prismweb

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Access without passwords, on a loopback address. Programs send a token from a file that only this user can read;
-// browsers open an address with a single-use token and get a cookie.
+// Access on a loopback address. Programs send a token from a file that only this user can read; browsers open an
+// address with a single-use token and get a cookie.
 #pragma once
 
 #include <memory>
@@ -11,16 +11,15 @@
 #include "base/result.hpp"
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/http_message.hpp"
-#include "tools/prismweb/session_list.hpp"
 
 namespace prism::prismweb {
 
 class TokenAccess {
  public:
-  /// Reads `prismweb-PORT.token` and `prismweb-PORT.sessions` of a previous run from the runtime directory
-  /// ($RUNTIME_DIRECTORY of systemd, else $XDG_RUNTIME_DIR, else /tmp), so that programs and open pages continue.
-  /// Writes a new token unless a valid one exists that only this user can read. Errors: the file cannot be written.
-  static Result<std::unique_ptr<TokenAccess>> open(int port, bool is_tls);
+  /// Reads `prismweb-PORT.token` of a previous run from the runtime directory ($RUNTIME_DIRECTORY of systemd, else
+  /// $XDG_RUNTIME_DIR, else /tmp), so that programs and open pages continue. Writes a new token unless a valid one
+  /// exists that only this user can read. Errors: the file cannot be written.
+  static Result<std::unique_ptr<TokenAccess>> open(int port);
 
   /// True for the token in the file, for programs. Printed addresses never contain it.
   bool is_program_token(std::string_view given) const { return is_secret(given, program_token_); }
@@ -30,21 +29,18 @@ class TokenAccess {
   /// Makes a new address token if the last one was used; else returns false.
   bool renew_address_token();
 
-  /// True if the request has the program token (Authorization: Bearer), or a page of this server sent it with a session
+  /// True if the request has the program token (Authorization: Bearer), or a page of this server sent it with the
   /// cookie.
   bool is_authenticated(const Request& request) const;
 
-  /// Begins a session with the token of the printed address. Returns its Set-Cookie field; nullopt if the token is
-  /// wrong or was used.
+  /// Takes the token of the printed address. Returns the Set-Cookie field; nullopt if the token is wrong or was used.
   std::optional<std::string> begin_session(std::string_view token);
 
  private:
-  TokenAccess(int port, bool is_tls);
+  TokenAccess(int port, std::string program_token);
 
-  std::string cookie_name_, sessions_path_;
-  bool is_tls_;
-  std::string program_token_, address_token_;
-  SessionList sessions_;
+  /// The cookie's value is a hash of the program token: it is valid as long as that, and does not reveal it.
+  std::string cookie_name_, program_token_, cookie_, address_token_;
 };
 
 }  // namespace prism::prismweb

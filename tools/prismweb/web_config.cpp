@@ -25,12 +25,6 @@ void read_listen(const Section& section, Settings& settings) {
   if (const auto parsed = parse_listen(listen, settings); !parsed) section.fail("listen", parsed.error().what);
 }
 
-void read_tls(const Section& section, const fs::path& base, Settings& settings) {
-  settings.tls = TlsSettings{path_of(section, "certificate", base, ""), path_of(section, "key", base, "")};
-  if (settings.tls->certificate.empty()) section.fail("certificate", "is missing, expected the path of a PEM file");
-  if (settings.tls->key.empty()) section.fail("key", "is missing, expected the path of a PEM file");
-}
-
 }  // namespace
 
 Result<void> parse_listen(std::string_view text, Settings& settings) {
@@ -44,13 +38,18 @@ Result<void> parse_listen(std::string_view text, Settings& settings) {
   if (address.starts_with('[') != address.ends_with(']')) return wrong;
   const bool bracketed = address.starts_with('[');
   if (bracketed) address = address.substr(1, address.size() - 2);
-  if (bracketed != (address.find(':') != std::string_view::npos) || !is_loopback(std::string(address))) return wrong;
+  const Result<bool> loopback = is_loopback(std::string(address));
+  if (bracketed != (address.find(':') != std::string_view::npos) || !loopback) return wrong;
   std::uint16_t number = 0;
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
   if (port.empty() || end != port.data() + port.size()) return wrong;
   if (error == std::errc::result_out_of_range)
     return make_error("", fmt::format("found the port {}, expected at most 65535", shown(Json(std::string(port)))));
   if (error != std::errc()) return wrong;
+  if (!*loopback)
+    return make_error("", fmt::format("found {}, expected a loopback address; let nginx or caddy serve other hosts "
+                                      "(page.md, \"Other hosts\")",
+                                      address));
   settings.address = address;
   settings.port = number;
   settings.unix_socket.clear();
@@ -78,8 +77,6 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   settings.page = path_of(section, "page", base, settings.page);
   settings.dygraphs = path_of(section, "dygraphs", base, settings.dygraphs);
   settings.state = path_of(section, "state", base, settings.state);
-  if (section.has("tls")) read_tls(section.object("tls"), base, settings);
-  settings.passwords = path_of(section, "passwords", base, settings.passwords);
   return section.finish();
 }
 
@@ -87,17 +84,6 @@ Result<void> load_web_config(const std::string& path, Settings& settings) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse_web_config(*text, path, settings);
-}
-
-Result<void> check_settings(const Settings& settings) {
-  if (settings.address.empty()) return {};
-  const Result<bool> loopback = is_loopback(settings.address);
-  if (!loopback) return tl::unexpected<Error>(loopback.error());
-  if (!*loopback && (!settings.tls || settings.passwords.empty()))
-    return make_error(
-        settings.address,
-        "is not a loopback address; other addresses require \"tls\" and \"passwords\" in the configuration");
-  return {};
 }
 
 }  // namespace prism::prismweb

@@ -10,15 +10,13 @@
 
 namespace prism::prismweb {
 
-/// Parses "127.0.0.1:8467" or "[::1]:8467". Errors: other texts, with an empty place; `settings` is then unchanged.
+/// Parses "127.0.0.1:8467" or "[::1]:8467". Errors: other texts and addresses that are not
+/// loopback, with an empty place; `settings` is then unchanged.
 Result<void> parse_listen(std::string_view text, Settings& settings);
 
 /// Sets the settings that `text` contains. Relative paths start at the directory of `path`. Errors name the file and
 /// the key.
 Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings);
 Result<void> load_web_config(const std::string& path, Settings& settings);
-
-/// Rejects a non-loopback address without TLS and passwords.
-Result<void> check_settings(const Settings& settings);
 
 }  // namespace prism::prismweb

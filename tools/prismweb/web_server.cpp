@@ -53,15 +53,13 @@ Answer file_answer(const Settings& settings, const Request& request) {
 
 }  // namespace
 
-WebServer::WebServer(asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens,
-                     PasswordHashes hashes)
+WebServer::WebServer(asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens)
     : io_(io),
       settings_(settings),
       disk_(0, [](const std::string& why) { fmt::print(stderr, "prismweb: disk: {}\n", why); }),
       tokens_(std::move(tokens)),
       host_(host_name()),
       hosts_(settings.address, settings.hosts),
-      passwords_(io, std::move(hashes)),
       instances_(io, settings.instances) {
   instances_.on_change = [this] { send_instances(); };
   instances_.on_new = [this](InstanceProxy& proxy) {
@@ -111,22 +109,11 @@ asio::awaitable<void> WebServer::trim_memory() {
   }
 }
 
-asio::awaitable<Admission> WebServer::admit(const Request& request, std::shared_ptr<Connection> connection) {
-  Admission admission;
-  if (!hosts_.allows_host(request.host)) {
-    admission.status = 421;
-  } else if (!hosts_.allows_origin(request.origin)) {
-    admission.status = 403;
-  } else if (passwords_.is_required()) {
-    const AuthResult result = co_await passwords_.authenticate(request.authorization, connection);
-    admission.is_authenticated = result == AuthResult::kRight;
-    if (result == AuthResult::kWrong) admission = {401, "Basic realm=\"prism\", charset=\"UTF-8\""};
-    if (result == AuthResult::kBusy) admission.status = 503;
-  } else {
-    admission.is_authenticated = !tokens_ || tokens_->is_authenticated(request);
-    if (is_api(request.target) && !admission.is_authenticated) admission = {401, "Bearer"};
-  }
-  co_return admission;
+Admission WebServer::admit(const Request& request) const {
+  if (!hosts_.allows_host(request.host)) return {421};
+  if (!hosts_.allows_origin(request.origin)) return {403};
+  const bool is_authenticated = !tokens_ || tokens_->is_authenticated(request);
+  return {is_api(request.target) && !is_authenticated ? 401 : 0, is_authenticated};
 }
 
 // The printed address works once. Opening it again in a browser with a session has no effect.
@@ -139,7 +126,6 @@ Answer WebServer::begin_session(const Request& request, bool is_authenticated) {
   if (cookie) answer.cookie = *cookie;
   if (cookie || is_authenticated) return answer;
   answer = plain(401, "this address was already used; \"systemctl reload prismweb\" prints a new one");
-  answer.challenge = "Bearer";
   answer.is_last = true;
   return answer;
 }

@@ -15,7 +15,6 @@
 #include "tools/prismweb/access.hpp"
 #include "tools/prismweb/http_message.hpp"
 #include "tools/prismweb/instances.hpp"
-#include "tools/prismweb/password_authenticator.hpp"
 #include "tools/prismweb/settings.hpp"
 #include "tools/prismweb/token_access.hpp"
 #include "tools/prismweb/unsent_memory.hpp"
@@ -27,25 +26,21 @@ class Client;
 
 class WebServer : public std::enable_shared_from_this<WebServer> {
  public:
-  /// `tokens`: null if passwords or the mode of a Unix socket control access.
-  WebServer(boost::asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens,
-            PasswordHashes hashes);
+  /// `tokens`: null if the mode of a Unix socket controls access.
+  WebServer(boost::asio::io_context& io, const Settings& settings, std::unique_ptr<TokenAccess> tokens);
   ~WebServer();
 
   void start();
 
-  /// Checks Host, Origin, and password, token or cookie. The page's files need no token; for the WebSocket, the first
-  /// message may contain it.
-  boost::asio::awaitable<Admission> admit(const Request& request, std::shared_ptr<Connection> connection);
+  /// Checks Host, Origin, and token or cookie. The page's files need no token; for the WebSocket, the first message may
+  /// contain it.
+  Admission admit(const Request& request) const;
   /// Returns the response to an admitted request.
   boost::asio::awaitable<Answer> answer(const Request& request, bool is_authenticated);
 
   /// Always true without tokens.
   bool is_program_token(std::string_view given) const { return !tokens_ || tokens_->is_program_token(given); }
   TokenAccess* tokens() { return tokens_.get(); }
-  /// Replaces the passwords; returns the users whose connections must be closed (PasswordAuthenticator::replace()).
-  std::set<std::string> replace_passwords(PasswordHashes hashes) { return passwords_.replace(std::move(hashes)); }
-  bool has_failures(const std::string& address) { return passwords_.has_failures(address); }
 
   /// The first message to an admitted WebSocket client.
   std::string greeting() const;
@@ -75,7 +70,6 @@ class WebServer : public std::enable_shared_from_this<WebServer> {
   std::unique_ptr<TokenAccess> tokens_;
   std::string host_;
   HostList hosts_;
-  PasswordAuthenticator passwords_;
   Instances instances_;
   std::map<std::string, std::unique_ptr<Archive>> archives_;
   std::set<Client*> clients_;

@@ -3,7 +3,6 @@
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <chrono>
 #include <memory>
@@ -28,8 +27,7 @@ constexpr std::size_t kMaxMessageBytes = 64 << 10;
 constexpr std::chrono::seconds kFirstMessage{10}, kSilence{30}, kWriteTimeout{30};
 constexpr std::chrono::seconds kPausedSilence{600};  // a client that is not read cannot answer pings
 
-template <class Stream>
-class WsSession final : public Channel, public std::enable_shared_from_this<WsSession<Stream>> {
+class WsSession final : public Channel, public std::enable_shared_from_this<WsSession> {
  public:
   WsSession(Stream stream, WebServer& server, bool is_authenticated, std::shared_ptr<Connection> connection)
       : connection_(std::move(connection)),
@@ -51,12 +49,8 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     ws_.text(true);
     const auto [error] = co_await ws_.async_accept(request, kUse);
     if (error) co_return;
-    connection_->close_websocket = [weak = this->weak_from_this()] {
-      if (const auto self = weak.lock()) self->close("the password was changed or removed");
-    };
     watch(kFirstMessage);
     co_await read();
-    connection_->close_websocket = nullptr;
     watch_.cancel();
     client_.reset();
     ended_ = true;
@@ -109,7 +103,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
     writing_since_ = std::chrono::steady_clock::now();
     text_ = queue_.take();
     ws_.async_write(asio::buffer(*text_),
-                    [self = this->shared_from_this()](const boost::system::error_code& error, std::size_t) {
+                    [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
                       self->writing_ = false;
                       self->text_.reset();
                       if (self->ended_) return;
@@ -123,7 +117,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   // Disconnects a client that is not admitted in time or does not read.
   void watch(std::chrono::seconds timeout) {
     watch_.expires_after(timeout);
-    watch_.async_wait([self = this->shared_from_this()](const boost::system::error_code& error) {
+    watch_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
       if (error) return;
       const bool is_stalled =
           self->writing_ && std::chrono::steady_clock::now() - self->writing_since_ >= kWriteTimeout;
@@ -136,7 +130,7 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   // Also ends read().
   void close(std::string_view why) {
     const websocket::close_reason reason(websocket::close_code::policy_error, why);
-    ws_.async_close(reason, [self = this->shared_from_this()](const boost::system::error_code&) {});
+    ws_.async_close(reason, [self = shared_from_this()](const boost::system::error_code&) {});
   }
 
   // read() then fails and ends the session.
@@ -157,23 +151,12 @@ class WsSession final : public Channel, public std::enable_shared_from_this<WsSe
   std::chrono::steady_clock::time_point writing_since_;
 };
 
-template <class Stream>
-asio::awaitable<void> run_session(Stream stream, const UpgradeRequest& request, WebServer& server,
-                                  bool is_authenticated, std::shared_ptr<Connection> connection) {
-  const auto session = std::make_shared<WsSession<Stream>>(std::move(stream), server, is_authenticated, connection);
-  co_await session->run(request);
-}
-
 }  // namespace
 
-asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
+asio::awaitable<void> run_websocket(Stream stream, const UpgradeRequest& request, WebServer& server,
                                     bool is_authenticated, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, server, is_authenticated, connection);
-}
-
-asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
-                                    bool is_authenticated, std::shared_ptr<Connection> connection) {
-  co_await run_session(std::move(stream), request, server, is_authenticated, connection);
+  const auto session = std::make_shared<WsSession>(std::move(stream), server, is_authenticated, connection);
+  co_await session->run(request);
 }
 
 }  // namespace prism::prismweb

@@ -18,9 +18,7 @@ using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_bod
 /// Serves the client until it disconnects, is rejected (close code 1003 for binary data, 1008 for authentication, 1013
 /// for too many clients), or does not read for 30 s. `is_authenticated`: by the request; if false, the first message
 /// must contain the token.
-boost::asio::awaitable<void> run_websocket(PlainStream stream, const UpgradeRequest& request, WebServer& server,
-                                           bool is_authenticated, std::shared_ptr<Connection> connection);
-boost::asio::awaitable<void> run_websocket(TlsStream stream, const UpgradeRequest& request, WebServer& server,
+boost::asio::awaitable<void> run_websocket(Stream stream, const UpgradeRequest& request, WebServer& server,
                                            bool is_authenticated, std::shared_ptr<Connection> connection);
 
 }  // namespace prism::prismweb

@@ -21,8 +21,7 @@ TEST(WebConfig, ReadsAllSettings) {
   Settings settings;
   const auto read =
       parse_web_config(R"({"listen": "[::1]:80", "hosts": ["lab.example"], "instances": ["gyro1", "/run/x.sock"],
-    "page": "page", "dygraphs": "/d", "state": "/var/lib/prismweb", "passwords": "web.passwords",
-    "tls": {"certificate": "web.crt", "key": "/k"}})",
+    "page": "page", "dygraphs": "/d", "state": "/var/lib/prismweb"})",
                        "/etc/prism/web.json", settings);
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ(settings.address, "::1");
@@ -32,9 +31,7 @@ TEST(WebConfig, ReadsAllSettings) {
   EXPECT_EQ(settings.page, "/etc/prism/page");
   EXPECT_EQ(settings.dygraphs, "/d");
   EXPECT_EQ(settings.state, "/var/lib/prismweb");
-  EXPECT_EQ(settings.passwords, "/etc/prism/web.passwords");
-  EXPECT_EQ(settings.tls->certificate, "/etc/prism/web.crt");
-  EXPECT_EQ(settings.tls->key, "/k");
+  EXPECT_TRUE(settings.warnings.empty());
 }
 
 TEST(WebConfig, AUnixSocketReplacesTheAddress) {
@@ -52,7 +49,6 @@ TEST(WebConfig, ErrorsNameTheKey) {
             "/etc/prism/web.json:/listen: found the port \"65536\", expected at most 65535");
   EXPECT_NE(error_of(R"({"lisen": "127.0.0.1:80"})"), "");
   EXPECT_NE(error_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
-  EXPECT_NE(error_of(R"({"tls": {"certificate": "a"}})"), "");
   EXPECT_NE(error_of(R"({"hosts": "a", "hosts": "b"})"), "");
   EXPECT_NE(error_of("[]"), "");
 }
@@ -60,7 +56,7 @@ TEST(WebConfig, ErrorsNameTheKey) {
 // All keys except "socket", which excludes "listen".
 constexpr const char* kComplete =
     R"({"$schema": "web.schema.json", "listen": "127.0.0.1:80", "hosts": ["a"], "instances": "gyro1",
-  "page": "p", "dygraphs": "d", "state": "s", "tls": {"certificate": "c", "key": "k"}, "passwords": "w"})";
+  "page": "p", "dygraphs": "d", "state": "s"})";
 
 TEST(WebConfig, TheSchemaAgreesWithTheReader) {
   using Json = test::SchemaValidator::Json;
@@ -109,17 +105,21 @@ TEST(WebConfig, RejectsInvalidAddresses) {
   }
 }
 
-TEST(WebConfig, NonLoopbackAddressesNeedTlsAndPasswords) {
-  Settings settings;
-  EXPECT_TRUE(check_settings(settings));
-  settings.address = "0.0.0.0";
-  EXPECT_FALSE(check_settings(settings));
-  settings.tls = TlsSettings{"a", "b"};
-  EXPECT_FALSE(check_settings(settings));
-  settings.passwords = "p";
-  EXPECT_TRUE(check_settings(settings));
-  settings.tls.reset();
-  EXPECT_FALSE(check_settings(settings));
+// A configuration of 0.3 for other hosts must not become a page without passwords.
+TEST(WebConfig, RejectsWhatWasSecuredWithTlsAndPasswords) {
+  EXPECT_EQ(
+      error_of(R"({"listen": "127.0.0.1:80", "tls": {"certificate": "c", "key": "k"}})"),
+      "/etc/prism/web.json:/tls: removed in prism 0.4 (line 1); let nginx or caddy have the certificate (page.md, "
+      "\"Other hosts\")");
+  EXPECT_EQ(error_of(R"({"passwords": "w"})"),
+            "/etc/prism/web.json:/passwords: removed in prism 0.4 (line 1); let nginx or caddy ask for the passwords "
+            "(page.md, \"Other hosts\")");
+  for (const char* address : {"0.0.0.0", "192.0.2.7", "[::]", "[2001:db8::1]"})
+    EXPECT_NE(
+        error_of(std::string(R"({"listen": ")") + address + ":80\"}")
+            .find(", expected a loopback address; let nginx or caddy serve other hosts (page.md, \"Other hosts\")"),
+        std::string::npos)
+        << address;
 }
 
 }  // namespace
