@@ -8,8 +8,11 @@
 
 namespace prism::config {
 
-/// Member "protocol" of a request. Without it, the result has the form of protocol 1.
+/// Member "protocol" of a request for a method with `of_axes`. Clients before 0.3 do not send it, and expect another
+/// form.
 inline constexpr int kProtocol = 2;
+inline constexpr std::string_view kOlderClient =
+    "expected \"protocol\": 2 in the request: this client is older than prism 0.3; upgrade it";
 
 struct SocketMethod {
   std::string_view name, help;

@@ -13,7 +13,6 @@
 #include "base/json_section.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/socket/answers.hpp"
-#include "daemon/socket/old_form.hpp"
 #include "daemon/socket/send_params.hpp"
 
 namespace prism::socket {
@@ -149,12 +148,12 @@ void Rpc::one(const std::shared_ptr<Client>& client, json request) {
   if (request.value("jsonrpc", json()) != "2.0") return invalid(id, "expected \"jsonrpc\": \"2.0\"");
   const json method = request.value("method", json());
   if (!method.is_string()) return invalid(id, "found method " + shown(method) + ", expected a text");
-  const json protocol = request.value("protocol", json(1));
+  const json protocol = request.value("protocol", json(1));  // clients before 0.3 do not send it
   if (protocol != 1 && protocol != config::kProtocol)
-    return invalid(id, fmt::format("found protocol {}, expected 1 or {}", shown(protocol), config::kProtocol));
+    return invalid(id, fmt::format("found protocol {}, expected {}", shown(protocol), config::kProtocol));
   client->asked();
   json params = request.contains("params") ? std::move(request["params"]) : json();
-  dispatch(method.get<std::string>(), {client, id, has_id, std::move(params), protocol == 1 ? 1 : config::kProtocol});
+  dispatch(method.get<std::string>(), {client, id, has_id, std::move(params), protocol == config::kProtocol});
 }
 
 void Rpc::dispatch(const std::string& name, const Call& call) {
@@ -165,18 +164,20 @@ void Rpc::dispatch(const std::string& name, const Call& call) {
       {"acknowledge", &Rpc::acknowledge}, {"send", &Rpc::send}};
   const config::SocketMethod* const method = config::find_method(name);
   if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
+  if (method != nullptr && method->of_axes && !call.has_protocol)
+    return fail(call, kInvalidRequest, std::string(config::kOlderClient));
   if (const auto own = kOwn.find(name); own != kOwn.end()) return (this->*own->second)(call);
-  if (const Answer answer = answer_of(name)) return reply(call, *method, answer(sources_));
-  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, *method, answer);
+  if (const Answer answer = answer_of(name)) return reply(call, answer(sources_));
+  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, answer);
   fail(call, kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
 }
 
-void Rpc::axis_answers(const Call& call, const config::SocketMethod& method, AxisAnswer answer) {
+void Rpc::axis_answers(const Call& call, AxisAnswer answer) {
   const auto axes = axes_of(call);
   if (!axes) return;
   ordered_json result;
   for (const std::size_t axis : *axes) result["axes"][sources_.acquisition.axis_name(axis)] = answer(sources_, axis);
-  reply(call, method, std::move(result));
+  reply(call, std::move(result));
 }
 
 std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
@@ -200,15 +201,13 @@ void Rpc::history(const Call& call) {
   if (!count) return fail_count(call, "seconds", History::kRows);
   const auto axes = axes_of(call);
   if (!axes) return;
-  const bool old = call.protocol == 1;
-  if (old && axes->size() == 1) return reply(call, sources_.publisher.history(axes->front()).json(*count));
   std::vector<TextPart> parts;
   for (const std::size_t axis : *axes) {
-    const char* const head = !parts.empty() ? "," : old ? "{" : R"({"axes":{)";
-    parts.emplace_back(head + json_text(json(sources_.acquisition.axis_name(axis))) + ":");
+    parts.emplace_back((parts.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.acquisition.axis_name(axis))) +
+                       ":");
     for (TextPart& part : sources_.publisher.history(axis).json(*count)) parts.push_back(std::move(part));
   }
-  parts.emplace_back(old ? "}" : "}}");
+  parts.emplace_back("}}");
   reply(call, std::move(parts));
 }
 
@@ -287,23 +286,18 @@ void Rpc::rows(const Call& call) {
   if (!params) return fail(call, kInvalidParams, params.error().text());
   params->query.user = call.client->user().value_or(~std::uint32_t{0});
   pipeline::RowWriter* const log = sources_.acquisition.record(axes->front()).log();
-  const bool old = call.protocol == 1;
-  const auto refuse = [this, call, old](config::SocketError code, const std::string& why) {
-    fail(call, old ? old_code(code) : code, why);
-  };
-  if (log == nullptr) return refuse(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
+  if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
   const std::string name = json_text(json(sources_.acquisition.axis_name(axes->front())));
-  const auto answer = [this, call, old, name, refuse](pipeline::RowResult page) {
-    if (!page) return refuse(code_of(page.error().why), page.error().text);
-    std::vector<TextPart> parts;
-    if (!old) parts.emplace_back(R"({"axes":{)" + name + ":");
+  const auto answer = [this, call, name](pipeline::RowResult page) {
+    if (!page) return fail(call, code_of(page.error().why), page.error().text);
+    std::vector<TextPart> parts{TextPart(R"({"axes":{)" + name + ":")};
     parts.emplace_back(std::move(page->json));
-    parts.emplace_back(old ? R"(,"axis":)" + name + "}" : "}}}");
+    parts.emplace_back("}}}");
     reply(call, std::move(parts));
   };
   RowRequests::Request request{call.client, log, params->query, params->wait_s, answer};
   if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
-    refuse(kBusy, "rows: found a pending request of this client, expected one at a time");
+    fail(call, kBusy, "rows: found a pending request of this client, expected one at a time");
 }
 
 void Rpc::subscribe(const Call& call) { change_subscription(call, true); }
@@ -386,11 +380,6 @@ void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
 
 void Rpc::reply(const Call& call, ordered_json result) {
   if (call.wants_answer) call.client->answer(rpc_result(call.id, std::move(result)));
-}
-
-void Rpc::reply(const Call& call, const config::SocketMethod& method, ordered_json result) {
-  if (!call.wants_answer) return;
-  reply(call, call.protocol == 1 ? old_form(method, std::move(result)) : std::move(result));
 }
 
 void Rpc::fail(const Call& call, int code, const std::string& message) {

@@ -64,13 +64,13 @@ class Rpc {
     nlohmann::json id;
     bool wants_answer;
     nlohmann::json params;
-    int protocol;
+    bool has_protocol;  ///< the request has "protocol": 2
   };
   void dispatch(const std::string& name, const Call& call);
   /// Returns the axes that the parameter "axis" selects (default: all). If it is invalid, sends an error and returns
   /// nullopt.
   std::optional<std::vector<std::size_t>> axes_of(const Call& call);
-  void axis_answers(const Call& call, const config::SocketMethod& method, AxisAnswer answer);
+  void axis_answers(const Call& call, AxisAnswer answer);
   void subscribe(const Call& call);
   void unsubscribe(const Call& call);
   void change_subscription(const Call& call, bool on);
@@ -81,8 +81,6 @@ class Rpc {
   void send(const Call& call);
   void acknowledge(const Call& call);
   void reply(const Call& call, nlohmann::ordered_json result);
-  /// The same for a result of protocol 2, which the call may want in the old form.
-  void reply(const Call& call, const config::SocketMethod& method, nlohmann::ordered_json result);
   void reply(const Call& call, std::vector<TextPart> result);
   void fail_count(const Call& call, const char* key, std::size_t most);
   void fail(const Call& call, int code, const std::string& message);

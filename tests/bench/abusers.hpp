@@ -19,7 +19,7 @@
 namespace prism::bench {
 
 inline std::string request(const std::string& method, const std::string& params = "{}", bool with_id = true) {
-  return std::string(R"({"jsonrpc":"2.0",)") + (with_id ? R"("id":1,)" : "") + R"("method":")" + method +
+  return std::string(R"({"jsonrpc":"2.0","protocol":2,)") + (with_id ? R"("id":1,)" : "") + R"("method":")" + method +
          R"(","params":)" + params + "}";
 }
 inline std::string hour_of_history() { return request("history", R"({"seconds":3600})"); }

@@ -46,7 +46,7 @@ class Daemon:
     def ask(self, method, params=None):
         with socket.socket(socket.AF_UNIX) as client:
             client.connect(self.socket)
-            client.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).encode() + b"\n")
+            client.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "protocol": 2, "method": method, "params": params}).encode() + b"\n")
             return json.loads(client.makefile().readline())["result"]
 
     def end(self):

@@ -15,7 +15,7 @@ def ask(s, text):
     s.sendall(text.encode() + b"\n"); data = b""
     while not data.endswith(b"\n"): data += s.recv(1 << 20)
     return data
-request = lambda i, m, p="{}": '{"jsonrpc":"2.0","id":%d,"method":"%s","params":%s}' % (i, m, p)
+request = lambda i, m, p="{}": '{"jsonrpc":"2.0","id":%d,"protocol":2,"method":"%s","params":%s}' % (i, m, p)
 answer = json.loads(ask(connect(), "[" + ",".join(request(i, "version") for i in range(101)) + "]"))
 assert "a batch of 101 requests, expected at most 100" in answer["error"]["message"], answer
 s = connect(); s.settimeout(20)

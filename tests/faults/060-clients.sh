@@ -8,7 +8,7 @@ wait_for 10 field_is .state status receiving
 sleep 8   # collects a long history
 python3 - "$PRISM_SOCKET" "$prismd" <<'END' || fail "see above"
 import socket, sys, time
-ask = b'{"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":3600}}\n'
+ask = b'{"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}}\n'
 clients = []
 for i in range(250):
     s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); s.setblocking(False); clients.append(s)

@@ -133,15 +133,26 @@ class Asker {
     rpc.request(client_, line);
     return nlohmann::json::parse(read());
   }
-  nlohmann::json result(socket::Rpc& rpc, const std::string& method, const std::string& params = "{}") {
-    return ask(rpc, R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}").at("result");
-  }
-
-  /// The same in protocol 2.
-  nlohmann::json ask_2(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params = nullptr) {
+  nlohmann::json ask(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params) {
     return ask(
         rpc,
         nlohmann::json{{"jsonrpc", "2.0"}, {"id", 1}, {"protocol", 2}, {"method", method}, {"params", params}}.dump());
+  }
+  /// The result; of a device with one axis, the members of the axis are in the result itself.
+  nlohmann::json result(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params = nullptr) {
+    nlohmann::json all = ask(rpc, method, params).at("result");
+    if (!all.is_object() || !all.contains("axes") || all["axes"].size() != 1 || !all["axes"].is_object()) return all;
+    nlohmann::json own = all["axes"].front();
+    all.erase("axes");
+    if (!own.is_object()) return own;
+    for (auto& [key, value] : own.items()) {
+      if (key == "log" && all.contains(key)) {
+        all[key].update(value);
+      } else {
+        all[key] = std::move(value);
+      }
+    }
+    return all;
   }
 
  private:

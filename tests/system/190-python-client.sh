@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The Python client with a real prismd: requests, errors, and rows across a restart and a lost connection. That of version 0.2.0, which
-# speaks protocol 1, gets the same data.
+# The Python client with a real prismd: requests, errors, and rows across a restart and a lost connection. A client of version 0.2, which
+# sends no "protocol", gets one sentence.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
 export PYTHONDONTWRITEBYTECODE=1
@@ -9,9 +9,8 @@ start_sim --profile steady --speed 10
 start_prismd
 wait_for 10 field_above '.log.rows - .log.unsynced' status 20
 
-for PYTHONPATH in "$PRISM_SOURCE/tests/support/python-client-0.2.0" "$PRISM_SOURCE/clients/python"; do
-export PYTHONPATH
-python3 - <<'END' || fail "requests: $PYTHONPATH"
+export PYTHONPATH=$PRISM_SOURCE/clients/python
+python3 - <<'END' || fail "requests"
 import prism
 with prism.Gyro() as gyro:
     assert gyro.status()["state"] == "receiving"
@@ -37,11 +36,11 @@ except prism.Gone as why:
 END
 
 # Reading the log page by page continues after the last page, from a cursor of the client or one that prismd stores by name.
-python3 - <<'END' || fail "the log: $PYTHONPATH"
-import os, time
+python3 - <<'END' || fail "the log"
+import time
 import prism
 gyro = prism.Gyro()
-name = "audit-0.2" if "0.2" in os.environ["PYTHONPATH"] else "audit"
+name = "audit"
 pages = list(gyro.log())
 seconds = [row["time_s"] for page in pages for row in page.rows]
 assert len(seconds) >= 20 and seconds == [seconds[0] + i for i in range(len(seconds))], seconds
@@ -60,7 +59,15 @@ try:
 except prism.Refused as why:
     assert why.code == -32002 and "log 00000000" in str(why), why
 END
+
+# Methods with results by axis refuse a client of 0.2; the others have the same form.
+older() { printf '{"jsonrpc":"2.0","id":1,"method":"%s"}\n' "$1" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET" | head -1 | jq -c "$2"; }
+for method in status bias stability model config history rows; do
+  same "$method for a client of 0.2" "$(older $method '[.error.code, .error.message]')" \
+    '[-32600,"expected \"protocol\": 2 in the request: this client is older than prism 0.3; upgrade it"]'
 done
+same "version for a client of 0.2" "$(older version .result.name)" '"prismd"'
+same "subscribe for a client of 0.2" "$(older subscribe .result.window)" true
 
 # No second is missing or duplicate if the connection is lost while prismd keeps running.
 python3 - <<'END' || fail "rows across a lost connection"

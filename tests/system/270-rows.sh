@@ -41,11 +41,11 @@ head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second ca
 refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
 refused "invalid cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
 refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a cursor of log 00000000"
-other='{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
+other='{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
 same "error code for a cursor of another log" "$( (echo "$other"; sleep 1) | socat -t 1 - "UNIX-CONNECT:$PRISM_SOCKET" | jq .error.code)" -32002
 refused "after the end" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
 contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME, \"header\": true}'
-contains "two requests at once" "$(printf '{"jsonrpc":"2.0","id":1,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
+contains "two requests at once" "$(printf '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"latest","wait_s":3}}\n{"jsonrpc":"2.0","id":2,"protocol":2,"method":"rows"}\n' | timeout 6 socat -t 4 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
 
 # Under a name: prismd stores the cursor across a restart.
 prismctl rows --as audit --limit 5 >named 2>/dev/null

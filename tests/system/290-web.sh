@@ -75,16 +75,20 @@ for method in reload config shutdown; do
   contains "$method" "$(client "$token" ask $method)" "no method \\\"$method\\\""
   same "/api/gyro/$method" "$(status -H "Authorization: Bearer $token" "${url}api/gyro/$method")" 404
 done
-same "a model's name" "$(client "$token" ask model | jq -r .result.name)" "<script>alert(1)</script>"
+same "a model's name" "$(client "$token" ask model | jq -r .result.axes.z.name)" "<script>alert(1)</script>"
 same "its media type" "$(curl -s -o /dev/null -w '%{content_type}' -H "Authorization: Bearer $token" "${url}api/gyro/model")" application/json
 same "a response of prismd" "$(client "$token" ask version | jq -c '[.jsonrpc, .id, .result.name, .instance]')" '["2.0","q","prismd","gyro"]'
+same "the results of /api" "$(api gyro/bias | jq -c '.axes | keys')" '["z"]'
+same "the same for a script of 0.3" "$(api 'gyro/bias?protocol=2' | jq -c '.axes | keys')" '["z"]'
+older=$(PRISM_PROTOCOL=1 client "$token" ask bias | jq -c '[.error.code, .error.message]')
+same "a client of 0.2" "$older" '[-32600,"expected \"protocol\": 2 in the request: this client is older than prism 0.3; upgrade it"]'
 contains "wrong params, rejected by prismd" "$(client "$token" ask history '{"seconds":0}')" '"code": -32602'
 # prismd closes a connection on a request that is too long, and all clients share this connection.
 contains "params that are too long" "$(client "$token" ask history "{\"seconds\":[$(seq -s, 3000)]}")" "expected at most 2000"
 same "state after params that are too long" "$(api instances | jq -r '.[0].state')" running
 contains "the name of a consumer" "$(client "$token" ask rows '{"name":"x"}')" '"code": -32602'
 contains "an unknown instance" "$(client "$token" ask status '{}' '<b>')" 'no instance \"<b>\"'
-first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.segments[0].rows | length')" = 1 ]; }  # needs one complete second
+first_row() { [ "$(client "$token" ask rows '{"limit":1}' | jq '.result.axes.z.segments[0].rows | length')" = 1 ]; }  # needs one complete second
 wait_for 10 first_row
 metrics=$(curl -s -D metrics.head -H "Authorization: Bearer $token" "${url}metrics")
 contains "/metrics" "$metrics" 'prism_up{gyro="gyro"} 1'

@@ -49,7 +49,7 @@ cat >requests.txt <<'END_REQUESTS'
 400|expected NAME=VALUE|GET /api/gyro/bias?=1 HTTP/1.1\r\n@H@A\r\n
 200|step_s|GET /api/gyro/range?axis=z&from_s=1&to_s=9e9&points=10 HTTP/1.1\r\n@H@A\r\n
 200|[|GET /api/gyro/rows?axis=z&seconds=5 HTTP/1.1\r\n@H@A\r\n
-200|[|GET /api/gyro/history?axis=z&seconds=5 HTTP/1.1\r\n@H@A\r\n
+200|{"axes":{"z":[|GET /api/gyro/history?axis=z&seconds=5 HTTP/1.1\r\n@H@A\r\n
 200|[|GET /api/gyro/events?count=1 HTTP/1.1\r\n@H@A\r\n
 404|no instance|GET /api/none/bias HTTP/1.1\r\n@H@A\r\n
 END_REQUESTS

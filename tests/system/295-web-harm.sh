@@ -32,7 +32,7 @@ async def main(url, token):
             await socket.send(ready)
             await socket.recv()
         for i in range(8):
-            await greedy.send(json.dumps({"jsonrpc": "2.0", "id": i, "instance": "gyro", "method": "history", "params": {"seconds": 3600, "axis": "xyz"[i % 3]}}))
+            await greedy.send(json.dumps({"jsonrpc": "2.0", "id": i, "protocol": 2, "instance": "gyro", "method": "history", "params": {"seconds": 3600, "axis": "xyz"[i % 3]}}))
         answers = 0
         while answers < 8:
             message = json.loads(await asyncio.wait_for(greedy.recv(), 20))

@@ -13,7 +13,7 @@ start_prismd
 web_state=$dir/state
 start_web
 api() { curl -s --max-time 20 -H "Authorization: Bearer $token" "${url}api/gyro/$1"; }
-long_enough() { [ "$(api 'history?seconds=3600' | jq length)" = 3600 ]; }
+long_enough() { [ "$(api 'history?seconds=3600' | jq '.axes.z | length')" = 3600 ]; }
 wait_for 60 long_enough
 kill -STOP "$sim"
 cat >deaf.py <<'END_DEAF'
@@ -56,7 +56,7 @@ def websocket():
 def request(number):
     method, params = [("version", {}), ("nothing", {}), ("instances", {}), ("version", {}), ("status", {}), ("range", {"seconds": 7000, "points": 5000}),
                       ("history", {"seconds": 3600}), ("rows", {"after": "earliest", "limit": 10000})][number if how == "mixed" else 0]
-    return json.dumps({"jsonrpc": "2.0", "id": 1, "instance": "gyro", "method": method, "params": params})
+    return json.dumps({"jsonrpc": "2.0", "id": 1, "protocol": 2, "instance": "gyro", "method": method, "params": params})
 
 
 begin = most = rss()

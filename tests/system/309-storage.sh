@@ -25,4 +25,3 @@ start_sim --profile steady --speed 1
 start_prismd
 contains "status" "$(prismctl status)" "30.0 days at 200 frames/s, 23.2 GiB (keep_days)"
 same "config" "$(field '.capture | "\(.keep_mib) \(.keep_days) \(.segment_mib) \(.when_full)"' config)" "null 30 64 stop"
-same "config of protocol 1" "$(ask config | jq -r .result.capture)" "$dir/capture"

@@ -148,7 +148,7 @@ class Case:
         with socket.socket(socket.AF_UNIX) as client:
             client.settimeout(5)
             client.connect(self.socket)
-            client.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method}).encode() + b"\n")
+            client.sendall(json.dumps({"jsonrpc": "2.0", "id": 1, "protocol": 2, "method": method}).encode() + b"\n")
             return json.loads(client.makefile().readline())["result"]
 
     def states(self):

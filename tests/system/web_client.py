@@ -18,6 +18,8 @@ import urllib.parse
 
 import websockets
 
+PROTOCOL = int(os.environ.get("PRISM_PROTOCOL", "2"))
+
 
 async def connect(url, token, **options):
     socket = await websockets.connect(url, max_size=None, **options)
@@ -26,7 +28,7 @@ async def connect(url, token, **options):
 
 
 async def ask(socket, method, params, instance):
-    await socket.send(json.dumps({"jsonrpc": "2.0", "id": "q", "instance": instance, "method": method, "params": params}))
+    await socket.send(json.dumps({"jsonrpc": "2.0", "id": "q", "protocol": PROTOCOL, "instance": instance, "method": method, "params": params}))
     while True:
         message = json.loads(await socket.recv())
         if message.get("id") == "q":

@@ -76,9 +76,9 @@ void AsyncConnection::close() {
   socket_.close(ignored);
 }
 
-bool AsyncConnection::call(std::string_view method, const std::string& params, Answer answer, int protocol) {
+bool AsyncConnection::call(std::string_view method, const std::string& params, Answer answer) {
   if (pending_.size() >= kMaxPending) return false;
-  pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout, protocol});
+  pending_.push_back({std::string(method), params, std::move(answer), Clock::now() + kResponseTimeout});
   send_next();
   return true;
 }
@@ -89,7 +89,7 @@ void AsyncConnection::send_next() {
   const PendingRequest& request = pending_.front();
   line_ = fmt::format(R"({{"jsonrpc":"2.0","id":{},"method":"{}","params":{},"protocol":{}}})"
                       "\n",
-                      current_id_, request.method, request.params, request.protocol);
+                      current_id_, request.method, request.params, config::kProtocol);
   writing_ = true;
   asio::async_write(socket_, asio::buffer(line_), [self = shared_from_this()](error_code error, std::size_t) {
     self->writing_ = false;

@@ -37,9 +37,9 @@ class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
   /// True from the establishment on, also after the end.
   bool was_connected() const { return connected_; }
 
-  /// Sends a request, as soon as the connection is established. `params`: JSON. `protocol`: form of the result, 1 or 2.
+  /// Sends a request, as soon as the connection is established. `params`: JSON.
   /// Returns false if 256 requests are pending.
-  bool call(std::string_view method, const std::string& params, Answer answer, int protocol = config::kProtocol);
+  bool call(std::string_view method, const std::string& params, Answer answer);
   /// Calls the callbacks of requests older than kResponseTimeout with `member` and removes these requests, except the
   /// one that was sent: the next one is sent after its response.
   void expire(std::string_view member);
@@ -55,7 +55,6 @@ class AsyncConnection : public std::enable_shared_from_this<AsyncConnection> {
     std::string method, params;
     Answer answer;  ///< null: expired
     Clock::time_point until;
-    int protocol;
   };
 
   void send_next();

@@ -48,13 +48,6 @@ json value_of(const std::string& word) {
   return value.is_number() ? value : json(word);
 }
 
-// Removes "protocol". Any other value than 2 stays, and is rejected as an unknown parameter.
-int take_protocol(json& params) {
-  if (params.value("protocol", json()) != config::kProtocol) return 1;
-  params.erase("protocol");
-  return config::kProtocol;
-}
-
 std::string error_body(const std::string& message) { return json_text({{"error", message}}) + "\n"; }
 
 int status_of(int code) {
@@ -118,7 +111,8 @@ asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   if (!call) co_return Answer{404, "application/json", error_body(call.error().text()), {}, {}};
   Result<json> params = parse_query(call->query);
   if (!params) co_return Answer{400, "application/json", error_body(params.error().text()), {}, {}};
-  const int protocol = take_protocol(*params);
+  // Scripts of 0.3 send it; any other value stays, and is rejected as an unknown parameter.
+  if (params->value("protocol", json()) == config::kProtocol) params->erase("protocol");
   auto member = std::make_shared<std::string>();
   auto done = std::make_shared<asio::steady_timer>(server.io(), asio::steady_timer::time_point::max());
   const InstanceProxy::Answer take_answer = [member, done](std::string_view text) {
@@ -129,7 +123,7 @@ asio::awaitable<Answer> api_answer(WebServer& server, std::string_view target) {
   if (archive != nullptr) {
     archive->rows(*params, take_answer);
   } else {
-    call_method(server, call->instance, call->method, *params, protocol, take_answer);
+    call_method(server, call->instance, call->method, *params, take_answer);
   }
   if (member->empty()) co_await done->async_wait(kUse);
   if (call->method == "instances" || server.instances().find(call->instance) != nullptr) co_return answer_of(*member);

@@ -147,13 +147,13 @@ void InstanceProxy::subscribe(Subscriber* subscriber, const Subscription& subscr
   send_subscription();
 }
 
-void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer, int protocol) {
+void InstanceProxy::call(std::string_view method, const nlohmann::json& params, Answer answer) {
   if (state_ != InstanceState::kRunning) return answer(error_member(kGone, name_ + " is not running"));
   const std::string text = params.is_null() ? "{}" : json_text(params);
   if (text.size() > kMaxParamsBytes)
     return answer(error_member(
         kInvalidParams, fmt::format("found params of {} bytes, expected at most {}", text.size(), kMaxParamsBytes)));
-  if (!(is_long(method) ? long_ : short_)->call(method, text, answer, protocol))
+  if (!(is_long(method) ? long_ : short_)->call(method, text, answer))
     answer(error_member(kBusy, "too many requests pending for " + name_ + "; retry later"));
 }
 

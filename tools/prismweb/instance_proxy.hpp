@@ -43,8 +43,7 @@ class InstanceProxy {
   /// Calls a method of prismd. Errors at once: prismd is not running, too many requests are pending, the params are too
   /// long. Error after 15 s: no response. Requests are sent one at a time; those with long responses (`rows`,
   /// `history`, `events`) have a connection of their own, so that they do not delay short ones.
-  /// `protocol`: form of the result, 1 or 2.
-  void call(std::string_view method, const nlohmann::json& params, Answer answer, int protocol = config::kProtocol);
+  void call(std::string_view method, const nlohmann::json& params, Answer answer);
 
   void subscribe(Subscriber* subscriber, const Subscription& subscription);
   SubscriptionTable& subscriptions() { return subscriptions_; }

@@ -78,7 +78,7 @@ std::string unknown_param(std::string_view method, const json& params, std::span
 }
 
 void call_method(WebServer& server, const std::string& instance, const std::string& method, const json& params,
-                 int protocol, const InstanceProxy::Answer& answer) {
+                 const InstanceProxy::Answer& answer) {
   const auto known =
       std::find_if(methods().begin(), methods().end(), [&](const Method& m) { return m.name == method; });
   if (known == methods().end()) return answer(error_member(kUnknownMethod, unknown_method(method)));
@@ -93,7 +93,7 @@ void call_method(WebServer& server, const std::string& instance, const std::stri
   if (proxy == nullptr) return answer(unknown_instance(instance));
   if (!params.is_null() && !params.is_object())
     return answer(error_member(kInvalidParams, "params: expected an object"));
-  proxy->call(method, params, answer, protocol);
+  proxy->call(method, params, answer);
 }
 
 std::optional<Subscription> subscription_from_params(const json& params, bool on, const Subscription& before) {

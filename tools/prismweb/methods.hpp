@@ -15,10 +15,10 @@ namespace prism::prismweb {
 
 class WebServer;
 
-/// Calls `method` of `instance` (`protocol`: form of prismd's results, 1 or 2), and `answer` with the member
-/// `"result":…` or `"error":{…}`, now or later. Does not handle subscribe and unsubscribe, which need a connection.
+/// Calls `method` of `instance`, and `answer` with the member `"result":…` or `"error":{…}`, now or later. Does not
+/// handle subscribe and unsubscribe, which need a connection.
 void call_method(WebServer& server, const std::string& instance, const std::string& method,
-                 const nlohmann::json& params, int protocol, const InstanceProxy::Answer& answer);
+                 const nlohmann::json& params, const InstanceProxy::Answer& answer);
 
 /// Returns an error text with the list of `allowed` names if `params` has another member; otherwise an empty string.
 std::string unknown_param(std::string_view method, const nlohmann::json& params,

@@ -65,9 +65,9 @@ void WsClient::request(std::string_view text) {
     if (proxy == nullptr) return answer(id_text, instance, error_member(kInvalidParams, "no such instance"));
     return subscribe(*proxy, id_text, params, method == "subscribe");
   }
-  const json protocol = request.value("protocol", json(1));
-  if (protocol != 1 && protocol != config::kProtocol)
-    return answer(id_text, instance, error_member(kInvalidRequest, "expected \"protocol\", 1 or 2"));
+  const config::SocketMethod* const known = config::find_method(method);
+  if (known != nullptr && known->of_axes && request.value("protocol", json()) != config::kProtocol)
+    return answer(id_text, instance, error_member(kInvalidRequest, std::string(config::kOlderClient)));
   if (pending_requests_ >= kMaxPendingRequests)
     return answer(id_text, instance, error_member(kBusy, "32 requests are pending; wait for a response"));
   ++pending_requests_;
@@ -77,7 +77,7 @@ void WsClient::request(std::string_view text) {
     --client->pending_requests_;
     client->answer(id_text, instance, member);
   };
-  call_method(server(), instance, method, params, protocol == 1 ? 1 : config::kProtocol, reply);
+  call_method(server(), instance, method, params, reply);
 }
 
 void WsClient::subscribe(InstanceProxy& proxy, const std::string& id, const json& params, bool on) {

@@ -17,12 +17,12 @@ def row_of(kind: Type[Row], params: Dict[str, Any]) -> Row:
 class Window:
     """One second, and the means of the window that ends with it."""
 
-    axis: Optional[str]  # name in the frame description; None: prismd before 0.2
+    axis: Optional[str]  # name in the frame description
     time_s: float  # its end, seconds since 1970 UTC (clock "host")
     samples: int
     missing: int
     rate_deg_per_h: Optional[float]  # of the second
-    temperature_degc: Optional[float]  # of the second; None also for prismd before 0.2
+    temperature_degc: Optional[float]  # of the second
     uhfo_v: Optional[float]
     corrected_deg_per_h: Optional[float]
     mean_rate_deg_per_h: Optional[float]  # of the window

@@ -10,9 +10,7 @@ using nlohmann::json;
 
 class Answers : public test::DaemonPartsTest {
  protected:
-  json result(const std::string& method, const std::string& params = "{}") {
-    return asker_.result(rpc_, method, params);
-  }
+  json result(const std::string& method, const json& params = nullptr) { return asker_.result(rpc_, method, params); }
   // Of all members of an object that are numbers, none is left.
   static void expect_no_number(const json& object) {
     for (const auto& [key, value] : object.items()) EXPECT_FALSE(value.is_number()) << key << " " << value;
@@ -121,11 +119,11 @@ TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
   EXPECT_EQ(result("history"), json::array());
   begin_session();
   feed(200);
-  const json all = result("history", R"({"seconds": 3600})");
+  const json all = result("history", json::parse(R"({"seconds": 3600})"));
   ASSERT_EQ(all.size(), parts_->publisher.history(0).size());
   ASSERT_GE(all.size(), 198u);
   for (std::size_t wanted : {1u, 59u, 60u, 61u, 119u, 120u, 121u, 180u}) {
-    const json some = result("history", json{{"seconds", wanted}}.dump());
+    const json some = result("history", {{"seconds", wanted}});
     EXPECT_EQ(some, json(all.end() - static_cast<std::ptrdiff_t>(wanted), all.end())) << wanted;
   }
 }
@@ -133,7 +131,7 @@ TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
 TEST_F(Answers, HistoryKeepsAnHour) {
   begin_session();
   feed(3900);
-  const json all = result("history", R"({"seconds": 3600})");
+  const json all = result("history", json::parse(R"({"seconds": 3600})"));
   ASSERT_EQ(all.size(), 3600u);
   EXPECT_EQ(all.back()["time_s"], parts_->acquisition.record(0).last_window()->window.second_mean.second + 1);
   EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
@@ -146,7 +144,7 @@ TEST_F(Answers, EventsAreOldestFirst) {
   ASSERT_EQ(events.size(), 2u);
   EXPECT_EQ(events[0]["text"], "first");
   EXPECT_EQ(events[1]["text"], "second \"quoted\"");
-  EXPECT_EQ(result("events", R"({"count": 1})"), json::array({events[1]}));
+  EXPECT_EQ(result("events", json::parse(R"({"count": 1})")), json::array({events[1]}));
 }
 
 }  // namespace

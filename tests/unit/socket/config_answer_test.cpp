@@ -50,7 +50,7 @@ TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
       "poll": {"every_ms": 500, "send": "READ?\n"}, "serve": {"raw": {"tcp": {"listen": "127.0.0.1:5001"}}}}},
       "capture": {"directory": ".", "keep_mib": 100})"));
   Rpc rpc = parts.rpc([](auto done) { done({}); });
-  const json shown = test::Asker().ask_2(rpc, "config")["result"];
+  const json shown = test::Asker().ask(rpc, "config", nullptr)["result"];
   std::vector<std::string> missing;
   add_missing(schema, schema, shown, "", missing);
   // not configured; in `requests`; in the axis

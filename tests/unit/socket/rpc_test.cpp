@@ -24,47 +24,42 @@ class RpcTest : public test::DaemonPartsTest {
 
 TEST_F(RpcTest, EveryMethodAnswersItsId) {
   for (const config::SocketMethod& method : config::kSocketMethods) {
-    const json answer = asker_.ask(rpc_, json{{"jsonrpc", "2.0"}, {"id", method.name}, {"method", method.name}}.dump());
+    const json answer = asker_.ask(
+        rpc_, json{{"jsonrpc", "2.0"}, {"protocol", 2}, {"id", method.name}, {"method", method.name}}.dump());
     EXPECT_EQ(answer["id"], method.name);
     const bool sends = method.name == "send";                                      // without bytes
     const bool fails = method.name == "rows" || method.name == "reload" || sends;  // without a log, a reload
     EXPECT_EQ(answer.contains("result"), !fails) << answer;
-    EXPECT_TRUE(!fails || answer["error"]["code"] == (sends ? kInvalidParams : kFailed)) << answer;
+    EXPECT_TRUE(!fails || answer["error"]["code"] == (sends                   ? kInvalidParams
+                                                      : method.name == "rows" ? kNoLog
+                                                                              : kFailed))
+        << answer;
   }
 }
 
-// Protocol 1 has the members of the only axis in the result itself, protocol 2 in "axes".
-TEST_F(RpcTest, TheOldFormHasTheMembersOfTheOnlyAxis) {
+// A client of 0.2 would look for the members of the axis in the result itself.
+TEST_F(RpcTest, AnOlderClientGetsOneSentence) {
   begin_session();
   feed(4);
   for (const config::SocketMethod& method : config::kSocketMethods) {
-    if (!method.of_axes || method.name == "rows") continue;
-    json now = asker_.ask_2(rpc_, method.name)["result"], old = asker_.result(rpc_, std::string(method.name));
-    ASSERT_EQ(now["axes"].size(), 1u) << method.name;
-    const json own = now["axes"]["z"];
-    now.erase("axes");
-    EXPECT_TRUE(!now.empty() || own.is_object() || old == own) << method.name;
-    for (const json& part : {now, own.is_object() ? own : json::object()}) {
-      for (const auto& [key, value] : part.items()) {
-        const bool moved = method.name == "config" && old["gyro"].contains(key);
-        if (key == "age_s" || key == "gyro") continue;
-        const bool segments = method.name == "config" && (key == "log" || key == "capture") && value.is_object();
-        const bool path = method.name == "config" && key == "socket";
-        EXPECT_EQ(moved ? old["gyro"][key] : old[key], segments ? value["directory"]
-                                                       : path   ? value["path"]
-                                                                : value)
-            << method.name << " " << key;
+    for (json request : {json{{"jsonrpc", "2.0"}}, json{{"jsonrpc", "2.0"}, {"protocol", 1}}}) {
+      request.update({{"id", 1}, {"method", method.name}});
+      const json answer = asker_.ask(rpc_, request.dump());
+      if (!method.of_axes) {
+        EXPECT_EQ(answer, asker_.ask(rpc_, method.name, nullptr)) << "the same in both protocols";
+        continue;
       }
+      EXPECT_EQ(answer["error"]["code"], kInvalidRequest) << method.name;
+      EXPECT_EQ(answer["error"]["message"],
+                "expected \"protocol\": 2 in the request: this client is older than prism 0.3; upgrade it");
     }
-    EXPECT_FALSE(old.is_object() && old.contains("axes")) << method.name;
   }
 }
 
 TEST_F(RpcTest, AProgramDecidesByTheCode) {
-  EXPECT_EQ(asker_.ask_2(rpc_, "rows")["error"]["code"], kNoLog);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"rows"})"), kFailed) << "0.2 has no other code";
-  EXPECT_EQ(asker_.ask_2(rpc_, "fly")["error"]["code"], kUnknownMethod);
-  EXPECT_EQ(asker_.ask_2(rpc_, "version")["result"]["protocol"], 2);
+  EXPECT_EQ(asker_.ask(rpc_, "rows", nullptr)["error"]["code"], kNoLog);
+  EXPECT_EQ(asker_.ask(rpc_, "fly", nullptr)["error"]["code"], kUnknownMethod);
+  EXPECT_EQ(asker_.ask(rpc_, "version", nullptr)["result"]["protocol"], 2);
 }
 
 TEST_F(RpcTest, AnUnknownProtocolIsAnError) {
@@ -72,7 +67,6 @@ TEST_F(RpcTest, AnUnknownProtocolIsAnError) {
     const std::string line = R"({"jsonrpc":"2.0","id":1,"method":"version","protocol":)" + std::string(protocol) + "}";
     EXPECT_EQ(code(line), kInvalidRequest) << protocol;
   }
-  EXPECT_EQ(asker_.ask(rpc_, R"({"jsonrpc":"2.0","id":1,"protocol":1,"method":"bias"})")["result"]["axis"], "z");
 }
 
 TEST_F(RpcTest, RefusesWhatIsNoRequest) {
@@ -83,7 +77,7 @@ TEST_F(RpcTest, RefusesWhatIsNoRequest) {
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":[],"method":"status"})"), kInvalidRequest);
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":7})"), kInvalidRequest);
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"fly"})"), kUnknownMethod);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":0}})"), kInvalidParams);
+  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":0}})"), kInvalidParams);
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"events","params":{"count":257}})"), kInvalidParams);
   EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}})"), kInvalidParams);
 }
@@ -150,7 +144,7 @@ TEST_F(RpcTest, SendsBytesToTheDevice) {
 
 TEST_F(RpcTest, ASubscriberGetsItsRows) {
   parts_->publisher.add(asker_.client());
-  asker_.result(rpc_, "subscribe", R"({"streams": ["window"]})");
+  asker_.result(rpc_, "subscribe", {{"streams", {"window"}}});
   begin_session();
   feed(4);
   const std::string text = asker_.read();
@@ -167,7 +161,8 @@ TEST_F(RpcTest, AClientThatNeverReadsIsClosed) {
   feed(600);
   test::Asker deaf(1 << 16);
   for (int i = 0; i < 50 && deaf.client()->open(); ++i) {
-    rpc_.request(deaf.client(), R"({"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":3600}})");
+    rpc_.request(deaf.client(),
+                 R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}})");
   }
   EXPECT_FALSE(deaf.client()->open());
 }

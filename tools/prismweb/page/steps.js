@@ -14,8 +14,6 @@ export const kQuantities = {
   samples: "samples",
   missing: "missing",
 };
-/** Replacements of members that an older prismd does not send: means of the window. */
-const kFallback = { temperature: "mean_temperature_degc", uhfo: "mean_uhfo_v" };
 const kRunning = { raw: "raw_1s", corrected: "corrected_1s" };
 
 /** Joins two [min, mean, max]; `value` has the fraction `share` of the seconds of both. */
@@ -37,7 +35,7 @@ export class Steps {
   push(window) {
     const values = {};
     for (const [name, member] of Object.entries(kQuantities)) {
-      const value = window[member in window ? member : kFallback[name]];
+      const value = window[member];
       if (Number.isFinite(value)) values[name] = Array(3).fill(value);
     }
     return this.add(window.time_s, { ...values, seconds: 1, good: window.quality === "good" ? 1 : 0 });
