@@ -44,9 +44,8 @@ struct LineConfig {
   double silence_s = 2;      ///< without data for this time the line is lost and reopened, 0.1 to 3600 s
   double retry_min_s = 0.1;  ///< first pause before the line is reopened; doubles up to retry_max_s
   double retry_max_s = 5;
-  wire::Commands commands;   ///< parts that replace those of the frame description
-  bool allow_send = false;   ///< administrators may send bytes to the device
-  std::string serve_raw_at;  ///< IP address and port at which others may read the raw bytes; empty: not served
+  wire::Commands commands;  ///< parts that replace those of the frame description
+  bool allow_send = false;  ///< administrators may send bytes to the device
 
   bool operator==(const LineConfig&) const = default;
 };

@@ -77,7 +77,6 @@ LineConfig read_line(const Section& section, const fs::path& base, LineConfig de
       section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
   line.commands = wire::read_commands(section);
   line.allow_send = section.boolean("allow_send", line.allow_send);
-  line.serve_raw_at = transport::read_serving(section.object("serve"));
   return line;
 }
 

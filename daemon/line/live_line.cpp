@@ -35,13 +35,11 @@ LiveLine::LiveLine(asio::io_context& io, pipeline::Acquisition& acquisition, std
       pause_timer_(io),
       arrival_(clock),
       alone_(alone),
-      raw_service_(io, [this](Severity severity, const std::string& text) { this->tell(severity, "serve", text); }),
       last_progress_(Clock::now()) {}
 
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
   retry_ = std::chrono::duration<double>(config().retry_min_s);
-  raw_service_.use(config().serve_raw_at);
   open_or_pause();
 }
 
@@ -70,7 +68,6 @@ void LiveLine::stop() {
 void LiveLine::reopen() {
   pause_timer_.cancel();
   close();
-  raw_service_.use(config().serve_raw_at);
   open_or_pause();
 }
 
@@ -176,7 +173,6 @@ void LiveLine::readable() {
     const std::int64_t arrival_ns = arrival_.stamp(last_data_);
     const std::span<const std::uint8_t> bytes(buffer_.data(), received.bytes);
     if (!begun_) begin_receiving(arrival_ns);
-    raw_service_.send(bytes);
     acquisition_.feed(number_, bytes, arrival_ns);
     const std::uint64_t frames = acquisition_.frames_of(number_);
     const std::uint64_t complete = frames > frames_ ? frames - frames_ : 0;
@@ -246,7 +242,6 @@ asio::awaitable<void> LiveLine::watch() {
         std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
-    raw_service_.retry();
     if (stopping_ || !open_) continue;
     if (!open_->conversation) {  // a step may take seconds, and a peer may come at any time
       last_progress_ = Clock::now();

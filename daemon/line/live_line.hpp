@@ -17,7 +17,6 @@
 #include "base/alarm.hpp"
 #include "daemon/line/arrival_clock.hpp"
 #include "daemon/line/conversation.hpp"
-#include "daemon/line/raw_service.hpp"
 #include "daemon/pipeline/acquisition.hpp"
 #include "drivers/transport/transport.hpp"
 
@@ -101,7 +100,6 @@ class LiveLine {
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock& arrival_;
   const bool alone_;
-  RawService raw_service_;
   Clock::time_point last_data_, last_progress_, last_frame_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false;

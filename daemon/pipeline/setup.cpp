@@ -304,7 +304,7 @@ std::string models_text(const Setup& setup) {
 std::string unit_name(const Setup& setup) {
   bool network = false;
   for (std::size_t i = 0; i <= setup.sensor_lines.size(); ++i) {
-    network = network || transport::needs_network(setup.line_settings(i)) || !setup.line_config(i).serve_raw_at.empty();
+    network = network || transport::needs_network(setup.line_settings(i));
   }
   return (network ? "prismd-net@" : "prismd@") + std::filesystem::path(setup.config.path).stem().string();
 }

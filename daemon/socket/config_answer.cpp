@@ -129,8 +129,6 @@ ordered_json line_json(const pipeline::Setup& setup, std::size_t number) {
   json["retry_max_s"] = config.retry_max_s;
   put_commands(json, setup.line_commands(number).with(config.commands));
   json["allow_send"] = config.allow_send;
-  json["serve"] = config.serve_raw_at.empty() ? ordered_json()
-                                              : ordered_json{{"raw", {{"tcp", {{"listen", config.serve_raw_at}}}}}};
   return json;
 }
 

@@ -84,9 +84,6 @@ class Transport {
 /// Errors are those of the section.
 Network read_network(const Section& line);
 
-/// Reads {"raw": {"tcp": {"listen": "ADDRESS:PORT"}}}: where others may read the bytes of the line; empty: nowhere.
-std::string read_serving(const Section& section);
-
 /// Opens a line of the type that the settings select, or begins to open it. Errors: the line's name and the reason.
 Result<std::unique_ptr<Transport>> open(const Settings& settings);
 

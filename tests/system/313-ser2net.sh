@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# A device server of Debian's packages between the virtual gyro and prismd: ser2net and gensiot, as docs/lines.md shows them.
+# A device server of Debian's packages between the virtual gyro and prismd: ser2net and gensiot, as docs/lines.md shows them; ser2net also with several
+# programs on one line.
 . "$(dirname "$0")/lib.sh"
 PATH=$PATH:/usr/sbin
 command -v ser2net >/dev/null && command -v gensiot >/dev/null || skip "no ser2net or gensio-bin (tools/setup all)"
@@ -24,14 +25,30 @@ END
   kill -9 "$server"; wait "$server" 2>/dev/null || true
 }
 port=$(free_port)
-cat >"$dir/ser2net.yaml" <<END
-connection: &gyro
-  accepter: tcp,127.0.0.1,$port
-  connector: serialdev,$(readlink -f "$dir/tty"),115200n81,local
-END
+awk '/^```yaml/ {on = 1; next} /^```/ {on = 0} on' "$PRISM_SOURCE/docs/lines.md" |
+  sed "s|4001|$port|; s|/dev/ttyUSB0,921600|$(readlink -f "$dir/tty"),115200|" >"$dir/ser2net.yaml"
+grep -q max-connections "$dir/ser2net.yaml" || fail "docs/lines.md has no ser2net recipe: $(cat "$dir/ser2net.yaml")"
 command=(ser2net -n -c "$dir/ser2net.yaml" -P "$dir/ser2net.pid")
 start ser2net "${command[@]}"; server=$pid
 through ser2net "$port"
+
+# Several programs on one line: with prismd, two others read the same bytes, and a third one finds the description.
+start ser2net "${command[@]}"; server=$pid
+start_prismd
+wait_for 10 field_is .state status receiving
+socat -u "TCP:127.0.0.1:$port" "CREATE:$dir/reader1" & readers=("$!")
+socat -u "TCP:127.0.0.1:$port" "CREATE:$dir/reader2" & readers+=("$!")
+children+=("${readers[@]}")
+long_enough() { [ "$(stat -c %s "$dir/$1")" -gt 2000 ]; }
+wait_for 10 long_enough reader1
+wait_for 10 long_enough reader2
+contains "a sniffed line with other readers" "$(prismd --sniff "127.0.0.1:$port" "$dir/frames.json")" " fits "
+kill "${readers[@]}"
+for reader in reader1 reader2; do contains "the bytes of $reader" "$(prismd --sniff "$dir/$reader" "$dir/frames.json")" " fits "; done
+same "missing frames with other readers" "$(field .timing.missing_frames line)" 0
+kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+kill -9 "$server"; wait "$server" 2>/dev/null || true
+
 # A new gyro: the pty of the first holds frames of the time without a server, and a gap behind them.
 kill "$sim"; wait "$sim" || fail "prismsim: exit code $?"
 start_sim --profile steady

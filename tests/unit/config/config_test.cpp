@@ -2,6 +2,7 @@
 // Configuration: all keys, and the messages of errors.
 #include "config/config.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,6 +27,18 @@ std::string refusal(const std::string& text) {
   const Result<Config> config = parse_config(text, "/etc/prism/gyro1.json");
   EXPECT_FALSE(config) << "accepted: " << text;
   return config ? "" : config.error().text();
+}
+
+TEST(Config, WarnsOfARemovedKey) {
+  const Config config = good(R"({"line": {"device": "/dev/null", "serve": {"raw": {"tcp": {"listen": "x"}}}},
+    "axes": {"z": {}}, "sensor_lines": {"room": {"device": "/dev/zero", "serve": 1}}})");
+  const std::string instead =
+      "removed in prism 0.4 (line {}); it has no effect; let ser2net serve the line to several programs (lines.md)";
+  EXPECT_EQ(config.removed_keys,
+            (std::vector<std::string>{
+                "/etc/prism/gyro1.json:/line/serve: " + fmt::format(fmt::runtime(instead), 1),
+                "/etc/prism/gyro1.json:/sensor_lines/room/serve: " + fmt::format(fmt::runtime(instead), 2)}));
+  EXPECT_TRUE(good("{}").removed_keys.empty());
 }
 
 TEST(Config, AcceptsAnEmptyObjectForReplay) {

@@ -59,7 +59,7 @@ constexpr const char* kNetwork = R"({
   "axes": {"x": {}},
   "sensor_lines": {
     "chamber": {"tcp": {"listen": "[::1]:4001"}, "start": [], "stop": [], "poll": {"send_hex": "41"}, "allow_send": true,
-                "again_when_silent": false, "serve": {"raw": {"tcp": {"listen": "[::1]:5001"}}}},
+                "again_when_silent": false},
     "air": {"udp": {"listen": "0.0.0.0:4002", "from": "192.0.2.7"}}}
 })";
 
@@ -77,9 +77,8 @@ TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
   std::set<std::string> written, asked, tried;
   test::add_schema_keys(schema(), written);
   test::add_reader_keys("config/config.cpp", asked);
-  for (const char* file :
-       {"config/axis_reader.cpp", "config/line_reader.cpp", "drivers/transport/tcp_line.cpp",
-        "drivers/transport/udp_line.cpp", "drivers/transport/raw_server.cpp", "drivers/wire/description/commands.cpp"})
+  for (const char* file : {"config/axis_reader.cpp", "config/line_reader.cpp", "drivers/transport/tcp_line.cpp",
+                           "drivers/transport/udp_line.cpp", "drivers/wire/description/commands.cpp"})
     test::add_reader_keys(file, asked);
   walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
   walk(Json::parse(kAxes), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });

@@ -47,7 +47,7 @@ TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
   test::DaemonParts parts(
       make_setup(R"(, "axes": {"z": {}}, "sensor_lines": {"room": {"udp": {"listen": "127.0.0.1:4002"},
       "start": [{"send": "A\r", "expect_hex": "01 02"}, {"wait_ms": 5}], "columns": {"air": {"column": 2, "unit": "degC", "max": 90}},
-      "poll": {"every_ms": 500, "send": "READ?\n"}, "serve": {"raw": {"tcp": {"listen": "127.0.0.1:5001"}}}}},
+      "poll": {"every_ms": 500, "send": "READ?\n"}}},
       "capture": {"directory": ".", "keep_mib": 100})"));
   Rpc rpc = parts.rpc([](auto done) { done({}); });
   const json shown = test::Asker().ask(rpc, "config", nullptr)["result"];
