@@ -14,7 +14,10 @@ namespace prism::prismweb {
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
-  if (const auto scale = check_time_scale(); !scale) return fail(kExitConfig, scale.error().text());
+  if (const auto scale = check_time_scale(); !scale) {
+    fmt::print(stderr, "prismweb: {}\n", scale.error().text());
+    return kExitConfig;
+  }
   const Settings& settings = options.settings;
   for (const std::string& warning : settings.warnings) fmt::print(stderr, "prismweb: warning: {}\n", warning);
   if (options.check) {
