@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "compensation/training/folds.hpp"
 #include "compensation/training/gross_outliers.hpp"
 
@@ -41,46 +38,6 @@ SampleDiagnostics with_left_out(const SampleDiagnostics& kept, const std::vector
   return all;
 }
 
-// The rows without `far` and without the same pattern further on in the record. The golden section: no period of the
-// outliers moves the pattern onto itself.
-std::vector<Eigen::Index> thinned_again(const std::vector<Eigen::Index>& far, Eigen::Index n, int step) {
-  const double turns = 0.6180339887498949 * step;
-  const auto shift = static_cast<Eigen::Index>((turns - std::floor(turns)) * static_cast<double>(n));
-  std::vector<bool> missing(static_cast<std::size_t>(n), false);
-  for (const Eigen::Index i : far) {
-    missing[static_cast<std::size_t>(i)] = true;
-    missing[static_cast<std::size_t>((i + shift) % n)] = true;
-  }
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!missing[static_cast<std::size_t>(i)]) kept.push_back(i);
-  }
-  return kept;
-}
-
-// Leave-one-out has several nearly equal optima on a record that drifts, and the missing rows decide which one is the
-// best. Whether these rows did is seen from what others would do.
-Result<void> check_kernel(const TrainedModel& trained, const std::vector<Eigen::Index>& far, const TrainingData& data,
-                          const TrainingSettings& settings, const std::atomic<bool>* stop) {
-  constexpr int kPatterns = 4;
-  // Factors. A third of the width moves predictions by about one standard deviation of the noise, a fifth by three.
-  constexpr double kSameWidth = 3, kSameC = 100;
-  const auto differs = [](double a, double b, double factor) { return std::max(a / b, b / a) > factor; };
-  for (int k = 1; k <= kPatterns && !(stop && *stop); ++k) {
-    const auto other = train_checked(part_of(data, thinned_again(far, data.target.size(), k)), {}, settings, {}, stop);
-    if (!other) return tl::unexpected<Error>(other.error());
-    if (stop && *stop) break;
-    if (differs(trained.sigma2, other->sigma2, kSameWidth) || differs(trained.c, other->c, kSameC))
-      return make_error(
-          "training data",
-          fmt::format(
-              "{} of {} rows are far from all others, and leave-one-out chooses another kernel if other rows are "
-              "missing (sigma2 {:.3g} or {:.3g}), expected another --tune, or these rows corrected: rows {}",
-              far.size(), data.target.size(), trained.sigma2, other->sigma2, rows_text(far)));
-  }
-  return {};
-}
-
 }  // namespace
 
 // Robust weights start from the residuals of an unweighted fit, which a gross outlier moves without limit: such rows
@@ -102,10 +59,6 @@ Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const T
   if (divided) settings.second_folds = numbered(taken(folds_of(data, wanted), rest));
   auto trained = train_checked(part_of(data, rest), std::move(info), settings, progress, stop);
   if (!trained) return trained;
-  if (trained->tuning && settings.tuning == Tuning::kLoo) {
-    if (auto good = check_kernel(*trained, far, data, settings, stop); !good)
-      return tl::unexpected<Error>(good.error());
-  }
   trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
   for (Eigen::Index& sample : trained->held_out.samples) sample = rest[static_cast<std::size_t>(sample)];
   trained->notes.push_back(

@@ -26,16 +26,11 @@ training::TrainingSettings settings_of(const Contender& contender, std::size_t i
 
 }  // namespace
 
-Result<training::TrainedModel> tried(const Contender& contender, const training::TrainingData& data,
-                                     const std::vector<compensation::ModelPtr>& siblings) {
-  training::TrainingSettings settings = settings_of(contender, static_cast<std::size_t>(data.inputs.rows()));
-  settings.siblings = siblings;
-  return training::train(data, {}, settings);
-}
-
 training::TrainedModel fitted(const Contender& contender, const training::TrainingData& data,
                               const std::vector<compensation::ModelPtr>& siblings) {
-  auto model = tried(contender, data, siblings);
+  training::TrainingSettings settings = settings_of(contender, static_cast<std::size_t>(data.inputs.rows()));
+  settings.siblings = siblings;
+  auto model = training::train(data, {}, settings);
   if (!model) {
     fmt::print(stderr, "{}: {}\n", contender.name, model.error().text());
     std::exit(1);

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/trainer.hpp"
 
@@ -27,9 +26,6 @@ inline constexpr std::array<Contender, 4> kContenders = {{
     {"REML", "ir-lssvm", training::Tuning::kReml, compensation::Extrapolation::kPreset},
 }};
 
-/// Errors: those of training.
-Result<training::TrainedModel> tried(const Contender& contender, const training::TrainingData& data,
-                                     const std::vector<compensation::ModelPtr>& siblings = {});
 /// Ends the program if training fails: a table with a missing cell would mislead.
 training::TrainedModel fitted(const Contender& contender, const training::TrainingData& data,
                               const std::vector<compensation::ModelPtr>& siblings = {});

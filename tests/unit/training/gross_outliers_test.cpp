@@ -163,29 +163,6 @@ TEST(GrossOutliers, AreLeftOutOfBothDivisionsIntoFolds) {
   EXPECT_GT(trained->tuning->evaluations, first->tuning->evaluations);
 }
 
-// On gyros with drift leave-one-out has several nearly equal optima, and missing rows decide between them: predictions
-// moved by 7.9 standard deviations of the noise without a word.
-TEST(LeaveOneOut, RefusesIfTheMissingRowsDecide) {
-  TrainingSettings settings;
-  settings.method = find_method("ir-lssvm");
-  settings.tuning = Tuning::kLoo;
-  settings.reweight.weight.kind = WeightKind::kMyriad;
-  TrainingData data = clean(200);
-  std::mt19937_64 random(5);
-  std::normal_distribution<double> normal;
-  double drift = 0;
-  for (Eigen::Index i = 0; i < data.target.size(); ++i) data.target[i] += drift += 0.5 * kSigma * normal(random);
-  EXPECT_TRUE(train(data, {}, settings));
-  contaminate(data, kContaminations[0]);
-  const auto refused = train(data, {}, settings);
-  ASSERT_FALSE(refused);
-  const std::string text = refused.error().text();
-  EXPECT_NE(text.find("leave-one-out chooses another kernel if other rows are missing"), std::string::npos) << text;
-  EXPECT_NE(text.find(": rows "), std::string::npos) << text;
-  settings.tuning = Tuning::kReml;
-  EXPECT_TRUE(train(data, {}, settings));
-}
-
 TEST(Trainer, RefusesRecordsWithNothingToLearnInOneLine) {
   TrainingSettings settings;
   settings.method = find_method("composite");
