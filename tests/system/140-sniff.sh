@@ -18,7 +18,7 @@ sed 's/63 4D"/63 4E"/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a wrong test vector" "$code" 78
 # A check that fits in the other byte order: the message has the keys.
-sed 's/"at": -2}/"at": -2, "order": "little"}/' "$PRISM_SOURCE/tests/replay/frames/described/slip.json" >"$dir/f.json"
+sed 's/"at": -2}/"at": -2, "order": "little"}/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a wrong byte order" "$code" 78
 contains "a wrong byte order" "$(cat "$dir/e")" 'the check fails in this byte order, but fits with "order": "big"'
@@ -43,7 +43,7 @@ for frames in trplg trplg-increment; do
   echo "{\"line\": {\"device\": \"/dev/null\"}, \"frames\": \"$frames\", \"rate_hz\": 10}" >"$dir/r.json"
   contains "rate_hz of $frames" "$(prismd --check "$dir/r.json")" "frames $frames (10 Hz)"
 done
-# Exponents, hexadecimal digits, stuffing: the descriptions for tests and their captures.
+# Exponents, hexadecimal digits: the descriptions for tests and their captures.
 for file in "$PRISM_SOURCE"/tests/replay/frames/described/*.json; do
   name=$(basename "$file" .json)
   contains "$name: vectors" "$(prismd --check "$file")" "good: frames $name"

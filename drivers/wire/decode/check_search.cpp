@@ -169,7 +169,6 @@ bool can_be_explained(const CheckRule& rule) {
 }  // namespace
 
 std::string explain_checks(const FrameDescription& description, Frame bytes) {
-  if (description.stuffing != Stuffing::kNone) return {};
   for (const MessageType& kind : description.kinds) {
     const Candidates found = candidates_of(kind, bytes);
     if (found.count < kLeast) continue;
@@ -182,12 +181,11 @@ std::string explain_checks(const FrameDescription& description, Frame bytes) {
   return {};
 }
 
-std::string explain_check(const FrameDescription& description, const MessageType& kind, Frame frame) {
+std::string explain_check(const MessageType& kind, Frame frame) {
   constexpr int kByChance = 2;  // bytes of a check that no variant fits by chance
   MessageType unchecked = kind;
   unchecked.checks.clear();
   FrameView view;
-  if (description.stuffing != Stuffing::kNone) return {};
   const MatchResult result = match_frame(unchecked, frame, kind.after, view);
   if (result.match != Match::kYes || result.length != frame.size()) return {};
   for (const CheckRule& rule : kind.checks) {

@@ -15,12 +15,6 @@ constexpr double kShortestTimeoutNs = 5e6;
 /// The lock is lost after the length of this many of the longest frames without a good one.
 constexpr std::uint64_t kFramesUntilLost = 8;
 
-std::size_t longest_of(const FrameDescription& description) {
-  std::uint32_t longest = 0;
-  for (const MessageType& kind : description.kinds) longest = std::max(longest, kind.length.max);
-  return longest;
-}
-
 }  // namespace
 
 FrameDecoder::FrameDecoder(FrameDescriptionPtr description)
@@ -42,12 +36,10 @@ FrameDecoder::FrameDecoder(FrameDescriptionPtr description)
     only_first_byte_ = static_cast<int>(first - kinds_by_first_byte_.begin());
   }
   held_.reserve(kSliceBytes + 2 * description_->max_frame_bytes);
-  if (description_->stuffing != Stuffing::kNone) enclosed_.emplace(description_->stuffing, longest_of(*description_));
 }
 
 void FrameDecoder::reset() {
   counters_.skipped_bytes += held_bytes();
-  if (enclosed_) enclosed_->end_stream();
   drop_held(held_.size());
   chunk_ends_.clear();
   before_held_ = -1;
@@ -65,28 +57,18 @@ void FrameDecoder::feed(std::span<const std::uint8_t> bytes, std::int64_t arriva
   chunk_ends_.push_back({counters_.bytes, arrival_ns});
   while (!bytes.empty()) {
     const auto slice = bytes.first(std::min(bytes.size(), kSliceBytes));
-    if (enclosed_)
-      enclosed_->feed(slice, held_);
-    else
-      held_.insert(held_.end(), slice.begin(), slice.end());
+    held_.insert(held_.end(), slice.begin(), slice.end());
     scan(Mode::kMore, out);
     bytes = bytes.subspan(slice.size());
   }
 }
 
 void FrameDecoder::expire(std::int64_t now_ns, std::vector<DecodedMessage>& out) {
-  if (enclosed_ || !waiting() || now_ns - last_arrival_ns_ <= timeout_ns_) return;
+  if (!waiting() || now_ns - last_arrival_ns_ <= timeout_ns_) return;
   while (look_behind(out)) continue;
 }
 
-void FrameDecoder::finish(std::vector<DecodedMessage>& out) {
-  scan(Mode::kEnd, out);
-  if (!enclosed_) return;
-  const std::uint64_t rest = enclosed_->end_stream();
-  counters_.bad_length += rest > 0 ? 1 : 0;
-  skip(rest);
-  drop_held(0);
-}
+void FrameDecoder::finish(std::vector<DecodedMessage>& out) { scan(Mode::kEnd, out); }
 
 bool FrameDecoder::look_behind(std::vector<DecodedMessage>& out) {
   std::size_t at = next_possible(std::min<std::size_t>(1, held_.size()));
@@ -115,7 +97,8 @@ void FrameDecoder::scan(Mode mode, std::vector<DecodedMessage>& out) {
     if (candidate.match == Match::kNeedMore && mode != Mode::kEnd) break;
     count(candidate);
     if (candidate.match != Match::kYes) {
-      at += reject(at);
+      skip(1);
+      ++at;
       continue;
     }
     accept(at, candidate, out);
@@ -126,7 +109,6 @@ void FrameDecoder::scan(Mode mode, std::vector<DecodedMessage>& out) {
 
 std::size_t FrameDecoder::next_possible(std::size_t at) const {
   if (at >= held_.size()) return held_.size();
-  if (enclosed_) return at;
   if (only_first_byte_ >= 0) {
     if (held_[at] == only_first_byte_) return at;
     const void* found = std::memchr(held_.data() + at, only_first_byte_, held_.size() - at);
@@ -140,14 +122,12 @@ std::size_t FrameDecoder::next_possible(std::size_t at) const {
 /// The first matching message type wins. If a type needs more bytes, the search stops here: it might match with them.
 FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, FrameView& view) {
   Candidate candidate;
-  const FrameBytes here = frame_bytes_at(at);
-  if (here.bytes.empty()) return {.bad_length = enclosed_->frame_at(at).continued ? 0u : 1u};
-  for (std::uint64_t left = kinds_by_first_byte_[here.bytes[0]]; left != 0; left &= left - 1) {
+  const std::span<const std::uint8_t> bytes(held_.data() + at, held_.size() - at);
+  const int before = at > 0 ? held_[at - 1] : before_held_;
+  for (std::uint64_t left = kinds_by_first_byte_[bytes[0]]; left != 0; left &= left - 1) {
     const int k = std::countr_zero(left);
     const MessageType& kind = description_->kinds[static_cast<std::size_t>(k)];
-    if (!here.opened && kind.confirmations > 1) continue;
-    const MatchResult result =
-        enclosed_ ? match_enclosed(kind, here.bytes, view) : match_frame(kind, here.bytes, here.before, view);
+    const MatchResult result = match_frame(kind, bytes, before, view);
     candidate.bad_length += result.match == Match::kBadLength ? 1 : 0;
     candidate.bad_body += result.match == Match::kBadBody ? 1 : 0;
     candidate.refused += result.match == Match::kRefused ? 1 : 0;
@@ -166,7 +146,7 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
   Candidate candidate = try_kinds(at, mode, view_);
   if (mode == Mode::kEnd && candidate.match == Match::kNeedMore) ++candidate.bad_length;
   if (candidate.match != Match::kYes) return candidate;
-  if (accepted_at_once(description_->kinds[static_cast<std::size_t>(candidate.kind)], frame_bytes_at(at)))
+  if (accepted_at_once(description_->kinds[static_cast<std::size_t>(candidate.kind)], held_offset_ + at))
     return candidate;
   bool need_more = false;
   if (confirmed(at, candidate, mode, need_more)) return candidate;
@@ -176,19 +156,10 @@ FrameDecoder::Candidate FrameDecoder::look_at(std::size_t at, Mode mode) {
 }
 
 /// True if no further frame needs to confirm a match of this message type here.
-bool FrameDecoder::accepted_at_once(const MessageType& kind, const FrameBytes& here) const {
+bool FrameDecoder::accepted_at_once(const MessageType& kind, std::uint64_t begin) const {
   if (kind.confirmations <= 1) return true;
-  const bool follows = enclosed_ ? in_run_ : here.begin == last_good_end_ + trailer_at_;
-  return locked_ && here.begin - last_good_end_ <= lost_after_bytes_ && (follows || !kind.weak);
-}
-
-FrameDecoder::FrameBytes FrameDecoder::frame_bytes_at(std::size_t at) const {
-  if (!enclosed_) {
-    const int before = at > 0 ? held_[at - 1] : before_held_;
-    return {{held_.data() + at, held_.size() - at}, before, held_offset_ + at, held_offset_ + held_.size(), true};
-  }
-  const EnclosedFrames::Frame& frame = enclosed_->frame_at(at);
-  return {{held_.data() + at, frame.lost ? 0 : frame.size}, -1, frame.begin, frame.end, frame.opened};
+  const bool follows = begin == last_good_end_ + trailer_at_;
+  return locked_ && begin - last_good_end_ <= lost_after_bytes_ && (follows || !kind.weak);
 }
 
 /// Called once per position, when it is decided: a position examined again with more bytes is not counted twice.
@@ -248,25 +219,12 @@ void FrameDecoder::skip(std::size_t bytes) {
   in_run_ = false;
 }
 
-/// Skips the first byte of a candidate, or an enclosed frame. Returns the number of bytes in held_.
-std::size_t FrameDecoder::reject(std::size_t at) {
-  if (!enclosed_) {
-    skip(1);
-    return 1;
-  }
-  const EnclosedFrames::Frame& frame = enclosed_->frame_at(at);
-  skip(frame.end - frame.begin);
-  return frame.size;
-}
-
 void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vector<DecodedMessage>& out) {
-  const FrameBytes here = frame_bytes_at(at);
-  const std::uint64_t offset = here.begin;
-  const std::uint64_t end = enclosed_ ? here.end : offset + candidate.length;
+  const std::uint64_t offset = held_offset_ + at, end = offset + candidate.length;
   DecodedMessage& reading = out.emplace_back();
   if (maker_.make(candidate.kind, view_, in_run_, reading)) {
     reading.offset = offset;
-    reading.length = static_cast<std::uint32_t>(end - offset);
+    reading.length = candidate.length;
     set_arrival(reading, end);
   } else {
     out.pop_back();
@@ -294,11 +252,10 @@ std::int64_t FrameDecoder::chunk_arrival_ns(const DecodedMessage& reading) const
 }
 
 void FrameDecoder::drop_held(std::size_t bytes) {
-  if (bytes == 0 && !enclosed_) return;
-  if (bytes > 0) before_held_ = held_[bytes - 1];
+  if (bytes == 0) return;
+  before_held_ = held_[bytes - 1];
   held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));
-  if (enclosed_) enclosed_->drop(bytes);
-  held_offset_ = enclosed_ ? enclosed_->undecided_from() : held_offset_ + bytes;
+  held_offset_ += bytes;
   const auto reaches = std::find_if(chunk_ends_.begin(), chunk_ends_.end(),
                                     [&](const ChunkEnd& chunk) { return chunk.end > held_offset_; });
   chunk_ends_.erase(chunk_ends_.begin(), reaches);

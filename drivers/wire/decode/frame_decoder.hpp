@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "drivers/wire/decode/enclosed_frames.hpp"
 #include "drivers/wire/decode/frame_match.hpp"
 #include "drivers/wire/decode/message_decoder.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -41,10 +40,6 @@ struct DecoderCounters {
 /// longest frame, at least 5 ms, the decoder looks for good frames after the candidate; if it finds one, it drops the
 /// candidate. Otherwise it keeps waiting, so that a frame split by a USB adapter (16 ms) or a stalled machine
 /// is never lost.
-///
-/// With byte stuffing a frame begins and ends at a delimiter, so the search tests each unstuffed frame once, and
-/// nothing waits for bytes that are not coming. A damaged delimiter loses the frames on both sides if they share it.
-/// Offset and length of a message include the delimiters.
 ///
 /// Memory: at most one frame and one slice of input (16 KiB); no allocation per frame.
 class FrameDecoder {
@@ -100,20 +95,11 @@ class FrameDecoder {
                   unconfirmed = 0;  ///< message types that failed here, by cause
   };
 
-  /// Bytes at a position in held_ where a frame can start.
-  struct FrameBytes {
-    std::span<const std::uint8_t> bytes;  ///< with stuffing: the frame; else all that follow
-    int before = -1;                      ///< the byte before them
-    std::uint64_t begin = 0, end = 0;     ///< in the stream
-    bool opened = true;                   ///< false: with stuffing, its begin was not received
-  };
-
-  FrameBytes frame_bytes_at(std::size_t at) const;
   void scan(Mode mode, std::vector<DecodedMessage>& out);
   bool look_behind(std::vector<DecodedMessage>& out);
   Candidate look_at(std::size_t at, Mode mode);
   Candidate try_kinds(std::size_t at, Mode mode, FrameView& view);
-  bool accepted_at_once(const MessageType& kind, const FrameBytes& here) const;
+  bool accepted_at_once(const MessageType& kind, std::uint64_t begin) const;
   bool confirmed(std::size_t at, const Candidate& candidate, Mode mode, bool& need_more);
   bool counter_steps(const FrameView& before, std::int32_t kind_before, const FrameView& behind,
                      std::int32_t kind) const;
@@ -121,7 +107,6 @@ class FrameDecoder {
   std::size_t next_possible(std::size_t at) const;
   bool skip_trailer(std::size_t at);
   void skip(std::size_t bytes);
-  std::size_t reject(std::size_t at);
   void accept(std::size_t at, const Candidate& candidate, std::vector<DecodedMessage>& out);
   void set_arrival(DecodedMessage& reading, std::uint64_t end) const;
   void drop_held(std::size_t bytes);
@@ -135,11 +120,10 @@ class FrameDecoder {
   std::array<std::uint64_t, 256> kinds_by_first_byte_{};  ///< bit k: message type k may begin with this byte
   int only_first_byte_ = -1;                              ///< if all message types begin with the same byte; else -1
 
-  std::optional<EnclosedFrames> enclosed_;  ///< with stuffing
-  std::vector<std::uint8_t> held_;          ///< bytes not decided yet; with stuffing: of complete frames, unstuffed
-  std::uint64_t held_offset_ = 0;           ///< of the first byte in the stream that is not decided
-  int before_held_ = -1;                    ///< the byte before held_[0]
-  std::vector<ChunkEnd> chunk_ends_;        ///< of the chunks that overlap held_, oldest first
+  std::vector<std::uint8_t> held_;    ///< bytes not decided yet
+  std::uint64_t held_offset_ = 0;     ///< of the first byte in the stream that is not decided
+  int before_held_ = -1;              ///< the byte before held_[0]
+  std::vector<ChunkEnd> chunk_ends_;  ///< of the chunks that overlap held_, oldest first
   std::int64_t last_arrival_ns_ = 0;
 
   bool locked_ = false;              ///< frames of weak message types are accepted at once

@@ -33,12 +33,8 @@ MatchResult terminated_length(const LengthRule& rule, Bytes bytes) {
 MatchResult length_of(const LengthRule& rule, Bytes bytes) {
   if (rule.form == LengthRule::LengthType::kFixed) return {Match::kYes, rule.max};
   if (rule.form == LengthRule::LengthType::kTerminated) return terminated_length(rule, bytes);
-  if (rule.form == LengthRule::LengthType::kEnclosed) {
-    const bool fits = bytes.size() >= rule.min && bytes.size() <= rule.max;
-    return {fits ? Match::kYes : Match::kBadLength, static_cast<std::uint32_t>(bytes.size())};
-  }
   const auto field = static_cast<std::int64_t>(load_bits(rule.field, bytes.data() + rule.field.at) & 0xFFFFFFFF);
-  const std::int64_t length = field * rule.multiply + rule.add;
+  const std::int64_t length = field + rule.add;
   if (length < rule.min || length > rule.max) return {Match::kBadLength, 0};
   return {Match::kYes, static_cast<std::uint32_t>(length)};
 }
@@ -81,13 +77,6 @@ MatchResult match_frame(const MessageType& kind, Bytes bytes, int before, FrameV
   if (!view.look_at(kind, frame)) return {Match::kBadBody, 0};
   if (refused(kind, view)) return {Match::kRefused, 0};
   return result;
-}
-
-MatchResult match_enclosed(const MessageType& kind, Bytes bytes, FrameView& view) {
-  const MatchResult result = match_frame(kind, bytes, kind.after, view);
-  const bool other_length =
-      result.match == Match::kNeedMore || (result.match == Match::kYes && result.length != bytes.size());
-  return other_length ? MatchResult{Match::kBadLength, 0} : result;
 }
 
 }  // namespace prism::wire

@@ -29,7 +29,4 @@ struct MatchResult {
 /// view refers to the frame.
 MatchResult match_frame(const MessageType& kind, std::span<const std::uint8_t> bytes, int before, FrameView& view);
 
-/// With stuffing: `bytes` is the complete unstuffed frame. Another length is kBadLength.
-MatchResult match_enclosed(const MessageType& kind, std::span<const std::uint8_t> bytes, FrameView& view);
-
 }  // namespace prism::wire

@@ -24,8 +24,7 @@ struct InspectedFrame {
   std::vector<Value> values;  ///< of the fields in the frame, in the description's order
 };
 
-/// The frame that starts with the first byte (with stuffing: the unstuffed frame); nullopt if no message type matches
-/// or the frame is incomplete.
+/// The frame that starts with the first byte; nullopt if no message type matches or the frame is incomplete.
 std::optional<InspectedFrame> inspect_frame(const FrameDescription& description, std::span<const std::uint8_t> bytes);
 
 /// Decodes every test vector of the description. Errors: the first vector with a different result.

@@ -30,7 +30,7 @@ std::optional<StoredCheck> locate(const CheckRule& rule, Bytes frame) {
     const auto last = std::find(frame.rbegin(), frame.rend(), static_cast<std::uint8_t>(rule.separator));
     if (last == frame.rend()) return std::nullopt;
     at = length - (last - frame.rbegin());
-    to = at - (rule.covers_separator ? 0 : 1);
+    to = at - 1;
   }
   const bool open_end = rule.stored == CheckRule::Stored::kDecimalText;
   if (at < 0 || from < 0 || to < from || to > length || at + (open_end ? 1 : rule.size) > length) return std::nullopt;
@@ -46,10 +46,10 @@ std::uint64_t computed(const CheckRule& rule, Bytes cover) {
       value = rule.crc->compute(cover, (rule.pad_to - cover.size() % rule.pad_to) % rule.pad_to);
       break;
     case CheckRule::Sum::kSum:
-      value += word_sum(cover, rule.word, rule.word_big_endian);
+      value += word_sum(cover, rule.word, rule.big_endian);
       break;
     case CheckRule::Sum::kXor:
-      value ^= word_xor(cover, rule.word, rule.word_big_endian);
+      value ^= word_xor(cover, rule.word, rule.big_endian);
       break;
     case CheckRule::Sum::kFletcher:
       value = fletcher_256(cover);

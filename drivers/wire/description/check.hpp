@@ -18,18 +18,15 @@ struct CheckRule {
   int at = 0;             ///< where it is stored; negative: from the end
   std::uint8_t size = 1;  ///< bytes stored (text: digits; decimal text: up to the end of the frame)
   bool big_endian = true;
-  std::uint8_t word = 1;  ///< kSum, kXor: bytes added at a time, in word_big_endian order
-  bool word_big_endian = false;
+  std::uint8_t word = 1;                   ///< kSum, kXor: bytes added at a time, in the same order
   bool negate = false;                     ///< kSum: the check is what makes the sum 0
   std::uint64_t init = 0;                  ///< kSum, kXor, kFletcher
   std::uint64_t mask = ~std::uint64_t{0};  ///< of the result: 0x7F in the 7-bit family
   std::uint32_t pad_to = 1;                ///< kCrc: zero bytes appended for the computation up to a multiple of this
-  /// Text: the check follows the last one, and the covered bytes end before it (0: the check is at `at`) ...
-  char separator = 0;
-  bool covers_separator = false;  ///< ... or after it
-  bool odd = true;                ///< kParity: odd number of ones in the covered bytes with the stored bit
-  bool in_header = false;         ///< covers header bytes only: checked before the length is used
-  int bits = 8;                   ///< strength
+  char separator = 0;      ///< text: the check follows the last one, which is not covered; 0: the check is at `at`
+  bool odd = true;         ///< kParity: odd number of ones in the covered bytes with the stored bit
+  bool in_header = false;  ///< covers header bytes only: checked before the length is used
+  int bits = 8;            ///< strength
   std::shared_ptr<const Crc> crc;
 };
 

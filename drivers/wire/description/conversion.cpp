@@ -11,7 +11,6 @@ namespace prism::wire {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kZeroCelsiusInKelvin = 273.15;
 
 // IEC 60751:2008, R(T) = R0 (1 + A T + B T^2 + C (T - 100) T^3), the last term only below 0 degC.
 constexpr double kPlatinumA = 3.9083e-3;
@@ -28,65 +27,18 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
   return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
 }
 
-double horner(const std::vector<double>& c, double x) {
-  double y = 0;
-  for (std::size_t i = c.size(); i-- > 0;) y = y * x + c[i];
-  return y;
-}
-
-double horner_slope(const std::vector<double>& c, double x) {
-  double y = 0;
-  for (std::size_t i = c.size(); i-- > 1;) y = y * x + static_cast<double>(i) * c[i];
-  return y;
-}
-
-double polynomial_root(const std::vector<double>& c, double y) {
-  if (c.size() < 2 || c[1] == 0) return kNan;
-  double x = (y - c[0]) / c[1];
-  for (int i = 0; i < 50 && c.size() > 2; ++i) {
-    const double step = (horner(c, x) - y) / horner_slope(c, x);
-    x -= step;
-    if (!(std::abs(step) > 1e-14 * (1 + std::abs(x)))) break;
-  }
-  return std::isfinite(x) ? x : kNan;
-}
-
-double thermistor_degc(const ThermistorStep& s, double ohm) {
-  if (!(ohm > 0)) return kNan;
-  const double l = std::log(ohm);
-  const double inverse = s.a + l * (s.b + l * (s.c + l * s.d));
-  return inverse > 0 ? 1 / inverse - kZeroCelsiusInKelvin : kNan;
-}
-
-// Newton in L = ln R, starting near the value at 25 degC; the polynomial is monotonic for every real thermistor.
-double thermistor_ohm(const ThermistorStep& s, double degc) {
-  const double target = 1 / (degc + kZeroCelsiusInKelvin);
-  double l = s.b != 0 ? (target - s.a) / s.b : kNan;
-  for (int i = 0; i < 100; ++i) {
-    const double slope = s.b + l * (2 * s.c + 3 * s.d * l);
-    const double step = (s.a + l * (s.b + l * (s.c + l * s.d)) - target) / slope;
-    l -= step;
-    if (!(std::abs(step) > 1e-14 * (1 + std::abs(l)))) break;
-  }
-  return std::isfinite(l) ? std::exp(l) : kNan;
-}
-
 struct Forward {
   double x;
-  double operator()(const PolynomialStep& s) const { return horner(s.coefficients, x); }
   double operator()(const TableStep& s) const { return interpolate(s.x, s.y, x); }
   double operator()(const BridgeStep& s) const { return x >= 0 && x < s.full ? s.reference * x / (s.full - x) : kNan; }
   double operator()(const PlatinumStep& s) const { return platinum_degc(x, s.r0_ohm); }
-  double operator()(const ThermistorStep& s) const { return thermistor_degc(s, x); }
 };
 
 struct Back {
   double y;
-  double operator()(const PolynomialStep& s) const { return polynomial_root(s.coefficients, y); }
   double operator()(const TableStep& s) const { return interpolate(s.y, s.x, y); }
   double operator()(const BridgeStep& s) const { return y >= 0 ? s.full * y / (s.reference + y) : kNan; }
   double operator()(const PlatinumStep& s) const { return platinum_ohm(y, s.r0_ohm); }
-  double operator()(const ThermistorStep& s) const { return thermistor_ohm(s, y); }
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts a number on the wire to its quantity: linear, polynomial, table, bridge, PT100, thermistor.
+// Converts a number on the wire to its quantity: linear, table, bridge, PT100.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,6 @@
 #include <vector>
 
 namespace prism::wire {
-
-/// y = c0 + c1 x + c2 x^2 + …
-struct PolynomialStep {
-  std::vector<double> coefficients;
-};
 
 /// Linear interpolation between points (x strictly increasing, y strictly monotonic); NaN outside the first and last.
 struct TableStep {
@@ -29,17 +24,11 @@ struct PlatinumStep {
   double r0_ohm = 100;
 };
 
-/// Thermistor, full Steinhart-Hart equation: 1/T = a + b L + c L^2 + d L^3, L = ln(x / ohm), T in kelvin; degC out.
-struct ThermistorStep {
-  double a = 0, b = 0, c = 0, d = 0;
-};
-
-using ConversionStep = std::variant<PolynomialStep, TableStep, BridgeStep, PlatinumStep, ThermistorStep>;
+using ConversionStep = std::variant<TableStep, BridgeStep, PlatinumStep>;
 
 /// One step forward; NaN if x is outside the range of the step.
 double convert(const ConversionStep& step, double x);
-/// The x that convert() maps to y; NaN if there is no such x. Polynomials of degree over 1 by Newton from the linear
-/// term.
+/// The x that convert() maps to y; NaN if there is no such x.
 double convert_back(const ConversionStep& step, double y);
 
 /// IEC 60751: resistance of a platinum resistor at a temperature, and back (error below 1e-6 degC from -200 to 850).

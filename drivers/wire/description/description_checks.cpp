@@ -17,12 +17,8 @@ using Bits = std::vector<bool>;
 /// Position in a message type: negative positions count from its maximum length.
 class MessageCheck {
  public:
-  MessageCheck(const MessageType& kind, std::string key, Stuffing stuffing, const Section& whole)
-      : kind_(kind),
-        key_(std::move(key)),
-        enclosed_(stuffing != Stuffing::kNone),
-        whole_(whole),
-        length_(static_cast<int>(kind.length.max)) {}
+  MessageCheck(const MessageType& kind, std::string key, const Section& whole)
+      : kind_(kind), key_(std::move(key)), whole_(whole), length_(static_cast<int>(kind.length.max)) {}
 
   void check_all() {
     check_sync();
@@ -50,7 +46,7 @@ class MessageCheck {
     if (kind_.header_bytes > kind_.length.max)
       make_error("/length",
                  fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
-    if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns && !enclosed_) {
+    if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
       make_error("", "has neither sync nor checks: any byte could start a frame");
     }
   }
@@ -140,7 +136,6 @@ class MessageCheck {
 
   const MessageType& kind_;
   std::string key_;
-  bool enclosed_;
   const Section& whole_;
   int length_;
 };
@@ -148,8 +143,7 @@ class MessageCheck {
 /// The wire time of a frame times its rate must not exceed the line's capacity.
 void check_line_speed(const Section& whole, const FrameDescription& description) {
   double bytes = 0;
-  for (const int k : description.sent_kinds)
-    bytes += stuffed_size(description.stuffing, description.kinds[static_cast<std::size_t>(k)].length.min);
+  for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
   if (description.sent_kinds.empty()) {
     if (description.carries_gyro()) whole.fail("gyro/axes", "the chosen field is in no message type");
     return;
@@ -184,7 +178,7 @@ void warn(FrameDescription& description) {
   for (const MessageType& kind : description.kinds) {
     int sync_bits = 0;
     for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
-    const bool findable = kind.structure == Structure::kColumns || description.stuffing != Stuffing::kNone;
+    const bool findable = kind.structure == Structure::kColumns;
     if (kind.check_bits < 16 && sync_bits <= 8 && !findable) {
       description.warnings.push_back(fmt::format(
           "message type {}: {} bits of sync and {} bits of checks can occur inside its own body; requires {} good "
@@ -219,7 +213,7 @@ void check_references(const Section& whole, const FrameDescription& description)
 
 void check_description(const Section& whole, FrameDescription& description) {
   for (std::size_t k = 0; k < description.kinds.size(); ++k) {
-    MessageCheck(description.kinds[k], fmt::format("kinds/{}", k), description.stuffing, whole).check_all();
+    MessageCheck(description.kinds[k], fmt::format("kinds/{}", k), whole).check_all();
   }
   check_references(whole, description);
   if (whole.good()) check_line_speed(whole, description);

@@ -34,27 +34,15 @@ TableStep read_table(const Section& s) {
   return step;
 }
 
-PolynomialStep read_polynomial(const Section& s) {
-  PolynomialStep step{s.numbers("coefficients", kAnyNumber)};
-  if (step.coefficients.empty()) s.fail("coefficients", "found none, expected at least one number");
-  return step;
-}
-
 ConversionStep read_step(const Section& s) {
-  s.allow({"coefficients", "x", "y", "full", "reference", "r0_ohm", "a", "b", "c", "d"});
-  enum { kPolynomial, kTable, kBridge, kPlatinum, kThermistor };
-  switch (s.choice("step", {"polynomial", "table", "bridge", "platinum", "thermistor"})) {
-    case kTable:
-      return read_table(s);
-    case kBridge:
+  s.allow({"x", "y", "full", "reference", "r0_ohm"});
+  switch (s.choice("step", {"table", "bridge", "platinum"})) {
+    case 1:
       return BridgeStep{s.number("full", {1e-9, 1e18}), s.number("reference", {1e-9, 1e18})};
-    case kPlatinum:
+    case 2:
       return PlatinumStep{s.number("r0_ohm", {1, 1e5}, PlatinumStep{}.r0_ohm)};
-    case kThermistor:
-      return ThermistorStep{s.number("a", {-1, 1}), s.number("b", {-1, 1}), s.number("c", {-1, 1}, 0),
-                            s.number("d", {-1, 1}, 0)};
     default:
-      return read_polynomial(s);
+      return read_table(s);
   }
 }
 

@@ -27,36 +27,14 @@ WireFormat read_line(const Section& s) {
   return wire;
 }
 
-/// The bytes of a vector as on the line. Errors: not exactly one frame.
-std::vector<std::uint8_t> read_stuffed(const Section& s, Stuffing stuffing) {
-  if (stuffing == Stuffing::kNone) {
-    s.fail("stuffed", "the description has no \"stuffing\"");
-    return {};
-  }
-  Unstuffer unstuffer(stuffing, kMaxFrameBytes);
-  int frames = 0, others = 0;
-  for (const std::uint8_t byte : s.bytes("stuffed")) {
-    const Unstuffer::Step step = unstuffer.push(byte);
-    frames += step == Unstuffer::Step::kFrame ? 1 : 0;
-    others += step == Unstuffer::Step::kBad || (frames == 1 && step == Unstuffer::Step::kMore) ? 1 : 0;
-  }
-  if (frames != 1 || others != 0) s.fail("stuffed", "is not one frame that ends with its delimiter");
-  return unstuffer.frame();
-}
-
-TestVector read_vector(const Section& s, Stuffing stuffing) {
+TestVector read_vector(const Section& s) {
   TestVector vector;
   vector.where = s.where();
   vector.name = s.text("name", "");
   if (s.has("text")) {
     const std::string text = s.raw_text("text");
     vector.bytes.assign(text.begin(), text.end());
-    for (const char* other : {"hex", "stuffed"}) {
-      if (s.has(other)) s.fail(other, "given together with \"text\"; expected one of them");
-    }
-  } else if (s.has("stuffed")) {
-    vector.bytes = read_stuffed(s, stuffing);
-    if (s.has("hex")) s.fail("hex", "given together with \"stuffed\"; expected one of them");
+    if (s.has("hex")) s.fail("hex", "given together with \"text\"; expected one of them");
   } else {
     vector.bytes = s.bytes("hex");
   }
@@ -84,9 +62,8 @@ void read_kinds(const Section& s, FrameDescription& description) {
                   fmt::format("found {}, expected an array of 1 to {} message types", kinds.size(), kMaxKinds));
   }
   for (const Section& kind : kinds) {
-    description.kinds.push_back(read_kind(kind, big_endian, description.stuffing, groups));
-    const std::uint32_t longest = stuffed_size(description.stuffing, description.kinds.back().length.max);
-    description.max_frame_bytes = std::max(description.max_frame_bytes, longest);
+    description.kinds.push_back(read_kind(kind, big_endian, groups));
+    description.max_frame_bytes = std::max(description.max_frame_bytes, description.kinds.back().length.max);
   }
 }
 
@@ -118,14 +95,12 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   description.rate_hz = choice.rate_hz.value_or(s.number("rate_hz", kRateHz));
   description.rate_tolerance = s.number("rate_tolerance", {0, 0.5}, 0.01);
   description.latency_s = 1e-6 * s.number("latency_us", {0, 1e6}, 0);
-  description.stuffing = static_cast<Stuffing>(s.choice("stuffing", {"none", "slip", "cobs", "hdlc"}, 0));
   read_kinds(s, description);
   if (!s.good()) return;
   read_roles(s, choice, description);
   read_send(s, description);
   description.commands = read_commands(s);
-  for (const Section& vector : s.objects("vectors", false))
-    description.test_vectors.push_back(read_vector(vector, description.stuffing));
+  for (const Section& vector : s.objects("vectors", false)) description.test_vectors.push_back(read_vector(vector));
   if (s.good()) check_description(s, description);
 }
 

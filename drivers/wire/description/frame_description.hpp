@@ -15,7 +15,6 @@
 #include "compensation/text_columns.hpp"
 #include "drivers/wire/description/commands.hpp"
 #include "drivers/wire/description/message_type.hpp"
-#include "drivers/wire/description/stuffing.hpp"
 #include "drivers/wire/description/wire_format.hpp"
 
 namespace prism::wire {
@@ -95,10 +94,9 @@ struct FrameDescription {
   /// commands are excluded, because adding one does not change the decoded values.
   std::string id;
   WireFormat wire;
-  Stuffing stuffing = Stuffing::kNone;  ///< message types and test vectors are of unstuffed frames
-  double rate_hz = 0;                   ///< nominal frames per second (with gyro data)
-  double rate_tolerance = 0;            ///< relative tolerance of rate_hz between devices
-  double latency_s = 0;  ///< constant delay from the end of the measured interval to the first bit on the line
+  double rate_hz = 0;         ///< nominal frames per second (with gyro data)
+  double rate_tolerance = 0;  ///< relative tolerance of rate_hz between devices
+  double latency_s = 0;       ///< constant delay from the end of the measured interval to the first bit on the line
   GyroRule gyro;
   std::vector<AxisRule> axes;           ///< served, in the order chosen, at most kMaxAxes; empty: no gyro
   std::vector<std::string> axis_names;  ///< valid values of AxisChoice::axis; the first is the default
@@ -111,10 +109,9 @@ struct FrameDescription {
   SlowChannel uhfo;
   /// Filled if the choice requests sensors; known but not requested sensors are decoded and dropped.
   std::vector<SensorRule> sensors;
-  Commands commands;           ///< what the device must be sent
-  SensorStatements plausible;  ///< plausibility limits of the device's sensors, if described
-  std::uint32_t max_frame_bytes =
-      0;  ///< longest frame of all message types; with stuffing: on the line without escapes
+  Commands commands;                  ///< what the device must be sent
+  SensorStatements plausible;         ///< plausibility limits of the device's sensors, if described
+  std::uint32_t max_frame_bytes = 0;  ///< longest frame of all message types
 
   /// False: an instrument without a gyro; it has sensors.
   bool carries_gyro() const { return !axes.empty(); }

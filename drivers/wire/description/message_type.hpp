@@ -21,12 +21,11 @@ struct ByteRule {
 };
 
 struct LengthRule {
-  /// kEnclosed: with stuffing, from delimiter to delimiter.
-  enum class LengthType { kFixed, kField, kTerminated, kEnclosed } form = LengthType::kFixed;
+  enum class LengthType { kFixed, kField, kTerminated } form = LengthType::kFixed;
   std::uint32_t min = 0, max = 0;  ///< length of the frame in bytes; equal for kFixed
-  std::int32_t multiply = 1, add = 0;
+  std::int32_t add = 0;
   std::vector<std::uint8_t> terminator;  ///< kTerminated: the last bytes of the frame
-  Field field;                           ///< kField: length = field * multiply + add
+  Field field;                           ///< kField: length = field + add
 };
 
 /// Every byte from..to (negative: from the end) has (byte & mask) == value: "bit 7 is clear".

@@ -140,12 +140,11 @@ int body_bits(const MessageType& kind) {
 }
 
 /// Computes the number of bits that identify a frame, and how many good frames in a row confirm a weak message type.
-void measure_strength(Stuffing stuffing, MessageType& kind) {
+void measure_strength(MessageType& kind) {
   for (const CheckRule& check : kind.checks) kind.check_bits += check.bits;
   kind.known_bits = kind.check_bits + 8 * static_cast<int>(kind.length.terminator.size());
   for (const ByteRule& rule : kind.sync) kind.known_bits += std::popcount(rule.mask);
   kind.known_bits += body_bits(kind);
-  if (stuffing != Stuffing::kNone) kind.known_bits += 16;  // the delimiters
   kind.weak = kind.known_bits < kWeakBits;
   const int frames = (kSureBits - 1 + kind.known_bits) / std::max(kind.known_bits, 1);
   kind.confirmations = kind.check_bits >= kWeakBits ? 1 : std::clamp(frames, 2, kMostConfirmations);
@@ -164,24 +163,21 @@ FieldGroups read_field_groups(const Section& description) {
   return groups;
 }
 
-MessageType read_kind(const Section& s, bool big_endian, Stuffing stuffing, const FieldGroups& groups) {
+MessageType read_kind(const Section& s, bool big_endian, const FieldGroups& groups) {
   MessageType kind;
   kind.name = s.text("name", {}, TextRule::kMessageName);
   for (const Section& sync : s.one_or_more_objects("sync")) read_sync(sync, kind);
   const std::vector<std::uint8_t> after = s.bytes("after", false);
   kind.after = after.empty() ? -1 : after[0];
   if (after.size() > 1) s.fail("after", "has more than one byte");
-  read_length(s, big_endian, stuffing, kind);
+  read_length(s, big_endian, kind);
   kind.trailer = s.bytes("trailer", false);
-  for (const char* key : {"after", "trailer"}) {
-    if (stuffing != Stuffing::kNone && s.has(key)) s.fail(key, "not valid with \"stuffing\"");
-  }
   read_structure(s, big_endian, groups, kind);
   read_rules(s, kind);
   for (const Section& check : s.one_or_more_objects("checks")) kind.checks.push_back(read_check(check, big_endian));
   measure_tail(kind);
   measure_header(kind);
-  measure_strength(stuffing, kind);
+  measure_strength(kind);
   return kind;
 }
 

@@ -38,8 +38,8 @@ void read_number_type(const Section& section, bool big_endian, std::int64_t byte
 Conversion read_scaling(const Section& section);
 
 void read_sync(const Section& section, MessageType& kind);
-/// The key "length" of a message type's section; with stuffing it may be {"min", "max"}.
-void read_length(const Section& kind_section, bool big_endian, Stuffing stuffing, MessageType& kind);
+/// The key "length" of a message type's section.
+void read_length(const Section& kind_section, bool big_endian, MessageType& kind);
 void read_items(const Section& section, bool big_endian, MessageType& kind);
 void read_text(const Section& section, MessageType& kind);
 /// All rules except the mask field, which is not read yet.
@@ -56,7 +56,7 @@ using FieldGroups = std::map<std::string, FieldGroup>;
 /// The description's "parts".
 FieldGroups read_field_groups(const Section& description);
 /// Without roles, which read_roles adds. `big_endian` is the description's byte order.
-MessageType read_kind(const Section& section, bool big_endian, Stuffing stuffing, const FieldGroups& groups);
+MessageType read_kind(const Section& section, bool big_endian, const FieldGroups& groups);
 
 /// Call after the message types are read: adds the roles of each type and the description's rules.
 void read_roles(const Section& section, const GyroChoice& choice, FrameDescription& description);

@@ -32,10 +32,8 @@ void read_stored(const Section& s, CheckRule& rule) {
   rule.stored = static_cast<CheckRule::Stored>(s.choice("text", {"no", "hex", "decimal"}, 0));
   const std::string separator = s.raw_text("mark", "");
   if (rule.stored == CheckRule::Stored::kBinary) return;
-  rule.covers_separator = s.boolean("covers_mark", rule.covers_separator);
   if (s.has("mark") && separator.size() != 1)
     return s.fail("mark", "not one character; expected the character before the check");
-  if (rule.covers_separator && separator.empty()) return s.fail("covers_mark", "not valid without \"mark\"");
   rule.separator = separator.empty() ? '\0' : separator[0];
   if (rule.stored == CheckRule::Stored::kHexText) rule.size = static_cast<std::uint8_t>(2 * rule.size);
 }
@@ -56,7 +54,7 @@ void read_sync(const Section& s, MessageType& kind) {
   }
 }
 
-void read_length(const Section& s, bool big_endian, Stuffing stuffing, MessageType& kind) {
+void read_length(const Section& s, bool big_endian, MessageType& kind) {
   constexpr Range kLength{1, kMaxFrameBytes};
   LengthRule& length = kind.length;
   if (!s.is_object("length")) {
@@ -64,7 +62,7 @@ void read_length(const Section& s, bool big_endian, Stuffing stuffing, MessageTy
     return;
   }
   const Section l = s.object("length");
-  l.allow({"at", "type", "order", "multiply", "add"});
+  l.allow({"at", "type", "order", "add"});
   length.min = static_cast<std::uint32_t>(l.integer("min", kLength, 1));
   length.max = static_cast<std::uint32_t>(l.integer("max", kLength));
   if (length.min > length.max) l.fail("max", fmt::format("{} is below min {}", length.max, length.min));
@@ -73,17 +71,9 @@ void read_length(const Section& s, bool big_endian, Stuffing stuffing, MessageTy
     length.terminator = l.bytes("terminator");
     return;
   }
-  if (stuffing != Stuffing::kNone && !l.has("at")) {
-    length.form = LengthRule::LengthType::kEnclosed;
-    for (const char* key : {"type", "order", "multiply", "add"}) {
-      if (l.has(key)) l.fail(key, "not valid without \"at\"");
-    }
-    return;
-  }
   length.form = LengthRule::LengthType::kField;
   length.field.at = static_cast<int>(l.integer("at", {0, 255}));
   read_number_type(l, big_endian, 0, length.field);
-  length.multiply = static_cast<std::int32_t>(l.integer("multiply", {1, 64}, length.multiply));
   length.add = static_cast<std::int32_t>(l.integer("add", {-1024, 1024}, length.add));
 }
 
@@ -126,7 +116,7 @@ void read_blocks(const Section& s, MessageType& kind) {
 
 CheckRule read_check(const Section& s, bool big_endian) {
   CheckRule rule;
-  s.allow({"width", "poly", "init", "reflect_in", "reflect_out", "xor_out", "pad_to", "odd", "covers_mark", "at"});
+  s.allow({"width", "poly", "init", "reflect_in", "reflect_out", "xor_out", "pad_to", "odd", "at"});
   rule.sum = static_cast<CheckRule::Sum>(s.choice("kind", {"crc", "sum", "xor", "fletcher", "parity"}));
   const bool crc = rule.sum == CheckRule::Sum::kCrc;
   rule.from = static_cast<int>(s.integer("from", kOffset, rule.from));
@@ -134,7 +124,6 @@ CheckRule read_check(const Section& s, bool big_endian) {
   rule.big_endian = read_byte_order(s, "order", big_endian);
   rule.word = static_cast<std::uint8_t>(s.integer("word", {1, 4}, rule.word));
   if (rule.word == 3) s.fail("word", "found 3, expected 1, 2 or 4");
-  rule.word_big_endian = read_byte_order(s, "word_order", rule.big_endian);
   rule.negate = s.boolean("negate", rule.negate);
   rule.size = rule.sum == CheckRule::Sum::kFletcher ? std::uint8_t{2} : rule.word;
   if (crc)

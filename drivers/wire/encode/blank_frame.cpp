@@ -108,7 +108,7 @@ std::vector<std::uint8_t> blank_frame(const MessageType& kind) {
   }
   if (kind.length.form == LengthRule::LengthType::kField) {
     const Field& field = kind.length.field;
-    const auto value = (static_cast<std::int64_t>(frame.size()) - kind.length.add) / kind.length.multiply;
+    const std::int64_t value = static_cast<std::int64_t>(frame.size()) - kind.length.add;
     store_bits(field, frame.data() + field.at, static_cast<std::uint64_t>(value));
   }
   write_characters(kind, frame);

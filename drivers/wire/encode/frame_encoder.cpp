@@ -222,7 +222,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
     for (const CheckRule& check : kind_->checks) store_check(check, frame_);
   }
-  stuff(description_->stuffing, frame_, out);
+  out.insert(out.end(), frame_.begin(), frame_.end());
   out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
 }
 

@@ -35,7 +35,7 @@ class FrameEncoder {
  public:
   explicit FrameEncoder(FrameDescriptionPtr description);
 
-  /// Appends one complete frame, with its stuffing.
+  /// Appends one complete frame.
   void encode(const GyroState& state, std::vector<std::uint8_t>& out);
 
   /// The device measured `frames` intervals without sending: the counter advances, and so does an accumulated angle;

@@ -37,15 +37,6 @@ TEST(Bridge, IsTheRatioOfItsArms) {
   EXPECT_TRUE(std::isnan(convert(bridge, -1)));
 }
 
-// Steinhart and Hart's equation with the coefficients of a common 10 kohm thermistor: 25 degC at 10 kohm.
-TEST(Thermistor, MatchesItsNominalPointAndIsInverted) {
-  const ConversionStep ntc = ThermistorStep{1.129241e-3, 2.341077e-4, 0, 8.775468e-8};
-  EXPECT_NEAR(convert(ntc, 10'000), 25, 0.01);
-  for (const double degc : {-40.0, 0.0, 25.0, 70.0, 110.0})
-    EXPECT_NEAR(convert(ntc, convert_back(ntc, degc)), degc, 1e-9);
-  EXPECT_TRUE(std::isnan(convert(ntc, 0)));
-}
-
 TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
   const ConversionStep table = TableStep{{0, 10, 20}, {100, 50, 40}};
   EXPECT_DOUBLE_EQ(convert(table, 0), 100);
@@ -55,13 +46,6 @@ TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
   EXPECT_DOUBLE_EQ(convert_back(table, 45), 15);
   EXPECT_TRUE(std::isnan(convert(table, 20.1)));
   EXPECT_TRUE(std::isnan(convert(table, std::nan(""))));
-}
-
-TEST(Polynomial, IsInverted) {
-  const ConversionStep cubic = PolynomialStep{{1, 2, 0.03, -0.001}};
-  EXPECT_DOUBLE_EQ(convert(cubic, 2), 1 + 4 + 0.12 - 0.008);
-  for (const double x : {-5.0, 0.0, 3.0, 12.0}) EXPECT_NEAR(convert_back(cubic, convert(cubic, x)), x, 1e-9);
-  EXPECT_TRUE(std::isnan(convert_back(PolynomialStep{{5}}, 5))) << "a constant has no inverse";
 }
 
 TEST(Conversion, AppliesAndInvertsItsSteps) {

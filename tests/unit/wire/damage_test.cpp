@@ -186,19 +186,15 @@ TEST_P(Shipped, LosesNoIntactFrame) {
     for (const DecodedMessage& reading : test::decode(description, damaged.bytes)) found.insert(reading.offset);
     std::size_t lost = 0;
     std::size_t seen = 0;
-    // A stuffed frame whose first delimiter ended a damaged frame begins after it.
-    const bool enclosed = description->stuffing != Stuffing::kNone;
     for (const std::uint64_t offset : damaged.intact) {
-      if (found.contains(offset) || (enclosed && found.contains(offset + 1)))
+      if (found.contains(offset))
         ++seen;
       else
         ++lost;
     }
-    // Less than 16 bits identify the frame, or a frame needs the end of the previous one, which may be damaged (COBS
-    // has one delimiter between two frames).
+    // Less than 16 bits identify the frame, or a frame needs the end of the previous one, which may be damaged.
     const MessageType& kind = description->kinds[static_cast<std::size_t>(description->sent_kinds[0])];
-    const bool shared = kind.after >= 0 || description->stuffing == Stuffing::kCobs;
-    const double allowed = kind.weak || shared ? 0.25 * static_cast<double>(seen) : 0;
+    const double allowed = kind.weak || kind.after >= 0 ? 0.25 * static_cast<double>(seen) : 0;
     EXPECT_LE(static_cast<double>(lost), allowed) << seen << " found after damage " << static_cast<int>(what);
     EXPECT_GT(seen, 0u);
   }

@@ -132,8 +132,6 @@ TEST(TextChecks, NeedAMarkOrAPlace) {
   EXPECT_EQ(check(R"("to": -3, "at": -3)"), "good");
   EXPECT_EQ(check(R"("mark": "*")"), "good");
   EXPECT_EQ(check(R"("to": -3)"), "t.json:/kinds/0/checks: \"at\" is missing");
-  EXPECT_EQ(check(R"("to": -3, "at": -3, "covers_mark": true)"),
-            "t.json:/kinds/0/checks/covers_mark: not valid without \"mark\"");
 }
 
 TEST(TextChecks, AreWrittenInDecimalDigits) {
@@ -170,16 +168,6 @@ TEST(Vectors, NameTheByteOrderInWhichTheCheckFits) {
   const std::uint64_t other = Crc({16, 0x1021, 0xFFFF, false, false, 0}).compute(Bytes{0xAB, 0x01, 0x02});
   EXPECT_THAT(error_of(one_type(members, vector(other >> 8, other & 0xFF))),
               testing::HasSubstr("it fits with \"poly\": \"0x1021\", \"init\": \"0xFFFF\""));
-}
-
-TEST(Vectors, NameTheWordOrderInWhichTheCheckFits) {
-  const std::string members = R"("sync": {"bytes": "AB"}, "length": 6, "fields": {"r": {"at": 1, "type": "u8"}},
-      "checks": {"kind": "sum", "word": 2, "to": -2, "at": -2})";
-  EXPECT_EQ(
-      error_of(one_type(members, R"({"hex": "AB F2 01 20 12 AC", "kind": "k"})")),
-      "t.json:/vectors/0: 0 of 6 bytes are a frame; expected one frame of message type k; the check fails in this "
-      "byte order, but fits with \"order\": \"big\", \"word_order\": \"little\"")
-      << "F2AB + 2001 = 112AC";
 }
 
 }  // namespace

@@ -140,6 +140,27 @@ INSTANTIATE_TEST_SUITE_P(
              "f.json:/counter/modulus: 512 is more than the field's 256"},
         Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}",
              "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
+        Slip{"\"rate_hz\"", "\"stuffing\": \"slip\", \"rate_hz\"",
+             "f.json:/stuffing: removed in prism 0.4 (line 2); no description of prism is of stuffed frames"},
+        Slip{"\"length\": 12", "\"length\": {\"at\": 2, \"type\": \"u8\", \"multiply\": 2, \"max\": 12}",
+             "f.json:/kinds/0/length/multiply: removed in prism 0.4 (line 3); a length field counts bytes"},
+        Slip{
+            "\"to\": -2", "\"to\": -2, \"word_order\": \"big\"",
+            "f.json:/kinds/0/checks/word_order: removed in prism 0.4 (line 4); words are added in the \"order\" of the "
+            "check"},
+        Slip{"\"to\": -2", "\"to\": -2, \"covers_mark\": true",
+             "f.json:/kinds/0/checks/covers_mark: removed in prism 0.4 (line 4); the covered bytes end before the "
+             "\"mark\""},
+        Slip{
+            "\"type\": \"s32\"",
+            "\"type\": \"s32\", \"convert\": [{\"step\": \"polynomial\", \"coefficients\": [0, 2]}]",
+            "f.json:/kinds/0/fields/rate/convert/0/coefficients: removed in prism 0.4 (line 5); use the step \"table\" "
+            "with points of the polynomial"},
+        Slip{
+            "{\"field\": \"t\"}",
+            "{\"high\": \"n\", \"low\": \"low\", \"convert\": [{\"step\": \"thermistor\", \"a\": 0.1, \"b\": 0.1}]}",
+            "f.json:/temperature/convert/0/a: removed in prism 0.4 (line 8); use the step \"table\" with points of the "
+            "thermistor"},
         Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}",
              "f.json:/temperature/high: only valid for halves (\"high\", \"low\"); with \"field\" set it in "
              "the field"}));

@@ -79,30 +79,6 @@ TEST(Fixtures, Stim300DatagramDecodesExactly) {
   EXPECT_TRUE(readings[0].gyro[0].valid);
 }
 
-TEST(Fixtures, Stim300UtilityLinesHaveAValidCrc) {
-  const auto description = test::description_of(R"({
-    "format": "prism-frames", "version": 1, "name": "utility", "line": {"baud": 460800}, "rate_hz": 1,
-    "kinds": [{"name": "line", "length": {"terminator": "0D", "min": 5, "max": 80}, "text": {"separators": ","},
-               "checks": {"kind": "crc", "width": 8, "poly": "0x07", "init": "0xFF", "text": "decimal", "mark": ",", "covers_mark": true},
-               "fields": {"any": {"column": 1, "type": "decimal"}}}],
-    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "any"}}})");
-  std::istringstream in(test::read_file(test::frames_file("stim300_utility_crc8.txt")));
-  int count = 0;
-  for (std::string line; std::getline(in, line);) {
-    if (line.empty() || line.starts_with("# ")) continue;
-    while (!line.empty() && line.back() == '\r') line.pop_back();
-    line += '\r';
-    EXPECT_TRUE(inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size())))
-        << line;
-    line[1] ^= 1;
-    EXPECT_FALSE(
-        inspect_frame(*description, std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size())))
-        << line;
-    ++count;
-  }
-  EXPECT_EQ(count, 6);
-}
-
 TEST(Fixtures, AstrixChecksumMatches) {
   const Bytes frame = hex_frames("exail_astrix_ns.hex")[0].second;
   auto values = values_of(test::shipped("astrix-ns"), frame);
