@@ -139,6 +139,15 @@ TEST(SvgChart, IsSmallWithManyPointsAndKeepsTheirExtremes) {
   }
 }
 
+TEST(SvgChart, HasTheValuesOfFewPoints) {
+  EXPECT_THAT(draw_svg(one_panel(SeriesStyle::kLinePoints)), HasSubstr("<title>100, 2</title>"));
+  EXPECT_THAT(draw_svg(one_panel(SeriesStyle::kLine)), Not(HasSubstr("<title>")));
+  Plot plot = one_panel(SeriesStyle::kPoints);
+  plot.panels[0].series[0].x.assign(101, 1);
+  plot.panels[0].series[0].y.assign(101, 1);
+  EXPECT_THAT(draw_svg(plot), Not(HasSubstr("<title>"))) << "too many to point at";
+}
+
 TEST(SvgChart, ClipsToFixedRanges) {
   Plot plot = one_panel(SeriesStyle::kLine);
   plot.panels[0].y.min = 1.5;

@@ -6,7 +6,6 @@
 #include <cctype>
 
 #include "base/escape.hpp"
-#include "tools/prismcal/report/chart_json.hpp"
 #include "tools/prismcal/report/svg_chart.hpp"
 
 namespace prism::report {
@@ -63,10 +62,8 @@ std::string linked(const Cell& cell) {
   return link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", link, text);
 }
 
-/// Content-Security-Policy: no external resources, and only kChartScript.
-std::string policy() {
-  return fmt::format("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src '{}'", kChartScriptHash);
-}
+/// Content-Security-Policy: no script, no external resources.
+constexpr const char* kPolicy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// Writes the page and numbers tables and figures.
 class Page {
@@ -83,7 +80,6 @@ class Page {
     }
     facts();
     text_ += fmt::format("<footer>{}</footer>\n", html_text(report_.tool));
-    if (charts_ > 0) text_ += fmt::format("<script>{}</script>\n", kChartScript);
     text_ += "</body>\n</html>\n";
     return std::move(text_);
   }
@@ -96,7 +92,7 @@ class Page {
         "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
         "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
-        policy(), html_text(report_.title), kStyle, html_text(report_.title), html_text(report_.subtitle));
+        kPolicy, html_text(report_.title), kStyle, html_text(report_.title), html_text(report_.subtitle));
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
@@ -159,10 +155,6 @@ class Page {
     std::string svg = draw_svg(figure.plot, ++figures_);
     svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(alternative_text(figure))));
     text_ += fmt::format("<figure id=\"{}\">\n{}\n", id_or_number(figure.id, "figure", figures_), svg);
-    if (can_be_charted(figure.plot)) {
-      text_ += fmt::format("<script type=\"application/json\">{}</script>\n", chart_json(figure.plot));
-      ++charts_;
-    }
     const std::string meaning =
         figure.meaning.empty() ? "" : fmt::format(" <span class=\"meaning\">{}</span>", html_text(figure.meaning));
     text_ += fmt::format("<figcaption>{}{}</figcaption>\n</figure>\n",
@@ -171,7 +163,7 @@ class Page {
 
   const Report& report_;
   std::string text_;
-  int sections_ = 0, tables_ = 0, figures_ = 0, charts_ = 0;
+  int sections_ = 0, tables_ = 0, figures_ = 0;
 };
 
 }  // namespace

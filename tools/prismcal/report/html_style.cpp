@@ -23,23 +23,6 @@ nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--bl
 figure { max-width: 62rem; margin: 1.6rem 0 2.2rem; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; }
 figure svg text { font-family: inherit !important; }
-/* A chart instead of a figure's drawing, on the same white paper; print has the drawing. */
-.charts { display: none; background: #fff; color: #1b2733; border-radius: 4px; gap: .4rem 1.2rem; }
-.charts .head { display: flex; flex-wrap: wrap; gap: 0 .8em; align-items: baseline; font-size: .85rem; padding: .3rem .8rem 0 4.6rem; min-height: 1.7rem; }
-.charts .foot { display: flex; justify-content: space-between; font-size: .8rem; padding: 0 .9rem .3rem 4.6rem; min-height: 1.4rem; }
-.charts .unit, .charts .at { color: #5b6875; } .charts .plot { width: 100%; cursor: crosshair; }
-.charts .keys { list-style: none; margin: 0 0 0 auto; padding: 0; display: flex; flex-wrap: wrap; gap: 0 1em; justify-content: flex-end; }
-.charts .keys i { display: inline-block; width: 1.3em; height: .65em; margin-right: .4em; border-top: 3px solid currentColor; }
-.charts .keys i.points, .charts .keys i.open { width: .55em; height: .55em; border: 2px solid currentColor; border-radius: 50%; }
-.charts .keys i.points { background: currentColor; } .charts .panel { min-width: 0; align-self: end; }
-.charts .keys i.bars, .charts .keys i.band { background: currentColor; height: .6em; border: 0; }
-.charts .value, .charts .at { font-variant-numeric: tabular-nums; font-weight: 600; color: #1b2733; }
-.dygraph-axis-label { line-height: normal; overflow: hidden; color: #374151; }
-@media screen {
-  figure.charted > svg { display: none; } figure.charted > .charts { display: grid; }
-  figure.charted > .columns2 { grid-template-columns: 1fr 1fr; } figure.charted > .columns3 { grid-template-columns: 1fr 1fr 1fr; }
-}
-@media screen and (max-width: 45rem) { figure.charted > .charts { grid-template-columns: minmax(0, 1fr) !important; } .charts .head, .charts .foot { padding-left: .6rem; } }
 figcaption, caption { font-size: .9rem; color: var(--ink); text-align: left; }
 figcaption { margin-top: .4rem; max-width: 52rem; } caption { margin-bottom: .4rem; caption-side: top; }
 figcaption b, caption b { color: var(--blue); } .note { color: var(--soft); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A figure as data: panels of series on labelled axes. Input of draw_svg() and chart_json().
+// A figure as data: panels of series on labelled axes. Input of draw_svg().
 #pragma once
 
 #include <cmath>

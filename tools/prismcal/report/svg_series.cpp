@@ -156,6 +156,23 @@ std::string mark_svg(const std::vector<Run>& runs, const CurveStyle& style) {
   return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"", style.colour));
 }
 
+/// Invisible circles with the values of few points: a browser shows them at the pointer.
+std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
+  constexpr std::size_t kMost = 100;
+  const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints ||
+                      series.form == SeriesStyle::kLinePoints || series.form == SeriesStyle::kMark;
+  if (!points || size_of(series) > kMost) return {};
+  std::string text;
+  for (std::size_t i = 0; i < size_of(series); ++i) {
+    if (x.shows(series.x[i]) && y.shows(series.y[i]))
+      text += fmt::format("<path d=\"M{}h0\"><title>{:.4g}, {:.4g}</title></path>\n",
+                          numbers(x.px(series.x[i]), y.px(series.y[i])), series.x[i], series.y[i]);
+  }
+  if (text.empty()) return {};
+  return "<g fill=\"none\" stroke=\"#000\" stroke-opacity=\"0\" stroke-width=\"9\" stroke-linecap=\"round\">\n" + text +
+         "</g>\n";
+}
+
 /// Draws one rectangle per point: its grid cell.
 std::string heat_svg(const Series& series, const Scale& x, const Scale& y) {
   const auto x_edges = grid_edges(series.x, x.is_logarithmic()), y_edges = grid_edges(series.y, y.is_logarithmic());
@@ -206,7 +223,8 @@ std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
   if (series.form == SeriesStyle::kHeat) return heat_svg(series, x, y);
   const bool band = series.form == SeriesStyle::kBand;
   return form_svg(series.form, curve_style(series.ink), runs_of(series, series.y, x, y),
-                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px());
+                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px()) +
+         titles_svg(series, x, y);
 }
 
 std::string key_sample_svg(const Series& series, double left, double width, double y) {
