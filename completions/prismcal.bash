@@ -23,7 +23,7 @@ _prismcal() {
     'allan --grid') words='octave decade dense' ;;
     'allan --estimator') words='overlapping non-overlapping' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
-    'campaign --engine') words='local slurm print' ;;
+    'campaign --engine') words='print' ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
@@ -39,7 +39,7 @@ _prismcal() {
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
     verify) words='-h --help --repair --json' ;;
-    campaign) words='-h --help --plan --status --task --collect --install --engine --jobs --memory --detach' ;;
+    campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
     *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert design verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")

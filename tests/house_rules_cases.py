@@ -124,7 +124,6 @@ SOUND = [
     ("compensation/a.cpp", CPP + "// no steady_clock::now() here, and no <thread>\nconst char* text = \"std::time(x)\";\n"),
     ("compensation/training/a.cpp", CPP + "#include <thread>\n#include <boost/math/distributions/fisher_f.hpp>\n"),
     ("drivers/wire/decode/a.cpp", CPP + '#include "compensation/sample.hpp"\n#include "drivers/wire/description/field.hpp"\n'),
-    ("tools/prismcal/campaign/cpu_level.cpp", CPP + "::execv(program, argv);\n"),
     ("compensation/training/b.cpp", CPP + "SparseSystem system(samples);\nbool b = file.system(1);\n// system(x) and popen(x)\n"),
     ("drivers/a.cpp", CPP + '#include <boost/asio/post.hpp>\n#include "base/result.hpp"\n'),
     ("daemon/a.cpp", CPP + '#include <thread>\n#include "config/config.hpp"\n#include "compensation/compensation_engine.hpp"\n'),

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-# A campaign on the cores of this machine: each gyro with each model. A gyro without a thermometer is rejected in one line, a
-# killed task runs again, existing results are kept, and a changed recording repeats only its own tasks.
+# A campaign on the cores of this machine with GNU parallel, as docs/campaign.md describes: each gyro with each model. A gyro without
+# a thermometer is rejected in one line, a killed task runs again, existing results are kept, and a changed recording repeats only its
+# own tasks.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 . "$(dirname "$0")/lot.sh"
+command -v parallel >/dev/null || skip "no GNU parallel; tools/setup slurm installs it"
 cd "$dir"
 
 gyro lot S1 1
@@ -15,7 +17,13 @@ tasks() { ls lot.campaign/tasks; }
 sums() { (cd lot.campaign/tasks && find . -type f ! -name times.json | sort | xargs sha256sum); }
 
 prismcal campaign lot.json --plan >plan.out 2>plan.err || fail "plan"
-contains "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do: about 0.0"
+same "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do"
+code=0; prismcal campaign lot.json >out 2>action.err || code=$?
+same "exit code without an action" "$code" 1
+contains "its error" "$(cat action.err)" "expected --engine print and a program that runs its lines"
+code=0; prismcal campaign lot.json --engine slurm >out 2>engine.err || code=$?
+same "exit code of a removed engine" "$code" 64
+contains "its error" "$(cat engine.err)" "a job array of Slurm runs its lines"
 code=0; prismcal campaign missing.json --plan >out 2>missing.err || code=$?
 same "exit code for a missing file" "$code" 1
 sed 's/"method"/"methd"/' lot.json >wrong.json
@@ -26,19 +34,24 @@ sed 's/"method": "stepwise"/"method": "stepwise", "prior": "models"/' lot.json >
 code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
 same "exit code for an option whose files are not inputs" "$code" 1
 
-# After a kill, finished tasks are kept, and the same command runs the others.
-start run prismcal campaign lot.json --jobs 1
+# The recipe of docs/campaign.md. After a kill, finished tasks are kept, and the same commands run the others.
+printed() { prismcal campaign "$1" --engine print >tasks.txt && rm -f jobs.log || fail "the lines of $1"; }
+recipe() { exec $(grep -o 'parallel --joblog jobs.log --resume --bar' "$PRISM_SOURCE/docs/campaign.md" | head -1) "$@" <tasks.txt; }
+printed lot.json
+same "printed lines" "$(wc -l <tasks.txt)" 6
+start run recipe --jobs 1
 wait_for 30 sh -c 'ls lot.campaign/tasks | grep -q .'
-kill -9 "$pid"; wait "$pid" 2>/dev/null || true
+kill -9 "$pid" $(ps -o pid= --ppid "$pid"); wait "$pid" 2>/dev/null || true
 sums >before
-prismcal campaign lot.json 2>run.err || fail "the second run"
+printed lot.json
+(recipe) 2>run.err || fail "the second run: $(cat run.err)"
 same "finished tasks" "$(tasks | wc -l)" 6
 sums >after
 diff <(grep -Ff before after) before >/dev/null || fail "a finished task was run again"
 [ -z "$(ls -A lot.campaign/tasks | grep '^\.')" ] || fail "unfinished results: $(ls -A lot.campaign/tasks)"
 
 prismcal campaign lot.json --status >status.out || fail "status: $(cat status.out)"
-contains "status" "$(head -1 status.out)" "6 of 6 tasks done, 0 running, 0 failed, 0 waiting"
+contains "status" "$(head -1 status.out)" "6 of 6 tasks done, 0 failed, 0 without a result yet"
 same "rejected tasks" "$(grep -c '^refused: S3 z, ' status.out)" 2
 for id in $(tasks); do
   if [ "$(jq -r .serial "lot.campaign/tasks/$id/result.json")" = S3 ]; then continue; fi
@@ -53,39 +66,43 @@ prismcal train lot/S1/cycle1 --method stepwise --name stepwise --threads 1 --qui
 same "the model" "$(jq -Sc 'del(.provenance)' "lot.campaign/tasks/$id/model.json")" "$(jq -Sc 'del(.provenance)' hand.json)"
 
 # A changed input repeats only its own tasks.
-sleep 2.1
 prismcal campaign lot.json --plan >plan.out
 contains "nothing to do" "$(tail -1 plan.out)" ", 0 to do"
 rm -r lot/S2; gyro lot S2 22
-prismcal campaign lot.json --engine print >print.out
-same "tasks of the changed gyro" "$(wc -l <print.out)" 2
-sh -e print.out || fail "the printed commands"
+printed lot.json
+same "tasks of the changed gyro" "$(wc -l <tasks.txt)" 2
+sh -e tasks.txt || fail "the printed commands"
 same "tasks" "$(tasks | wc -l)" 8
-prismcal campaign lot.json --engine print >print.out
-same "tasks left to run" "$(wc -l <print.out)" 0
+printed lot.json
+same "tasks left to run" "$(wc -l <tasks.txt)" 0
 
-# If an input disappears between plan and task, the task fails with a message, and the next run repeats it.
+# If an input disappears between plan and task, the task fails with a message, and its line is printed again.
 sed 's/"name": "lot"/"name": "other"/' lot.json >other.json
-prismcal campaign other.json --engine print >print.out
+printed other.json
 mv lot/S1/cycle2 kept
-code=0; sh -c "$(grep "$(awk -F'\t' '$2 == "S1 z" {print $1; exit}' other.campaign/plan.tsv)" print.out)" 2>gone.out || code=$?
+code=0; sh -c "$(grep "$(awk -F'\t' '$2 == "S1 z" {print $1; exit}' other.campaign/plan.tsv)" tasks.txt)" 2>gone.out || code=$?
 same "exit code without the input" "$code" 1
 code=0; prismcal campaign other.json --status >status.out || code=$?
 same "exit code of --status after a failure" "$code" 1
 contains "the failure" "$(cat status.out)" "failed: S1 z, kernel: "
 mv kept lot/S1/cycle2
-prismcal campaign other.json 2>other.err || fail "the run after a failure"
+printed other.json
+(recipe) 2>other.err || fail "the run after a failure: $(cat other.err)"
+prismcal campaign other.json --status >status.out || fail "status after the retry"
+same "the failure is gone" "$(head -1 status.out)" "6 of 6 tasks done, 0 failed, 0 without a result yet"
 
-# A level in the campaign file is used; Ctrl-C leaves no unfinished result.
-sed 's/"name": "lot"/"level": "baseline", "name": "third"/' lot.json >third.json
-start third prismcal campaign third.json --jobs 1
-wait_for 30 sh -c 'ls third.campaign/tasks | grep -q .'
-kill -INT "$pid"
-code=0; wait "$pid" || code=$?
-same "exit code after Ctrl-C ($(cat third.err))" "$code" 130
-[ -z "$(ls -A third.campaign/tasks | grep '^\.')" ] || fail "unfinished results after Ctrl-C"
-prismcal campaign third.json 2>third.err
+# Each result states the processor level that computed it; a lot of several levels is named.
+sed 's/"name": "lot"/"name": "third"/' lot.json >third.json
+printed third.json
+head -3 tasks.txt >some.txt
+GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2 sh -e some.txt || fail "three tasks at the lowest level"
 same "levels" "$(jq -r .level third.campaign/tasks/*/result.json | sort -u)" baseline
+printed third.json
+(recipe) 2>third.err || fail "the other tasks: $(cat third.err)"
+prismcal campaign third.json --collect >out 2>levels.err || fail "collect of two levels"
+if [ "$(jq -r .level third.campaign/tasks/*/result.json | sort -u | wc -l)" -gt 1 ]; then
+  contains "two levels" "$(cat levels.err)" "Processor levels differ: baseline, "
+fi
 
 # --collect writes the report of the lot and the accepted models; --install copies these. Limits may be changed afterwards.
 code=0; prismcal campaign lot.json --collect >collect.out 2>collect.err || code=$?

@@ -24,8 +24,7 @@ constexpr const char* kAllKeys = R"({
   "judging": {"max-bias": 50},
   "limits": {"data_quality": {"verdict": "pass", "findings": {"disturbed": {"max": 0.05}}},
              "repeat": {"improvement_percent": {"min": 30}}, "other": {"rms_deg_per_h": {"max": 1}}},
-  "level": "x86-64-v3", "output": {"folder": "out", "reports": false}, "previous": "old",
-  "slurm": {"options": ["--time=1:00:00"]}
+  "output": {"folder": "out", "reports": false}, "previous": "old"
 })";
 
 TestJson load(const std::filesystem::path& path) { return TestJson::parse(test::read_file(path), nullptr, true, true); }
@@ -49,11 +48,9 @@ TEST(CampaignFile, ResolvesPathsRelativeToItself) {
   EXPECT_EQ(file.limits.findings.at(0).max, 0.05);
   EXPECT_EQ(file.limits.repeat.at(0).min, 30);
   EXPECT_EQ(file.limits.other.at(0).quantity, "rms_deg_per_h");
-  EXPECT_EQ(file.level, "x86-64-v3");
   EXPECT_EQ(file.folder, "/lab/out");
   EXPECT_EQ(file.previous, "/lab/old");
   EXPECT_FALSE(file.reports);
-  EXPECT_THAT(file.slurm_options, ElementsAre("--time=1:00:00"));
 }
 
 TEST(CampaignFile, HasDefaults) {
@@ -63,7 +60,6 @@ TEST(CampaignFile, HasDefaults) {
                                 .value();
   EXPECT_EQ(file.name, "winter");
   EXPECT_EQ(file.folder, "/lab/winter.campaign");
-  EXPECT_EQ(file.level, "native");
   EXPECT_TRUE(file.reports);
   EXPECT_TRUE(file.limits.warnings_pass);
   EXPECT_TRUE(file.models.at(0).words.empty());
@@ -81,8 +77,16 @@ TEST(CampaignFile, IsRejectedWithAJsonPointer) {
   EXPECT_THAT(error_of("/limits/repeat", 1), HasSubstr("/limits/repeat: not a JSON object"));
   EXPECT_THAT(error_of("/limits/data_quality/findings/noice", TestJson{{"min", 1}}), HasSubstr("no such finding"));
   EXPECT_THAT(error_of("/limits/data_quality/findings/noise", TestJson::object()), HasSubstr("neither min nor max"));
-  EXPECT_THAT(error_of("/level", "avx"), HasSubstr("/level"));
   EXPECT_THAT(parse_campaign("{", "/lab/lot.json").error().text(), HasSubstr("/lab/lot.json:1"));
+}
+
+TEST(CampaignFile, OfVersion03IsReadWithoutSlurmButNotWithALevel) {
+  TestJson json = TestJson::parse(kAllKeys);
+  json["slurm"] = {{"options", {"--time=1:00:00"}}};
+  const auto file = parse_campaign(json.dump(), "/lab/lot.json");
+  ASSERT_TRUE(file) << file.error().text();
+  EXPECT_THAT(file->warnings, ElementsAre(HasSubstr("/lab/lot.json:/slurm: removed in prism 0.4")));
+  EXPECT_THAT(error_of("/level", "baseline"), HasSubstr("/level: removed in prism 0.4"));
 }
 
 TEST(CampaignSchema, AcceptsTheExamples) {

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 TaskResult result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
   TaskResult made;
@@ -122,6 +123,17 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   EXPECT_EQ(rows[2][8]["text"], "out of memory");
   EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
   EXPECT_THAT(report.warning, HasSubstr("incomplete"));
+  EXPECT_THAT(report.warning, Not(HasSubstr("levels differ")));
+}
+
+TEST(LotReport, NamesALotWhoseProcessorLevelsDiffer) {
+  test::Lot files;
+  Lot lot;
+  lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
+  lot.results[0].level = "x86-64-v3";
+  lot.results[1].level = "baseline";
+  EXPECT_THAT(lot_report(files.file(), lot, nullptr).warning,
+              HasSubstr("Processor levels differ: baseline, x86-64-v3"));
 }
 
 class InstalledLot : public testing::Test {

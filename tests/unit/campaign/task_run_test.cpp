@@ -5,9 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/file.hpp"
 #include "tests/unit/campaign/lot.hpp"
-#include "tools/prismcal/campaign/progress.hpp"
-#include "tools/prismcal/campaign/task_command.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -20,8 +19,7 @@ class CampaignTask : public testing::Test {
   CampaignTask() {
     lot_.gyro("S1");
     EXPECT_TRUE(store_.create());
-    InputCache cache(store_.file("inputs.cache"));
-    plan_ = make_plan(lot_.file(), work_, cache).value();
+    plan_ = make_plan(lot_.file(), work_).value();
     EXPECT_TRUE(store_.write_plan(plan_));
     task_ = plan_.tasks.at(0);
   }
@@ -59,7 +57,7 @@ TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
   EXPECT_EQ(store_.tasks_to_do(store_.read_plan().value()).size(), 1u);
 }
 
-// Two executors run one task at the same time: the first result is kept, the second is discarded without an error.
+// Two programs run one task at the same time: the first result is kept, the second is discarded without an error.
 TEST_F(CampaignTask, KeepsTheFirstOfTwoResults) {
   const auto run = work_.run;
   work_.run = [&](const Task& task, const std::string& folder) {
@@ -120,17 +118,10 @@ TEST_F(CampaignTask, LeavesNoUnfinishedResultOfAKilledProcess) {
   EXPECT_TRUE(fs::exists(mine));
 }
 
-TEST(TaskCommand, IsQuotedForAShell) {
-  CampaignFile file;
-  file.path = "/lab/it's lot.json";
-  EXPECT_EQ(task_command(file, "/usr/bin/prismcal", "ab12"),
-            "/usr/bin/prismcal campaign '/lab/it'\\''s lot.json' --task ab12");
-}
-
-TEST(DurationText, RoundsToReadableUnits) {
-  EXPECT_EQ(duration_text(12.2), "12 s");
-  EXPECT_EQ(duration_text(125), "2 min 05 s");
-  EXPECT_EQ(duration_text(36000 + 300), "10 h 05 min");
+TEST_F(CampaignTask, IsReadFromAPlanOfVersion03) {
+  ASSERT_TRUE(write_text_file(store_.file("plan.tsv"),
+                              fmt::format("task\tgyro\tmodel\tcpu_s\tmemory_mb\n{}\tS1 z\ta\t1.5\t20\n", task_.id)));
+  EXPECT_EQ(store_.read_plan().value().at(0).gyro, "S1 z");
 }
 
 }  // namespace

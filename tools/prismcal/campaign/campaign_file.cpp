@@ -125,12 +125,10 @@ Result<CampaignFile> parse_campaign(std::string_view text, const std::string& pa
   file.models = read_models(root);
   file.judging = words_of(root.object("judging"));
   file.limits = read_limits(root);
-  file.level = kLevelNames[root.choice("level", kLevelNames, 0)];
   const Section output = root.object("output");
   file.folder = absolute_in(base, output.text("folder", file.name + ".campaign"));
   file.reports = output.boolean("reports", true);
   file.previous = absolute_in(base, root.text("previous", ""));
-  file.slurm_options = root.object("slurm").texts("options", false);
   if (auto done = root.finish(); !done) return tl::unexpected<Error>(done.error());
   return file;
 }

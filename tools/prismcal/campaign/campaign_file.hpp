@@ -43,18 +43,15 @@ struct CampaignFile {
   std::vector<ModelChoice> models;   ///< in the order of preference
   std::vector<std::string> judging;  ///< options of `prismcal evaluate`
   CampaignLimits limits;
-  std::string level;     ///< "native", "x86-64-v4", "x86-64-v3", "baseline"
-  std::string folder;    ///< output directory, absolute
-  bool reports = true;   ///< writes a page for each task
-  std::string previous;  ///< output directory of an earlier campaign, absolute; empty: none
-  std::vector<std::string> slurm_options;
+  std::string folder;                 ///< output directory, absolute
+  bool reports = true;                ///< writes a page for each task
+  std::string previous;               ///< output directory of an earlier campaign, absolute; empty: none
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 
-/// Allowed names of findings, and allowed instruction levels.
+/// Allowed names of findings.
 inline constexpr std::array kFindingNames{"temperature_span", "length", "explainable", "moved",
                                           "disturbed",        "noise",  "quantised"};
-inline constexpr std::array kLevelNames{"native", "x86-64-v4", "x86-64-v3", "baseline"};
 
 /// Paths in the file are relative to its directory. Options of models and judging are checked by Work::check, not here.
 /// Errors, with the JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or

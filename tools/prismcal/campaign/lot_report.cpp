@@ -296,10 +296,13 @@ report::Report lot_report(const CampaignFile& file, const Lot& lot, const Lot* p
                                            limits_text(file.limits.findings))},
       {"limits, repeat", limits_text(file.limits.repeat)},
       {"limits, other profiles", limits_text(file.limits.other)},
-      {"instruction level", fmt::format("{}", fmt::join(levels, ", "))}};
+      {"processor level", fmt::format("{}", fmt::join(levels, ", "))}};
   for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
   if (!lot.missing.empty())
-    report.warning = fmt::format("Lot incomplete: {} without a result.", counted(lot.missing.size(), "task"));
+    report.warning = fmt::format("Lot incomplete: {} without a result. ", counted(lot.missing.size(), "task"));
+  if (levels.size() > 1)
+    report.warning +=
+        fmt::format("Processor levels differ: {}; the last digits of models depend on them.", fmt::join(levels, ", "));
   report.sections.push_back({"summary", "The lot", {models_table(file, lot), statistics_table(file, lot)}});
   if (auto figure = statistics_figure(file, lot); !figure.plot.panels.empty())
     report.sections[0].blocks.emplace_back(std::move(figure));

@@ -27,7 +27,7 @@ std::string last_name(const std::string& path) {
 }
 
 std::string id_of(const Task& task) {
-  Json json = {{"version", task.version},   {"level", task.level},     {"serial", task.serial}, {"axis", task.axis},
+  Json json = {{"version", task.version},   {"serial", task.serial},   {"axis", task.axis},
                {"model", task.model.words}, {"judging", task.judging}, {"report", task.report}};
   for (const TaskInput& input : task.inputs) {
     Json files = Json::array();
@@ -35,15 +35,6 @@ std::string id_of(const Task& task) {
     json["inputs"].push_back({role_name(input.role), last_name(input.path), files});
   }
   return sha256_hex(json_text(json)).substr(0, kIdChars);
-}
-
-std::uint64_t seconds_of(const Task& task, Role role) {
-  std::uint64_t lines = 0;
-  for (const TaskInput& input : task.inputs) {
-    if (input.role != role) continue;
-    for (const InputFile& file : input.files) lines += file.path.ends_with(".index") ? 0 : file.lines;
-  }
-  return lines;
 }
 
 /// Serial number and axis of a recording. Errors: its logs are of several gyros or axes, or have no serial number.
@@ -59,10 +50,10 @@ Result<std::pair<std::string, std::string>> owner_of(const TaskInput& input) {
   return *owners.begin();
 }
 
-Result<void> add_recording(Role role, const std::string& path, InputCache& cache, Gyros& gyros, Plan& plan) {
+Result<void> add_recording(Role role, const std::string& path, Gyros& gyros, Plan& plan) {
   TaskInput input{role, path, {}};
   for (const std::string& name : files_of_recording(path)) {
-    auto file = cache.describe(name);
+    auto file = read_input(name);
     if (!file) return tl::unexpected<Error>(file.error());
     input.files.push_back(std::move(*file));
   }
@@ -75,14 +66,14 @@ Result<void> add_recording(Role role, const std::string& path, InputCache& cache
   return {};
 }
 
-Result<Gyros> find_gyros(const CampaignFile& file, InputCache& cache, Plan& plan) {
+Result<Gyros> find_gyros(const CampaignFile& file, Plan& plan) {
   Gyros gyros;
   for (const RecordingPattern& recording : file.recordings) {
     for (const std::string& pattern : recording.patterns) {
       const auto paths = paths_of_pattern(pattern);
       if (paths.empty()) return make_error(pattern, "matches no file, expected one or more recordings");
       for (const std::string& path : paths) {
-        if (auto done = add_recording(recording.role, path, cache, gyros, plan); !done)
+        if (auto done = add_recording(recording.role, path, gyros, plan); !done)
           return tl::unexpected<Error>(done.error());
       }
     }
@@ -99,19 +90,13 @@ std::string missing_role(const std::vector<TaskInput>& inputs) {
   return {};
 }
 
-Result<void> add_tasks(const CampaignFile& file, const Work& work, const Task& gyro, Plan& plan) {
+void add_tasks(const CampaignFile& file, const Task& gyro, Plan& plan) {
   for (const ModelChoice& model : file.models) {
     Task task = gyro;
     task.model = model;
     task.id = id_of(task);
-    const auto cost = work.cost(task, seconds_of(task, Role::kTrain),
-                                seconds_of(task, Role::kRepeat) + seconds_of(task, Role::kOther));
-    if (!cost) return make_error(task.gyro(), fmt::format("model {}: {}", model.name, cost.error().text()));
-    task.cpu_s = cost->cpu_s;
-    task.memory_mb = cost->memory_mb;
     plan.tasks.push_back(std::move(task));
   }
-  return {};
 }
 
 }  // namespace
@@ -124,16 +109,10 @@ std::vector<std::string> Task::paths(Role role) const {
   return found;
 }
 
-double Plan::cpu_s() const {
-  double sum = 0;
-  for (const Task& task : tasks) sum += task.cpu_s;
-  return sum;
-}
-
-Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& cache) {
+Result<Plan> make_plan(const CampaignFile& file, const Work& work) {
   if (auto good = work.check(file); !good) return tl::unexpected<Error>(good.error());
   Plan plan;
-  auto gyros = find_gyros(file, cache, plan);
+  auto gyros = find_gyros(file, plan);
   if (!gyros) return tl::unexpected<Error>(gyros.error());
   for (auto& [owner, inputs] : *gyros) {
     Task task;
@@ -150,9 +129,8 @@ Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& c
     task.judging = file.judging;
     task.report = file.reports;
     task.version = work.version;
-    task.level = file.level == "native" ? work.level : file.level;
     ++plan.gyros;
-    if (auto done = add_tasks(file, work, task, plan); !done) return tl::unexpected<Error>(done.error());
+    add_tasks(file, task, plan);
   }
   if (plan.tasks.empty())
     return make_error(file.path,
@@ -171,7 +149,6 @@ Json task_json(const Task& task) {
                {"train", task.model.words},
                {"judging", task.judging},
                {"version", task.version},
-               {"level", task.level},
                {"report", task.report}};
   for (const TaskInput& input : task.inputs) {
     Json files = Json::array();
@@ -198,12 +175,11 @@ Result<Task> parse_task(std::string_view text, const std::string& where) {
   task.model = {root.text("model"), list("train")};
   task.judging = list("judging");
   task.version = root.text("version");
-  task.level = root.text("level");
   task.report = root.boolean("report");
   for (const Section& section : root.objects("inputs")) {
     TaskInput input{static_cast<Role>(section.choice("role", kRoleNames)), section.text("path"), {}};
     for (const Section& file : section.objects("files"))
-      input.files.push_back({file.text("path"), file.text("sha256"), {}, {}, 0, 0});
+      input.files.push_back({file.text("path"), file.text("sha256"), {}, {}});
     task.inputs.push_back(std::move(input));
   }
   if (auto done = root.finish(); !done) return tl::unexpected<Error>(done.error());

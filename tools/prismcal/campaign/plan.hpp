@@ -26,10 +26,8 @@ struct Task {
   ModelChoice model;
   std::vector<std::string> judging;
   std::vector<TaskInput> inputs;
-  std::string version, level;  ///< version of prismcal, instruction level
+  std::string version;  ///< of prismcal
   bool report = true;
-  // Expected cost; not part of the id.
-  double cpu_s = 0, memory_mb = 0;
 
   std::string gyro() const { return axis.empty() ? serial : serial + " " + axis; }
   std::vector<std::string> paths(Role role) const;
@@ -44,22 +42,13 @@ struct Plan {
   std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the campaign file
   std::vector<LeftOutInput> left_out;
   std::size_t gyros = 0;
-
-  double cpu_s() const;
-};
-
-struct Cost {
-  double cpu_s = 0, memory_mb = 0;
 };
 
 /// Functions of the commands train and evaluate that campaigns call.
 struct Work {
-  std::string version, level;  ///< version of this program, loaded instruction level
+  std::string version;  ///< of this program
   /// Checks the options of models and judging. Errors: options that train or evaluate reject.
   std::function<Result<void>(const CampaignFile&)> check;
-  /// Estimates the cost of one task from the length of its training and its test recordings, s. Errors: the training
-  /// needs more memory than allowed.
-  std::function<Result<Cost>(const Task&, std::uint64_t training_s, std::uint64_t test_s)> cost;
   /// Trains and evaluates; writes the model and the report into `folder` and returns the contents of result.json. Data
   /// that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
   /// retried.
@@ -67,9 +56,9 @@ struct Work {
 };
 
 /// Groups the recordings by the serial number and axis in their metadata. Gyros without a train or repeat recording are
-/// listed in Plan::left_out. Errors: a file cannot be read, a pattern matches no file, Work::check or Work::cost fails,
-/// no gyro is left.
-Result<Plan> make_plan(const CampaignFile& file, const Work& work, InputCache& cache);
+/// listed in Plan::left_out. Errors: a file cannot be read, a pattern matches no file, Work::check fails, no gyro
+/// is left.
+Result<Plan> make_plan(const CampaignFile& file, const Work& work);
 
 /// One line of tasks.jsonl.
 Json task_json(const Task& task);

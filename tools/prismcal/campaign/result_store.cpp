@@ -22,7 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kRunningFor_s = 30;
 constexpr long kOldUnfinished_s = 86400;
 
 std::string host_name() {
@@ -83,7 +82,7 @@ std::optional<Failure> read_failure(const std::string& path) {
 
 Result<void> ResultStore::create() const {
   std::error_code error;
-  for (const char* name : {"tasks", "failed", "running"}) {
+  for (const char* name : {"tasks", "failed"}) {
     fs::create_directories(file(name), error);
     if (error) return make_error(file(name), error.message());
   }
@@ -91,10 +90,9 @@ Result<void> ResultStore::create() const {
 }
 
 Result<void> ResultStore::write_plan(const Plan& plan) const {
-  std::string table = "task\tgyro\tmodel\tcpu_s\tmemory_mb\n", tasks, left_out;
+  std::string table = "task\tgyro\tmodel\n", tasks, left_out;
   for (const Task& task : plan.tasks) {
-    table += fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\n", task.id, tsv_field(task.gyro()), tsv_field(task.model.name),
-                         task.cpu_s, task.memory_mb);
+    table += fmt::format("{}\t{}\t{}\n", task.id, tsv_field(task.gyro()), tsv_field(task.model.name));
     tasks += json_text(task_json(task)) + "\n";
   }
   for (const LeftOutInput& input : plan.left_out)
@@ -107,16 +105,15 @@ Result<void> ResultStore::write_plan(const Plan& plan) const {
 
 Result<std::vector<PlannedTask>> ResultStore::read_plan() const {
   auto in = FileReader::open(file("plan.tsv"));
-  if (!in) return make_error(file("plan.tsv"), "no plan yet; run `prismcal campaign FILE --plan`");
+  if (!in) return make_error(file("plan.tsv"), "no plan yet; run `prismcal campaign FILE --engine print`");
   std::vector<PlannedTask> tasks;
   std::string line;
   in->read_line(line);
   while (in->read_line(line)) {
     const auto fields = recordings::csv_fields(line, '\t');
-    if (fields.size() != 5 || !is_task_id(fields[0]))
-      return make_error(file("plan.tsv"), fmt::format("found \"{}\", expected a task id and four more fields", line));
-    tasks.push_back({fields[0], fields[1], fields[2], std::strtod(fields[3].c_str(), nullptr),
-                     std::strtod(fields[4].c_str(), nullptr)});
+    if (fields.size() < 3 || !is_task_id(fields[0]))  // plans up to version 0.3 have two more
+      return make_error(file("plan.tsv"), fmt::format("found \"{}\", expected a task id, a gyro and a model", line));
+    tasks.push_back({fields[0], fields[1], fields[2]});
   }
   return tasks;
 }
@@ -156,8 +153,6 @@ std::vector<PlannedTask> ResultStore::tasks_to_do(const std::vector<PlannedTask>
   std::vector<PlannedTask> tasks;
   std::copy_if(plan.begin(), plan.end(), std::back_inserter(tasks),
                [&](const PlannedTask& task) { return !done.contains(task.id); });
-  std::stable_sort(tasks.begin(), tasks.end(),
-                   [](const PlannedTask& a, const PlannedTask& b) { return a.cpu_s > b.cpu_s; });
   return tasks;
 }
 
@@ -168,15 +163,6 @@ std::unordered_map<std::string, Failure> ResultStore::failures() const {
     if (auto failure = read_failure(file("failed/" + name))) failures[name] = std::move(*failure);
   });
   return failures;
-}
-
-std::unordered_set<std::string> ResultStore::running() const {
-  std::unordered_set<std::string> ids;
-  each_name(file("running"), [&](const std::string& name) {
-    const long age = age_s(file("running/" + name));
-    if (age >= 0 && age <= kRunningFor_s) ids.insert(name);
-  });
-  return ids;
 }
 
 std::string ResultStore::refusal(const std::string& id) const {
@@ -192,15 +178,6 @@ Result<void> ResultStore::add_failure(const std::string& id, const std::string& 
 }
 
 void ResultStore::clear_failure(const std::string& id) const { ::unlink(file("failed/" + id).c_str()); }
-
-void ResultStore::touch_running(const std::string& id) const {
-  const int opened = ::open(file("running/" + id).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (opened < 0) return;
-  ::futimens(opened, nullptr);
-  ::close(opened);
-}
-
-void ResultStore::clear_running(const std::string& id) const { ::unlink(file("running/" + id).c_str()); }
 
 Result<std::string> ResultStore::begin_task(const std::string& id) const {
   std::error_code error;
@@ -238,6 +215,31 @@ void ResultStore::sweep() const {
     std::error_code error;
     if (gone || age_s(path) > kOldUnfinished_s) fs::remove_all(path, error);
   });
+}
+
+Result<Status> read_status(const ResultStore& store) {
+  const auto plan = store.read_plan();
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  const auto with_result = store.with_result();
+  const auto failures = store.failures();
+  Status status;
+  status.tasks = plan->size();
+  status.left_out = store.read_left_out();
+  for (const PlannedTask& task : *plan) {
+    if (with_result.contains(task.id)) {
+      ++status.done;
+      std::string why = store.refusal(task.id);
+      if (!why.empty()) status.refused.push_back({task.gyro, task.model, std::move(why)});
+    } else if (const auto failed = failures.find(task.id); failed != failures.end()) {
+      status.failed.push_back({task.gyro, task.model,
+                               failed->second.attempts > 1
+                                   ? fmt::format("{} ({} times)", failed->second.why, failed->second.attempts)
+                                   : failed->second.why});
+    } else {
+      ++status.waiting;
+    }
+  }
+  return status;
 }
 
 }  // namespace prism::campaign

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Output directory of a campaign: the plan, and for each task its result, its running mark or its failure.
+// Output directory of a campaign: the plan, and for each task its result or its failure.
 #pragma once
 
 #include <string>
@@ -11,10 +11,9 @@
 
 namespace prism::campaign {
 
-/// One line of plan.tsv: the members of a task that executors and --status need.
+/// One line of plan.tsv.
 struct PlannedTask {
   std::string id, gyro, model;
-  double cpu_s = 0, memory_mb = 0;
 };
 
 /// A task and why it has no result or was refused.
@@ -28,8 +27,7 @@ struct Failure {
 };
 
 /// Files: tasks/ID/: a complete result, renamed into place. tasks/.ID.HOST.PID/: an unfinished one. failed/ID:
-/// "ATTEMPTS\tWHY". running/ID: touched periodically while the task runs. Several processes, also on several machines,
-/// can use one store at the same time.
+/// "ATTEMPTS\tWHY". Several processes, also on several machines, can use one store at the same time.
 class ResultStore {
  public:
   explicit ResultStore(std::string folder) : folder_(std::move(folder)) {}
@@ -51,19 +49,14 @@ class ResultStore {
   bool has_result(const std::string& id) const;
   std::unordered_set<std::string> with_result() const;
   std::unordered_map<std::string, Failure> failures() const;
-  /// Returns the tasks without a result, longest first.
+  /// Returns the tasks without a result.
   std::vector<PlannedTask> tasks_to_do(const std::vector<PlannedTask>& plan) const;
-  /// Returns the tasks whose running mark was touched within the last 30 s.
-  std::unordered_set<std::string> running() const;
-
   /// Returns why training rejected the data of a finished task; empty if it did not.
   std::string refusal(const std::string& id) const;
 
   /// Records a failure and counts the attempts.
   Result<void> add_failure(const std::string& id, const std::string& why) const;
   void clear_failure(const std::string& id) const;
-  void touch_running(const std::string& id) const;
-  void clear_running(const std::string& id) const;
 
   /// Creates this process's directory for the unfinished result of `id` and returns its path.
   Result<std::string> begin_task(const std::string& id) const;
@@ -75,5 +68,15 @@ class ResultStore {
  private:
   std::string folder_;
 };
+
+struct Status {
+  std::size_t tasks = 0, done = 0, waiting = 0;
+  std::vector<TaskLine> refused;  ///< among the done ones: tasks whose data training rejected, with the reason
+  std::vector<TaskLine> failed;   ///< without a result so far
+  std::vector<LeftOutInput> left_out;
+};
+
+/// Errors: no plan.
+Result<Status> read_status(const ResultStore& store);
 
 }  // namespace prism::campaign

@@ -6,11 +6,8 @@
 #include <sys/utsname.h>
 
 #include <chrono>
-#include <condition_variable>
 #include <filesystem>
-#include <mutex>
 #include <new>
-#include <thread>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -18,47 +15,13 @@
 namespace prism::campaign {
 namespace {
 
-constexpr std::chrono::seconds kTouchInterval{10};
-
-/// Touches running/ID during its lifetime. --status shows a task as running only while its mark is recent.
-class Heartbeat {
- public:
-  Heartbeat(const ResultStore& store, std::string id) : store_(store), id_(std::move(id)) {
-    store_.touch_running(id_);
-    thread_ = std::thread([this] {
-      std::unique_lock lock(mutex_);
-      while (!end_.wait_for(lock, kTouchInterval, [this] { return ended_; })) store_.touch_running(id_);
-    });
-  }
-  Heartbeat(const Heartbeat&) = delete;
-  Heartbeat& operator=(const Heartbeat&) = delete;
-  ~Heartbeat() {
-    {
-      const std::lock_guard lock(mutex_);
-      ended_ = true;
-    }
-    end_.notify_one();
-    thread_.join();
-    store_.clear_running(id_);
-  }
-
- private:
-  const ResultStore& store_;
-  std::string id_;
-  std::mutex mutex_;
-  std::condition_variable end_;
-  bool ended_ = false;
-  std::thread thread_;
-};
-
-Result<void> check_inputs(const ResultStore& store, const Task& task) {
-  InputCache cache(store.file("inputs.cache"));
+Result<void> check_inputs(const Task& task) {
   for (const TaskInput& input : task.inputs) {
     if (const auto names = files_of_recording(input.path); names.size() != input.files.size())
       return make_error(input.path, fmt::format("found {} files, expected {} as planned; plan again", names.size(),
                                                 input.files.size()));
     for (const InputFile& file : input.files) {
-      const auto found = cache.describe(file.path);
+      const auto found = read_input(file.path);
       if (!found) return tl::unexpected<Error>(found.error());
       if (found->sha256 != file.sha256)
         return make_error(file.path, fmt::format("found SHA-256 {:.12}…, expected {:.12}… as planned; plan again",
@@ -90,7 +53,7 @@ Result<void> run_in(const ResultStore& store, const Task& task, const Work& work
   if (work.version != task.version)
     return make_error(
         task.id, fmt::format("planned with version {}, this is version {}; plan again", task.version, work.version));
-  if (auto good = check_inputs(store, task); !good) return good;
+  if (auto good = check_inputs(task); !good) return good;
   auto result = work.run(task, folder);
   if (!result) return tl::unexpected<Error>(result.error());
   std::vector<std::pair<std::string, std::string>> files = {{"task.json", json_text(task_json(task), 1) + "\n"},
@@ -107,7 +70,6 @@ Result<void> run_in(const ResultStore& store, const Task& task, const Work& work
 
 Result<void> run_task(const ResultStore& store, const Task& task, const Work& work) {
   if (store.has_result(task.id)) return {};
-  const Heartbeat heartbeat(store, task.id);
   auto folder = store.begin_task(task.id);
   Result<void> done;
   try {

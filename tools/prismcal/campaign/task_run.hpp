@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs one task of a campaign. Every executor uses this; running a task twice is harmless.
+// Runs one task of a campaign. Running a task twice is harmless.
 #pragma once
 
 #include "tools/prismcal/campaign/result_store.hpp"

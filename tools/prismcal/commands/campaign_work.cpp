@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/commands/campaign_work.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,11 +10,11 @@
 #include <memory>
 
 #include "base/file.hpp"
+#include "compensation/kernels/kernels.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
-#include "tools/prismcal/campaign/cpu_level.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
@@ -111,10 +112,21 @@ Json evaluation_json(const RecordingEvaluation& evaluated, const campaign::Task&
   return json;
 }
 
+/// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
+std::string loaded_level() {
+  Dl_info found{};
+  if (::dladdr(reinterpret_cast<const void*>(&kernels::rbf_row), &found) == 0 || !found.dli_fname) return "baseline";
+  const std::string path = found.dli_fname;
+  for (const char* level : {"x86-64-v4", "x86-64-v3"}) {
+    if (path.find(fmt::format("/glibc-hwcaps/{}/", level)) != std::string::npos) return level;
+  }
+  return "baseline";
+}
+
 /// The members that all results have. `outcome`: "trained" or "refused".
 Json begin_result(const campaign::Task& task, const std::string& outcome) {
-  return {{"outcome", outcome},       {"task", task.id},         {"serial", task.serial}, {"axis", task.axis},
-          {"model", task.model.name}, {"version", task.version}, {"level", task.level}};
+  return {{"outcome", outcome},       {"task", task.id},         {"serial", task.serial},  {"axis", task.axis},
+          {"model", task.model.name}, {"version", task.version}, {"level", loaded_level()}};
 }
 
 Json refused_result(const campaign::Task& task, const Error& error) {
@@ -128,7 +140,7 @@ Result<Json> run_task(const campaign::Task& task, const std::string& folder) {
   if (!choice) return tl::unexpected<Error>(choice.error());
   choice->files = task.paths(Role::kTrain);
   choice->method.quiet = true;
-  choice->method.threads = 1;  // executors run one task per core
+  choice->method.threads = 1;  // one task per core
   if (choice->name.empty()) choice->name = task.model.name;
   const auto trained = train_on_recordings(*choice);
   if (!trained) return refused_result(task, trained.error());
@@ -180,13 +192,6 @@ Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
   return choice;
 }
 
-campaign::Work campaign_work(const std::string& calibration) {
-  const auto costs = std::make_shared<CostModel>(calibration);
-  return {kVersion, campaign::loaded_level(), check_models,
-          [costs](const campaign::Task& task, std::uint64_t training_s, std::uint64_t test_s) {
-            return costs->cost(task, training_s, test_s);
-          },
-          run_task};
-}
+campaign::Work campaign_work() { return {kVersion, check_models, run_task}; }
 
 }  // namespace prism::commands

@@ -37,7 +37,7 @@ int run(int argc, char** argv) {
   add_convert_command(app, code);
   add_design_command(app, code);
   add_verify_command(app, code);
-  add_campaign_command(app, code, argv);
+  add_campaign_command(app, code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -13,12 +13,18 @@
 #include <string>
 #include <utility>
 
-#include "tools/prismcal/campaign/progress.hpp"
-
 namespace prism::commands {
 namespace {
 
 std::atomic<bool> bar_drawn{false};
+
+/// "2 h 05 min", "12 s".
+std::string duration_text(double s) {
+  const auto rounded = static_cast<long>(s + 0.5);
+  if (rounded < 100) return fmt::format("{} s", rounded);
+  if (rounded < 5400) return fmt::format("{} min {:02} s", rounded / 60, rounded % 60);
+  return fmt::format("{} h {:02} min", rounded / 3600, rounded / 60 % 60);
+}
 
 /// Draws one line that fits the terminal: a longer one would add a line with each drawing.
 void draw(double share, std::string text) {
@@ -50,9 +56,9 @@ class ReadBar {
     if (done || seconds < kPatience_s || since(drawn_) < kBetween_s) return;
     drawn_ = now;
     const double share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
-    draw(share, fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
-                            campaign::duration_text(seconds * (1 - share) / share),
-                            1e-6 * static_cast<double>(state.rows) / seconds));
+    draw(share,
+         fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
+                     duration_text(seconds * (1 - share) / share), 1e-6 * static_cast<double>(state.rows) / seconds));
   }
 
  private:
