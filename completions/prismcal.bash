@@ -38,7 +38,7 @@ _prismcal() {
     allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --estimator --confidence --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
-    verify) words='-h --help --repair --json' ;;
+    verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
     *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert design verify campaign' ;;
   esac

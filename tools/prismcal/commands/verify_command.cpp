@@ -11,7 +11,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
-#include "tools/prismcal/verification/repair.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 
 namespace prism::commands {
@@ -25,7 +24,6 @@ using verification::VerificationResult;
 
 struct VerifyChoice {
   std::vector<std::string> paths;
-  std::string repair;
   bool json = false;
 };
 
@@ -91,27 +89,6 @@ ordered_json json_of(const VerificationResult& result) {
   return {{"faults", result.faults()}, {"findings", std::move(findings)}, {"sessions", std::move(sessions)}};
 }
 
-void print(const verification::Repaired& repaired, const std::string& out) {
-  for (const auto& row : repaired.left_out) fmt::print("{}: left out: {}\n", position(row.path, row.line), row.why);
-  fmt::print("{}: {} in {}, {}, {} of models, frames and configurations; {} left out\n", out,
-             counted(repaired.rows, "row"), counted(repaired.segments, "segment"),
-             counted(repaired.captures, "capture"), counted(repaired.documents, "file"), repaired.left_out.size());
-}
-
-ordered_json json_of(const verification::Repaired& repaired, const std::string& out) {
-  ordered_json left_out = ordered_json::array();
-  for (const auto& row : repaired.left_out) {
-    left_out.push_back({{"path", row.path}, {"why", row.why}});
-    if (row.line > 0) left_out.back()["line"] = row.line;
-  }
-  return {{"out", out},
-          {"rows", repaired.rows},
-          {"segments", repaired.segments},
-          {"captures", repaired.captures},
-          {"documents", repaired.documents},
-          {"left_out", std::move(left_out)}};
-}
-
 int run(const VerifyChoice& choice) {
   VerificationResult result;
   for (const std::string& path : choice.paths) {
@@ -120,35 +97,19 @@ int run(const VerifyChoice& choice) {
     std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(result.sessions));
   }
   if (!choice.json) print(result);
-  ordered_json json = choice.json ? json_of(result) : ordered_json();
-  int code = result.faults() == 0 ? 0 : 1;
-  if (!choice.repair.empty()) {
-    const auto repaired = verification::repair(choice.paths.front(), choice.repair);
-    code = repaired ? 0 : failed(repaired.error());
-    if (repaired && choice.json) json["repaired"] = json_of(*repaired, choice.repair);
-    if (repaired && !choice.json) print(*repaired, choice.repair);
-  }
-  if (choice.json) fmt::print("{}\n", json_text(json, 2));
-  return code;
+  if (choice.json) fmt::print("{}\n", json_text(json_of(result), 2));
+  return result.faults() == 0 ? 0 : 1;
 }
 
 }  // namespace
 
 void add_verify_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("verify", "check logs, captures, models and configurations for damage");
+  CLI::App* command = app.add_subcommand("verify", "check logs and captures for damage");
   const auto choice = std::make_shared<VerifyChoice>();
-  command->add_option("path", choice->paths, "logs, captures, models, frame descriptions, configurations; or folders")
-      ->required();
-  command->add_option("--repair", choice->repair,
-                      "new folder for a repaired copy of the one PATH; prints each row left out");
+  command->add_option("path", choice->paths, "logs and captures; or folders")->required();
   command->add_flag("--json", choice->json, "print JSON");
-  tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1 /etc/prism/gyro1.json",
-                                 "prismcal verify logs/ --repair clean/"});
-  command->callback([choice, &code] {
-    if (!choice->repair.empty() && choice->paths.size() != 1)
-      throw CLI::ValidationError("--repair", fmt::format("found {} paths, expected one", choice->paths.size()));
-    code = run(*choice);
-  });
+  tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1"});
+  command->callback([choice, &code] { code = run(*choice); });
 }
 
 }  // namespace prism::commands

@@ -36,7 +36,7 @@ struct LogFolder {
   /// open_log_segment() if no file can be read, no .csv file, logs of several instances or gyros, an unknown axis,
   /// several axes without a selection. Damaged rows and files are left out (LeftOut::damaged).
   static Result<LogFolder> open(const std::string& path, const std::string& axis = {}, const std::string& column = {});
-  /// Opens all that can be read. For verify and repair.
+  /// Opens all that can be read. For verify.
   static LogFolder salvage(const std::string& path);
   /// Errors: the segments are of several instances or gyros.
   Result<void> of_one_gyro(const std::string& path) const;

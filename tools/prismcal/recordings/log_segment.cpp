@@ -165,23 +165,4 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
   return segment;
 }
 
-Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
-                              const std::string& remark) {
-  const auto text = read_available(segment.path, kMaxTableBytes);
-  if (!text) return tl::unexpected<Error>(text.error());
-  std::string copy;
-  LogLines lines(text->text);
-  for (bool columns = false; lines.next();) {
-    const std::string_view line = lines.line();
-    const bool is_comment = line.starts_with('#');
-    if (line.empty() || line.starts_with(kLogEndMark)) continue;
-    if (columns && !is_comment && !std::binary_search(kept.begin(), kept.end(), lines.number())) continue;
-    columns = columns || !is_comment;
-    copy.append(line).append("\n");
-    if (lines.number() == 1) copy += fmt::format("# repaired: {}\n", remark);
-  }
-  if (segment.format > 1) copy += fmt::format("{}rows {}, sha256 {}\n", kLogEndMark, kept.size(), sha256_hex(copy));
-  return copy;
-}
-
 }  // namespace prism::recordings

@@ -87,9 +87,4 @@ struct SegmentVisitor {
 /// `end`, which end the reading.
 Result<void> read_log_rows(std::span<LogSegment> segments, const SegmentVisitor& visitor, tables::ReadMeter& meter);
 
-/// Returns the text of a segment with only the rows `kept` (line numbers, in order), all comments, and a new end line
-/// (format 2). Adds "# repaired: `remark`" to the metadata. Errors: the file cannot be read.
-Result<std::string> rewritten(const LogSegment& segment, const std::vector<std::size_t>& kept,
-                              const std::string& remark);
-
 }  // namespace prism::recordings

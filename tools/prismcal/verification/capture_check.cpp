@@ -9,11 +9,12 @@
 #include "tools/prismcal/verification/index_check.hpp"
 
 namespace prism::verification {
+namespace {
 
-CheckedCapture check_capture(const std::string& path) {
+Finding check_capture(const std::string& path) {
   const bool open = is_locked(path);  // checked before reading: a capture that ends meanwhile is read to its end
   auto reader = drivers::CaptureReader::open(path);
-  if (!reader) return {{path, FileState::kUnreadable, without_path(reader.error(), path)}, {}};
+  if (!reader) return {path, FileState::kUnreadable, without_path(reader.error(), path)};
   std::size_t packets = 0, opened = 0, bytes = 0, sent = 0, others = 0, back = 0;
   std::int64_t first_ns = 0, last_ns = 0;
   std::uint64_t good = 0;
@@ -35,18 +36,20 @@ CheckedCapture check_capture(const std::string& path) {
   if (packets > 0) text += fmt::format(", {} to {}", utc_nano_text(first_ns), utc_nano_text(last_ns));
   if (back > 0) text += "; the time goes back " + counted(back, "time");
   if (others > 0) text += "; " + counted(others, "packet") + " of other programs";
-  if (open) return {{path, FileState::kOpen, text + "; prismd writes it"}, {}};
+  if (open) return {path, FileState::kOpen, text + "; prismd writes it"};
   std::string damage = reader->damaged_places().text();
   const FileState state = damage.empty() ? FileState::kTruncated : FileState::kDamaged;
   if (!reader->tail_damage().empty())
     damage += fmt::format("{}{} bytes from byte {} on are not a complete packet ({})", damage.empty() ? "" : "; ",
                           reader->size_bytes() - good, good, without_path({"", reader->tail_damage()}, path));
-  if (damage.empty()) return {{path, FileState::kIntact, text}, {}};
-  return {{path, state, fmt::format("{}; {}", text, damage)}, damage};
+  if (damage.empty()) return {path, FileState::kIntact, text};
+  return {path, state, fmt::format("{}; {}", text, damage)};
 }
 
+}  // namespace
+
 void check_captures(const FolderContents& contents, VerificationResult& result) {
-  for (const std::string& path : contents.captures) result.findings.push_back(check_capture(path).finding);
+  for (const std::string& path : contents.captures) result.findings.push_back(check_capture(path));
   if (!contents.one_file) Indexes(contents.folder, ".pcap").check({}, result.findings);
 }
 

@@ -25,14 +25,6 @@ bool begins_a_log(const std::string& path) {
   return in && (begins || first.find(kFormatMark) != std::string::npos);
 }
 
-bool begins_a_document(const std::string& path) {
-  auto in = FileReader::open(path);
-  std::string first(64, '\0');
-  first.resize(in ? in->read(first) : 0);
-  const std::size_t at = first.find_first_not_of(" \t\r\n");
-  return !in || (at != std::string::npos && first[at] == '{');
-}
-
 // Also by the name, so that a capture with damaged first bytes is a fault, not a file of another type.
 bool should_be_capture(const std::string& path) {
   return path.ends_with(".pcap") || path.ends_with(".pcapng") || recordings::is_capture(path);
@@ -43,8 +35,6 @@ void sort_in(const std::string& path, FolderContents& contents, std::vector<std:
     tables.push_back(path);
   } else if (should_be_capture(path)) {
     contents.captures.push_back(path);
-  } else if (path.ends_with(".json")) {
-    contents.documents.push_back(path);
   } else if (path.ends_with(".csv.index")) {
     contents.log = contents.folder;
   } else if (!path.ends_with(".pcap.index")) {
@@ -71,14 +61,12 @@ FolderContents of_file(const std::string& path) {
   contents.one_file = true;
   std::vector<std::string> tables;
   sort_in(path, contents, tables);
-  // An empty or truncated file named *.csv is a log: prismd was stopped before its first row.
-  if (!tables.empty() && (begins_a_log(path) || !FileReader::open(path))) contents.log = path;
-  if (contents.log.empty() && contents.captures.empty() && contents.documents.empty() && !begins_a_document(path)) {
-    contents.table = path;
-    contents.others.clear();
-  }
-  contents.documents.insert(contents.documents.end(), contents.others.begin(), contents.others.end());
-  contents.others.clear();
+  // A file that cannot be read is a log, whose check has the reason; an empty or truncated *.csv, too: prismd was
+  // stopped before its first row.
+  if (!FileReader::open(path) || (!tables.empty() && begins_a_log(path)))
+    contents.log = path;
+  else
+    contents.others.insert(contents.others.end(), tables.begin(), tables.end());
   return contents;
 }
 

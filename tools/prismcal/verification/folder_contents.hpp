@@ -9,11 +9,9 @@ namespace prism::verification {
 
 struct FolderContents {
   std::string folder;
-  std::string log;                                       ///< path for LogFolder: the folder, or one file; empty: no log
-  std::vector<std::string> captures, documents, others;  ///< sorted paths; documents: *.json
-  std::string table;  ///< a named file that is a table of another program; empty: none
-  bool one_file =
-      false;  ///< `folder` has only this file, named on the command line: it must be one of prism's or a table
+  std::string log;                            ///< path for LogFolder: the folder, or one file; empty: no log
+  std::vector<std::string> captures, others;  ///< sorted paths
+  bool one_file = false;                      ///< `folder` has only this file, named on the command line
 };
 
 /// Lists `path` and all folders below it without following links to folders, or the single file `path`. Omits folders

@@ -24,19 +24,14 @@ VerificationResult verify(const std::string& path, const tables::ReadProgress& p
   for (const FolderContents& contents : contents_of(path)) {
     check_log(contents, progress, result);
     check_captures(contents, result);
-    for (const std::string& document : contents.documents) {
-      auto finding = check_document(document, contents.one_file);
-      result.findings.push_back(finding ? std::move(*finding)
-                                        : Finding{document, FileState::kSkipped, "JSON of another type"});
-    }
-    if (!contents.table.empty()) result.findings.push_back(check_table(contents.table));
     for (const std::string& other : contents.others)
       result.findings.push_back({other, FileState::kSkipped, "not a file of prism"});
   }
   const auto& findings = result.findings;
   if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == FileState::kSkipped; }))
     result.findings.push_back(
-        {path, FileState::kUnreadable, "found no log, capture, model, frame description or configuration"});
+        {path, FileState::kUnreadable,
+         "found no log or capture; prismd --check checks models, frame descriptions and configurations"});
   return result;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checks prism's files: intact, truncated, changed, damaged, duplicate, missing or unreadable.
+// Checks logs and captures: intact, truncated, changed, damaged, duplicate, missing or unreadable.
 #pragma once
 
 #include <array>
@@ -62,10 +62,8 @@ struct VerificationResult {
   std::size_t faults() const;
 };
 
-/// Checks a log segment (formats 1 and 2), a capture, a model, a frame description, a configuration or a table of
-/// another program, or all of prism's files in a folder and below. Uses the same readers as the other tools. Never
-/// fails: an unreadable file is a finding. Checks only the configuration itself; `prismd --check` also checks the files
-/// that it names.
+/// Checks a log segment (formats 1 and 2) or a capture, or all of them in a folder and below. Uses the same readers as
+/// the other tools. Never fails: an unreadable file is a finding.
 VerificationResult verify(const std::string& path, const tables::ReadProgress& progress = {});
 
 }  // namespace prism::verification
