@@ -63,7 +63,6 @@ class Live {
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_),
         stop_timer_(io_) {
-    rpc_.acknowledge_by([this](const std::string& who) { return acquisition_.acknowledge(who); });
     rpc_.send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) { return lines_[line]->send(bytes); });
     for (std::size_t i = 0; i < acquisition_.lines(); ++i) {
       acquisition_.line(i).since_ns = started_ns_;

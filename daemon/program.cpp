@@ -4,19 +4,17 @@
 #include "base/host_time.hpp"
 #include "base/time_scale.hpp"
 #include "daemon/logging.hpp"
-#include "daemon/pipeline/storage_plan.hpp"
+#include "daemon/pipeline/storage.hpp"
 #include "daemon/service.hpp"
 #include "daemon/sniff.hpp"
 
 namespace prism::daemon {
 namespace {
 
-void print_plan(const char* what, const std::optional<config::LogSegmentSettings>& settings,
-                const std::optional<pipeline::StoragePlan>& plan) {
-  if (!plan) return;
-  fmt::print("{}: keeps {}\n", what, plan->text());
-  std::string warning = pipeline::directory_problem(settings->directory);
-  if (warning.empty()) warning = pipeline::space_warning(*plan, settings->directory);
+void print_growth(const char* what, const std::optional<config::LogSegmentSettings>& settings, double bytes_per_day) {
+  if (!settings) return;
+  fmt::print("{}: {:.0f} MB a day\n", what, 1e-6 * bytes_per_day);
+  const std::string warning = pipeline::directory_problem(settings->directory);
   if (!warning.empty()) fmt::print("warning: {}: {}\n", what, warning);
 }
 
@@ -27,8 +25,8 @@ void check(const pipeline::Setup& setup) {
   fmt::print("{}: good: frames {} ({:g} Hz), model {}, line {}, unit {}\n", config.path, setup.frames->name,
              setup.frames->rate_hz, pipeline::models_text(setup),
              config.line.device.empty() ? "none" : config.line.device, pipeline::unit_name(setup));
-  print_plan("log", config.log, pipeline::log_plan(setup));
-  print_plan("capture", config.capture, pipeline::capture_plan(setup));
+  print_growth("log", config.log, pipeline::log_bytes_per_day(setup));
+  print_growth("capture", config.capture, pipeline::capture_bytes_per_day(setup));
 }
 
 }  // namespace

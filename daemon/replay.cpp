@@ -87,9 +87,7 @@ class Replay {
         rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
              [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
         signals_(io_, SIGINT, SIGTERM),
-        timer_(io_) {
-    rpc_.acknowledge_by([this](const std::string& who) { return acquisition_.acknowledge(who); });
-  }
+        timer_(io_) {}
 
   int run() {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());

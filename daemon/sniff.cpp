@@ -26,7 +26,6 @@
 #include "drivers/wire/decode/check_search.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/decode/sniffer.hpp"
-#include "drivers/wire/description/unnamed_bytes.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -207,7 +206,6 @@ int check_document(const std::string& path) {
   if (!description) return refused(description.error());
   if (auto proved = wire::run_test_vectors(**description); !proved) return refused(proved.error());
   for (const std::string& warning : (*description)->warnings) fmt::print("note: {}\n", warning);
-  for (const std::string& bytes : wire::unnamed_bytes(**description)) fmt::print("note: {}\n", bytes);
   if (const std::string file = fs::path(path).stem().string(); file != (*description)->name)
     fmt::print("note: a configuration finds it by its file, \"{}\"; its name \"{}\" is in logs and messages\n",
                printable(file), (*description)->name);

@@ -186,6 +186,8 @@ Result<bool> Acquisition::reconfigure(Setup setup) {
   rate_watch_ = RateMonitor(setup_.frames->rate_hz);
   for (std::size_t i = 0; i < records_.size(); ++i) {
     records_[i].begin_stability();
+    for (const std::string& change : records_[i].end_changes())
+      tell_(Severity::kInfo, "question", "ended by the reload: " + change);
     if (records_[i].log()) records_[i].log()->set_metadata(log_metadata(setup_, i));
   }
   return reopen;
@@ -218,17 +220,6 @@ void Acquisition::watch(const Rows& rows) {
       tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
   }
   if (!rows.windows.empty()) watch_clock();
-}
-
-std::size_t Acquisition::acknowledge(const std::string& who) {
-  std::size_t count = 0;
-  for (AxisRecord& record : records_) {
-    for (const std::string& question : record.acknowledge()) {
-      tell_(Severity::kInfo, "question", fmt::format("acknowledged by {}: {}", who, question));
-      ++count;
-    }
-  }
-  return count;
 }
 
 void Acquisition::watch_stages(std::int64_t now_ns) {

@@ -95,8 +95,6 @@ class Acquisition {
   const std::string& disk_problem() const { return disk_alarm_.problem(); }
   /// Returns true if it begins or ends.
   bool set_disk_problem(std::string problem) { return disk_alarm_.set_state(std::move(problem)); }
-  /// Ends the open questions of all axes, on behalf of `who`; returns their number.
-  std::size_t acknowledge(const std::string& who);
   std::uint64_t sessions() const { return sessions_; }
   /// Of any line, in the current pipeline.
   std::uint64_t frames_of(std::size_t line) const {

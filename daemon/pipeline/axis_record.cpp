@@ -31,12 +31,8 @@ void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& t
   }
   for (const Notice& notice : plausibility_watch_.push(row))
     tell(notice.severity(), "implausible", prefix_ + notice.text);
-  for (const Notice& notice : questions_.push(row)) tell(notice.severity(), "question", prefix_ + notice.text);
+  for (const Notice& notice : changes_.push(row)) tell(notice.severity(), "question", prefix_ + notice.text);
 }
-
-std::vector<std::string> AxisRecord::questions() const { return with_prefix(questions_.open()); }
-
-std::vector<std::string> AxisRecord::acknowledge() { return with_prefix(questions_.acknowledge()); }
 
 std::vector<std::string> AxisRecord::with_prefix(std::vector<std::string> texts) const {
   for (std::string& text : texts) text.insert(0, prefix_);

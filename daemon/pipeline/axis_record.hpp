@@ -12,7 +12,7 @@
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/plausibility_alarm.hpp"
-#include "daemon/pipeline/sensor_questions.hpp"
+#include "daemon/pipeline/sensor_changes.hpp"
 
 namespace prism::pipeline {
 
@@ -24,7 +24,7 @@ class AxisRecord {
   /// `block_s`: length of the stability blocks.
   void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
   void keep(const compensation::Compensated& row);
-  /// Reports a change of quality, values that became implausible or plausible again, and questions.
+  /// Reports a change of quality, values that became implausible or plausible again, and changes of sensors.
   void watch(const compensation::CompensatedWindow& row, const Tell& tell);
   /// The stored values are no longer current.
   void end_session() { sampled_ = windowed_ = false; }
@@ -39,9 +39,9 @@ class AxisRecord {
   /// Since the start.
   const RowCounts& rows() const { return rows_; }
   /// Changes of sensors that may be faults: one line each.
-  std::vector<std::string> questions() const;
-  /// Ends all open questions; returns their texts.
-  std::vector<std::string> acknowledge();
+  std::vector<std::string> changes() const { return with_prefix(changes_.open()); }
+  /// Ends these; returns their texts.
+  std::vector<std::string> end_changes() { return with_prefix(changes_.end_all()); }
   RowWriter* log() const { return log_.get(); }
   const compensation::BlockStability& stability() const { return stability_; }
   /// Of the current session: null before its first frame or full second, and after its end.
@@ -54,7 +54,7 @@ class AxisRecord {
   std::unique_ptr<RowWriter> log_;
   std::string prefix_;
   PlausibilityAlarm plausibility_watch_;
-  SensorQuestions questions_;
+  SensorChanges changes_;
   compensation::BlockStability stability_;
   compensation::Compensated last_sample_;
   compensation::CompensatedWindow last_window_;

@@ -12,7 +12,6 @@
 #include "compensation/compensated_text.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
-#include "daemon/pipeline/storage_plan.hpp"
 #include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/config_answer.hpp"
 #include "daemon/socket/health.hpp"
@@ -188,8 +187,6 @@ ordered_json status_answer(const Sources& sources) {
                        {"dropped_bytes", capture->dropped_bytes()}};
   if (const auto* const capture = acquisition.capture(pipeline::kGyroLine); capture && capture->retention())
     json["capture"]["retention"] = retention_json(*capture->retention());
-  if (const auto plan = pipeline::log_plan(setup)) json["log"]["keeps"] = plan->text();
-  if (const auto plan = pipeline::capture_plan(setup)) json["capture"]["keeps"] = plan->text();
   json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
   return json;
 }

@@ -81,7 +81,7 @@ Health health_of(const Sources& sources) {
   found.add(Level::kFailed, acquisition.disk_problem());
   for (std::size_t i = 0; i < acquisition.axes(); ++i) {
     add_axis(found, sources, i);
-    for (std::string& question : acquisition.record(i).questions()) found.add(Level::kCaution, std::move(question));
+    for (std::string& change : acquisition.record(i).changes()) found.add(Level::kCaution, std::move(change));
     if (const auto* const log = acquisition.record(i).log())
       found.add(Level::kFailed, write_problem(acquisition.axis_prefix(i) + "log", log->write_error(), "rows"));
   }

@@ -157,11 +157,13 @@ void Rpc::one(const std::shared_ptr<Client>& client, json request) {
 }
 
 void Rpc::dispatch(const std::string& name, const Call& call) {
-  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {
-      {"history", &Rpc::history},         {"rows", &Rpc::rows},
-      {"events", &Rpc::events},           {"subscribe", &Rpc::subscribe},
-      {"unsubscribe", &Rpc::unsubscribe}, {"reload", &Rpc::reload},
-      {"acknowledge", &Rpc::acknowledge}, {"send", &Rpc::send}};
+  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {{"history", &Rpc::history},
+                                                                              {"rows", &Rpc::rows},
+                                                                              {"events", &Rpc::events},
+                                                                              {"subscribe", &Rpc::subscribe},
+                                                                              {"unsubscribe", &Rpc::unsubscribe},
+                                                                              {"reload", &Rpc::reload},
+                                                                              {"send", &Rpc::send}};
   const config::SocketMethod* const method = config::find_method(name);
   if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
   if (method != nullptr && method->of_axes && !call.has_protocol)
@@ -357,12 +359,6 @@ void Rpc::send(const Call& call) {
   if (!send_) return fail(call, kFailed, "send: a replay has no device");
   if (const auto sent = send_(params->line, params->bytes); !sent) return fail(call, kFailed, sent.error().text());
   reply(call, {{"sent", params->bytes.size()}});
-}
-
-void Rpc::acknowledge(const Call& call) {
-  if (!acknowledge_) return fail(call, kFailed, "acknowledge: not possible here");
-  const auto user = call.client->user();
-  reply(call, {{"acknowledged", acknowledge_(user ? fmt::format("user {}", *user) : "an unknown user")}});
 }
 
 // Sends a response whose result is existing JSON text.

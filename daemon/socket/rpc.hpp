@@ -45,11 +45,6 @@ class Rpc {
   /// Without this call, "send" fails: a replay has no device.
   void send_by(Send send) { send_ = std::move(send); }
 
-  /// Ends the open questions about sensors on behalf of a user; returns their number.
-  using Acknowledge = std::function<std::size_t(const std::string& who)>;
-  /// Without this call, "acknowledge" fails.
-  void acknowledge_by(Acknowledge acknowledge) { acknowledge_ = std::move(acknowledge); }
-
   /// Returns the requests in one line (without line end) of the client. If the line is invalid, sends an error and
   /// returns no request.
   static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
@@ -79,7 +74,6 @@ class Rpc {
   void rows(const Call& call);
   void reload(const Call& call);
   void send(const Call& call);
-  void acknowledge(const Call& call);
   void reply(const Call& call, nlohmann::ordered_json result);
   void reply(const Call& call, std::vector<TextPart> result);
   void fail_count(const Call& call, const char* key, std::size_t most);
@@ -90,7 +84,6 @@ class Rpc {
   RowRequests& row_requests_;
   Reload reload_;
   Send send_;
-  Acknowledge acknowledge_;
 };
 
 /// Parameters of "rows" without the axis.

@@ -40,7 +40,6 @@ struct DaemonParts {
 
   socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
     socket::Rpc made({acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload));
-    made.acknowledge_by([this](const std::string& who) { return acquisition.acknowledge(who); });
     return made;
   }
   void begin_session(std::int64_t now_ns) {

@@ -262,13 +262,6 @@ int run(int argc, char** argv) {
     code =
         ask(choice, "reload", nullptr, [](const nlohmann::json& r) { return text_of(at(r, "reloaded"), "") + "\n"; });
   });
-  auto* acknowledge = app.add_subcommand("acknowledge", help_of("acknowledge"));
-  tools::add_examples(*acknowledge, {"prismctl acknowledge", "prismctl --name gyro1 acknowledge"});
-  acknowledge->callback([&] {
-    code = ask(choice, "acknowledge", nullptr, [](const nlohmann::json& r) {
-      return fmt::format("acknowledged {} open questions\n", json_text(at(r, "acknowledged")));
-    });
-  });
   SendSettings sent;
   declare_send(app, sent)->callback([&] { code = send(choice, sent); });
   auto* version = app.add_subcommand("version", help_of("version"));

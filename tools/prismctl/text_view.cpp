@@ -81,10 +81,6 @@ std::string deletion_line(const json& retention) {
 std::string deletions_text(const json& status) {
   std::string text = deletion_line(at(at(status, "log"), "retention"));
   for (const json& axis : at(status, "axes")) text += deletion_line(at(at(axis, "log"), "retention"));
-  for (const char* what : {"log", "capture"}) {
-    if (const std::string keeps = text_of(at(at(status, what), "keeps"), ""); !keeps.empty())
-      text += labelled((std::string("kept ") + what).c_str(), keeps);
-  }
   return text + deletion_line(at(at(status, "capture"), "retention"));
 }
 

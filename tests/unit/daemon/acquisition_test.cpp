@@ -31,5 +31,25 @@ TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
   EXPECT_THAT(told, testing::ElementsAre("frames arrive at 400.00 a second, the description says 200 (rate_hz)"));
 }
 
+TEST_F(AcquisitionTest, AReloadEndsAJumpThatStayed) {
+  setup_.clock.source = drivers::ClockSource::kHost;
+  std::vector<std::string> told;
+  test::DaemonParts parts(setup_, {}, [&](const socket::Event& event) {
+    if (event.kind == "question") told.push_back(event.text);
+  });
+  parts.begin_session(arrival_ns_);
+  const double period_s = setup_.frames->period_s();
+  for (int i = 0; i < 160 * 200; ++i) {
+    std::vector<std::uint8_t> bytes;
+    encoder_.encode({{10.0}, period_s, i < 100 * 200 ? 25.0 : 45.0, 1.5}, bytes);
+    parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(period_s * 1e9));
+  }
+  EXPECT_EQ(parts.acquisition.record(0).changes().size(), 1u);
+  ASSERT_TRUE(parts.acquisition.reconfigure(setup_));
+  EXPECT_TRUE(parts.acquisition.record(0).changes().empty());
+  EXPECT_THAT(told, testing::ElementsAre(testing::StartsWith("temperature jumped from 25 to 45 degC"),
+                                         testing::StartsWith("ended by the reload: temperature jumped")));
+}
+
 }  // namespace
 }  // namespace prism::daemon

@@ -2,7 +2,6 @@
 // Every error in a description is reported in one line: position, found, expected.
 #include <gtest/gtest.h>
 
-#include "drivers/wire/description/unnamed_bytes.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {
@@ -39,19 +38,6 @@ TEST(Description, TakesAScaleAsManualsStateIt) {
     ASSERT_TRUE(parsed) << parsed.error().text();
     EXPECT_EQ((*parsed)->kinds[0].fields[0].scaling.scale, value) << text;
   }
-}
-
-TEST(Description, NamesBytesThatBelongToNothing) {
-  const auto parsed = parse_frame_description(kGood, "f.json");
-  ASSERT_TRUE(parsed);
-  EXPECT_EQ(unnamed_bytes(**parsed), std::vector<std::string>());
-  std::string changed = kGood;
-  const std::string length = "\"length\": 12";
-  changed.replace(changed.find(length), length.size(), "\"length\": 15");
-  const auto longer = parse_frame_description(changed, "f.json");
-  ASSERT_TRUE(longer) << longer.error().text();
-  EXPECT_EQ(unnamed_bytes(**longer),
-            std::vector<std::string>{"message type k: bytes 10 to 12 belong to no sync, field, check or body"});
 }
 
 TEST(Description, CompilesAGoodDescription) {

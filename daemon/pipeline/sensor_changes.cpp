@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/pipeline/sensor_questions.hpp"
+#include "daemon/pipeline/sensor_changes.hpp"
 
 #include <fmt/format.h>
 
@@ -19,14 +19,14 @@ bool same(double a, double b) { return std::fabs(a - b) <= 1e-12 * std::fabs(a);
 
 bool is_nearer(double value, double to, double than) { return std::fabs(value - to) < std::fabs(value - than); }
 
-void end(std::string& question, std::string text, std::vector<Notice>& notices) {
-  question.clear();
+void end(std::string& change, std::string text, std::vector<Notice>& notices) {
+  change.clear();
   notices.push_back({false, std::move(text)});
 }
 
 }  // namespace
 
-std::vector<Notice> SensorQuestions::push(const compensation::CompensatedWindow& row) {
+std::vector<Notice> SensorChanges::push(const compensation::CompensatedWindow& row) {
   std::vector<Notice> notices;
   const SecondMean& now = row.window.second_mean;
   const auto& sensors = sensors_of_list(now.sensor_list);
@@ -34,7 +34,7 @@ std::vector<Notice> SensorQuestions::push(const compensation::CompensatedWindow&
   for (std::size_t i = 0; i < kAxisSensors.size(); ++i) {
     const AxisSensor& sensor = kAxisSensors[i];
     watch_jump(i, row, notices);
-    if (!open_[i].question.empty()) seek_agreement(i, now, notices);
+    if (!open_[i].text.empty()) seek_agreement(i, now, notices);
     if (now.implausible.*sensor.in_set || !std::isfinite(now.*sensor.value)) continue;
     last_[i] = now.*sensor.value;
     watch_stillness(still_[i], last_[i], sensor.name, sensor.unit, i == 0 ? kStillRateS : kStillS, notices);
@@ -47,8 +47,8 @@ std::vector<Notice> SensorQuestions::push(const compensation::CompensatedWindow&
   return notices;
 }
 
-void SensorQuestions::watch_jump(std::size_t i, const compensation::CompensatedWindow& row,
-                                 std::vector<Notice>& notices) {
+void SensorChanges::watch_jump(std::size_t i, const compensation::CompensatedWindow& row,
+                               std::vector<Notice>& notices) {
   const AxisSensor& sensor = kAxisSensors[i];
   const SecondMean& now = row.window.second_mean;
   if (now.implausible.*sensor.in_set) {
@@ -56,33 +56,30 @@ void SensorQuestions::watch_jump(std::size_t i, const compensation::CompensatedW
     watch_[i].reject(row.rejections.*sensor.rejection);
     if (!was_rejecting && watch_[i].is_rejecting()) latest_[i] = {{}, now.second, {}, last_[i], last_sensors_};
   } else if (std::isfinite(now.*sensor.value)) {
-    if (const auto jump = watch_[i].accept(now.*sensor.value)) ask_about_jump(i, *jump, now.second, notices);
+    if (const auto jump = watch_[i].accept(now.*sensor.value)) begin_jump(i, *jump, now.second, notices);
   }
 }
 
 // It stayed, or it ends an earlier jump.
-void SensorQuestions::ask_about_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second,
-                                     std::vector<Notice>& notices) {
+void SensorChanges::begin_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second,
+                               std::vector<Notice>& notices) {
   const AxisSensor& sensor = kAxisSensors[i];
   Jump &jump = latest_[i], &open = open_[i];
-  const bool was_open = !open.question.empty();
+  const bool was_open = !open.text.empty();
   if (was_open && is_nearer(values.after, open.values.before, open.values.after)) {
-    return end(open.question,
+    return end(open.text,
                fmt::format("{} jumped back to {:.6g} {}: its values from {} to {} are doubtful", sensor.name,
                            values.after, sensor.unit, utc_text(open.second), utc_text(second)),
                notices);
   }
-  jump.values = {was_open ? open.values.before : values.before,
-                 values.after};  // from the last value without a question
-  jump.question = fmt::format(
-      "{} jumped from {:.6g} to {:.6g} {} at {} and stayed: a fault, or true? Corrections use it. If it is true: "
-      "prismctl acknowledge",
-      sensor.name, jump.values.before, jump.values.after, sensor.unit, utc_text(jump.second));
+  jump.values = {was_open ? open.values.before : values.before, values.after};  // from the last trusted value
+  jump.text = fmt::format("{} jumped from {:.6g} to {:.6g} {} at {} and stayed: a fault, or true; corrections use it",
+                          sensor.name, jump.values.before, jump.values.after, sensor.unit, utc_text(jump.second));
   open = std::move(jump);
-  notices.push_back({true, open.question});
+  notices.push_back({true, open.text});
 }
 
-void SensorQuestions::seek_agreement(std::size_t i, const SecondMean& now, std::vector<Notice>& notices) {
+void SensorChanges::seek_agreement(std::size_t i, const SecondMean& now, std::vector<Notice>& notices) {
   const AxisSensor& sensor = kAxisSensors[i];
   Jump& jump = open_[i];
   const auto& sensors = sensors_of_list(now.sensor_list);
@@ -94,27 +91,25 @@ void SensorQuestions::seek_agreement(std::size_t i, const SecondMean& now, std::
     const bool is_itself = same(before, jump.mean_before) && same(after, now.*sensor.value);
     const double part = (after - before) / (jump.values.after - jump.values.before);
     if (sensors[k].unit != sensor.unit || is_itself || !(part >= 0.5)) continue;
-    return end(jump.question,
+    return end(jump.text,
                fmt::format("the jump of {} is true: {} changed from {:.6g} to {:.6g} {}", sensor.name, sensors[k].name,
                            before, after, sensor.unit),
                notices);
   }
 }
 
-void SensorQuestions::watch_stillness(Stillness& still, double value, const char* name, const char* unit, int least_s,
-                                      std::vector<Notice>& notices) {
+void SensorChanges::watch_stillness(Stillness& still, double value, const char* name, const char* unit, int least_s,
+                                    std::vector<Notice>& notices) {
   if (!std::isfinite(value)) return;
   if (same(value, still.value)) {
     ++still.seconds;
     if (still.changes < kChanges || still.seconds != std::max(least_s, 10 * still.longest_s) + 1) return;
-    still.question = fmt::format(
-        "{} is {:.6g} {} since {} s, and changed at least every {} s before: a fault, or true? If it is true: prismctl "
-        "acknowledge",
-        name, value, unit, still.seconds, still.longest_s);
-    notices.push_back({true, still.question});
+    still.text = fmt::format("{} is {:.6g} {} since {} s, and changed at least every {} s before: a fault, or true",
+                             name, value, unit, still.seconds, still.longest_s);
+    notices.push_back({true, still.text});
     return;
   }
-  if (!still.question.empty()) end(still.question, fmt::format("{} changes again", name), notices);
+  if (!still.text.empty()) end(still.text, fmt::format("{} changes again", name), notices);
   if (!std::isnan(still.value)) {
     ++still.changes;
     still.longest_s = std::max(still.longest_s, still.seconds);
@@ -123,21 +118,21 @@ void SensorQuestions::watch_stillness(Stillness& still, double value, const char
   still.seconds = 1;
 }
 
-std::vector<std::string> SensorQuestions::open() const {
+std::vector<std::string> SensorChanges::open() const {
   std::vector<std::string> texts;
   for (const Jump& jump : open_) {
-    if (!jump.question.empty()) texts.push_back(jump.question);
+    if (!jump.text.empty()) texts.push_back(jump.text);
   }
   for (const Stillness& still : still_) {
-    if (!still.question.empty()) texts.push_back(still.question);
+    if (!still.text.empty()) texts.push_back(still.text);
   }
   return texts;
 }
 
-std::vector<std::string> SensorQuestions::acknowledge() {
+std::vector<std::string> SensorChanges::end_all() {
   std::vector<std::string> texts = open();
   for (Jump& jump : open_) jump = {};
-  for (Stillness& still : still_) still.question.clear();
+  for (Stillness& still : still_) still.text.clear();
   return texts;
 }
 
