@@ -12,7 +12,7 @@ start_sim --profile fast --speed 400
 start_prismd
 web_state=$dir/state
 start_web
-api() { curl -s --max-time 20 -H "Authorization: Bearer $token" "${url}api/gyro/$1"; }
+api() { curl -s --max-time 60 -H "Authorization: Bearer $token" "${url}api/gyro/$1"; }
 long_enough() { [ "$(api 'history?seconds=3600' | jq '.axes.z | length')" = 3600 ]; }
 wait_for 60 long_enough
 kill -STOP "$sim"
@@ -90,7 +90,7 @@ else:
                 left += 1
 for client in clients:
     client.close()
-for _ in range(150):  # prismweb notices the end, and returns memory every 5 s
+for _ in range(600):  # prismweb notices the end, and returns memory every 5 s
     end = rss()
     if end < begin + 8:
         break
@@ -104,8 +104,8 @@ deaf() {
   jq -e --argjson most "$3" '.most - .begin < $most and .end - .begin < 8' deaf.out >/dev/null || fail "$1: found $(cat deaf.out) MiB, expected growth by at most $3 MiB, in the end 8 MiB"
 }
 api 'range?seconds=7000&points=5000' >range.json  # the first large response also fills the caches of the store
-deaf short 20 16
-deaf mixed 20 96  # 16 MiB of responses per client, and intermediate results
-deaf http 12 144  # 128 MiB in total, and intermediate results
+deaf short 10 16
+deaf mixed 10 96  # 16 MiB of responses per client, and intermediate results
+deaf http 6 144  # 128 MiB in total, and intermediate results
 same "prismweb serves others" "$(api status | jq -r .state)" "$(field .state status)"
 ! grep -q "Traceback" deaf.out || fail "$(cat deaf.out)"

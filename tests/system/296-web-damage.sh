@@ -36,7 +36,7 @@ def log_steps(step_s):
 def served(points):
     request = urllib.request.Request(f"{url}api/gyro/range?seconds=200000&points={points}", headers={"Authorization": f"Bearer {token}"})
     try:
-        return json.load(urllib.request.urlopen(request, timeout=20))
+        return json.load(urllib.request.urlopen(request, timeout=60))
     except urllib.error.HTTPError as error:
         return json.load(error)
 
@@ -70,7 +70,7 @@ def flip(count, offsets):
 
 random.seed(sys.argv[5] if len(sys.argv) > 5 else 0)
 if command == "equal":
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 120
     while not (check(5000) & check(500) & check(40)):
         assert time.monotonic() < deadline, "the store was not rebuilt"
         time.sleep(0.2)

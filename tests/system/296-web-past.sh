@@ -5,10 +5,10 @@
 PATH=$PRISM_BIN/tools/prismweb:$PATH
 cd "$dir"
 export XDG_RUNTIME_DIR=$dir
-frames 10
+frames 2
 config
 sed -i "s|\"log\": {\"directory\": \"$dir/log\"}|\"log\": {\"directory\": \"$dir/log\", \"segment_mib\": 0.1}|" gyro.json
-start_sim --profile fast --speed 400
+start_sim --profile fast --speed 1000
 start_prismd
 web_state=$dir/state
 range() { curl -s -H "Authorization: Bearer $token" "${url}api/gyro/range?$1&points=5000"; }
@@ -17,8 +17,14 @@ rows() { range "from_s=$1&to_s=$2" | jq -c '[.source, [.columns as $c | .rows[] 
 start_web
 long_enough() { [ "$(range seconds=100 | jq '.last_s - .first_s')" -gt 9000 ]; }
 wait_for 45 long_enough
-kill -STOP "$sim"  # no new data during these checks
-sleep 3
+stop_sim() {  # returns when prismweb has all rows
+  kill -STOP "$sim"
+  wait_for 10 at_rest
+  wait_for 10 has_last_row
+}
+at_rest() { frames=$(field .line.frames status); sleep 0.3; field_is .line.frames status "$frames"; }
+has_last_row() { [ "$(range seconds=20 | jq .last_s)" = "$(tail -n 1 "log/$(jq -rs 'map(select(.made))[-1].file' log/gyro.csv.index)" | cut -d, -f2)" ]; }
+stop_sim  # no new data during these checks
 last=$(range seconds=100 | jq .last_s)
 
 # The temperature of a second is the same when received live and when read from the log after a restart of prismweb.
@@ -52,9 +58,10 @@ kill -KILL "$sim"; wait "$sim" 2>/dev/null || true
 start_sim --profile fast --speed 4 --seed 8
 back() { [ "$(range seconds=20 | jq .last_s)" -lt $((last - 3600)) ]; }
 wait_for 10 back
-sleep 12
-kill -STOP "$sim"
-sleep 3
+long_enough() { [ "$(range seconds=20 | jq .last_s)" -gt $((begin + 40)) ]; }
+begin=$(range seconds=20 | jq .last_s)
+wait_for 15 long_enough
+stop_sim
 now=$(range seconds=20 | jq .last_s)
 near=$(rows $((now - 20)) "$now")
 same "the last 20 s" "$(jq '.[1] | length >= 15' <<<"$near")" true

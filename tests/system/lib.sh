@@ -97,7 +97,7 @@ start_web() {
 program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q' "${1:-$dir/web.out}").token"; }
 
 # ask METHOD [PARAMS]: prints the raw response. field FILTER METHOD: prints one value of prismctl's JSON.
-ask() { printf '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 5 socat -t 2 - "UNIX-CONNECT:$PRISM_SOCKET"; }
+ask() { printf '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 60 socat -t 30 - "UNIX-CONNECT:$PRISM_SOCKET"; }
 field() { prismctl --json "$2" | jq -r "$1"; }
 field_is() { [ "$(field "$1" "$2")" = "$3" ]; }
 field_above() { [ "$(field "$1 > $3" "$2")" = true ]; }

@@ -2,9 +2,10 @@
 # Client of prismweb's WebSocket, based on python3-websockets: web_client.py URL TOKEN COMMAND…
 #   hello                  prints the response to the token
 #   ask METHOD [PARAMS] [INSTANCE]   prints the response
-#   listen SECONDS EVERY   subscribes to all streams; prints counts as JSON
-#   deaf SECONDS           subscribes, does not read for SECONDS, then reads until a loss is reported; prints counts as JSON
-#   follow SECONDS FILE    subscribes to windows; writes method and time of each notification to FILE
+#   listen SAMPLES EVERY   subscribes to all streams until SAMPLES came; prints counts as JSON
+#   deaf                   subscribes, and does not read until a loss is reported; prints counts as JSON
+#   follow FILE            subscribes to windows; writes method and time of each notification to FILE, until a window came after a
+#                          notification about the instances
 # All commands print "refused STATUS" or "closed CODE" if the server does not admit them.
 import asyncio
 import base64
@@ -36,20 +37,18 @@ async def ask(socket, method, params, instance):
 
 
 class Count:
-    def __init__(self):
-        self.messages, self.batches, self.samples, self.windows, self.lost, self.holes = 0, 0, 0, 0, 0, 0
-        self.begin = self.end = self.last = None
+    def __init__(self, every=1):
+        self.batches, self.samples, self.windows, self.lost, self.holes = 0, 0, 0, 0, 0
+        self.begin, self.first, self.last = time.monotonic(), None, None
         self.prismd_lost = 0
+        self.period_s = 0.001 * every
 
     def take(self, message):
-        self.messages += 1
         if message.get("method") == "lost":
             self.lost = message["params"]["rows_total"]
         if "batch" not in message:
             return
         self.batches += 1
-        self.end = time.monotonic()
-        self.begin = self.begin or self.end
         for one in message["batch"]:
             params = one["params"]
             if one["method"] == "lost":
@@ -58,32 +57,25 @@ class Count:
             if one["method"] != "sample":
                 continue
             self.samples += 1
-            if self.last is not None and abs(params["time_s"] - self.last) > 1.5 * PERIOD_S:
+            if self.last is not None and abs(params["time_s"] - self.last) > 1.5 * self.period_s:
                 self.holes += 1
+            self.first = self.first or params["time_s"]
             self.last = params["time_s"]
 
     def figures(self):
-        seconds = max(self.end - self.begin, 1e-3) if self.end else 0
+        """messages_per_s: since before the subscription, so that a slow client never finds too many."""
         return {
             "samples": self.samples, "windows": self.windows, "holes": self.holes, "lost": self.lost, "prismd_lost": self.prismd_lost,
-            "seconds": round(seconds, 3), "messages_per_s": round((self.batches - 1) / seconds, 2) if seconds else 0,
+            "messages_per_s": round(self.batches / (time.monotonic() - self.begin), 2),
+            "step_ms": round(1000 * (self.last - self.first) / (self.samples - 1), 2) if self.samples > 1 else None,
         }
 
 
-PERIOD_S = 0.001
-
-
-async def listen(socket, seconds, every, instance):
-    global PERIOD_S
-    PERIOD_S = 0.001 * every
-    count = Count()
+async def listen(socket, samples, every, instance):
+    count = Count(every)
     await ask(socket, "subscribe", {"streams": ["sample", "window", "event"], "every": every}, instance)
-    until = time.monotonic() + seconds
-    while (left := until - time.monotonic()) > 0:
-        try:
-            count.take(json.loads(await asyncio.wait_for(socket.recv(), left)))
-        except asyncio.TimeoutError:
-            break
+    while count.samples < samples:
+        count.take(json.loads(await socket.recv()))
     return count.figures()
 
 
@@ -96,29 +88,32 @@ def small_socket(url):
     return plain
 
 
-async def deaf(socket, seconds, instance):
+async def deaf(socket, instance):
     await socket.send(json.dumps({"jsonrpc": "2.0", "id": 1, "instance": instance, "method": "subscribe", "params": {}}))
-    socket.transport.pause_reading()
-    await asyncio.sleep(seconds)
-    socket.transport.resume_reading()
-    count, until = Count(), time.monotonic() + 10
-    while time.monotonic() < until and not count.lost:
-        count.take(json.loads(await asyncio.wait_for(socket.recv(), 10)))
+    count, pause_s = Count(), 14
+    while not count.lost:
+        socket.transport.pause_reading()
+        await asyncio.sleep(pause_s)
+        socket.transport.resume_reading()
+        until = time.monotonic() + 2
+        while time.monotonic() < until and not count.lost:
+            count.take(json.loads(await socket.recv()))
+        pause_s *= 2
     return count.figures()
 
 
-async def follow(socket, seconds, path, instance):
+async def follow(socket, path, instance):
     await ask(socket, "subscribe", {"streams": ["window"]}, instance)
-    until = time.monotonic() + seconds
+    changed = False
     with open(path, "w") as file:
-        while (left := until - time.monotonic()) > 0:
-            try:
-                message = json.loads(await asyncio.wait_for(socket.recv(), left))
-            except asyncio.TimeoutError:
-                break
+        while True:
+            message = json.loads(await socket.recv())
             for one in message.get("batch", [message]):
                 what = one["params"].get("time_s") if one["method"] == "window" else json.dumps(one["params"])
                 print(one["method"], what, file=file, flush=True)
+                changed = changed or one["method"] == "instances"
+                if changed and one["method"] == "window":
+                    return
 
 
 def secured(url):
@@ -146,11 +141,11 @@ async def main(url, token, command, *words):
         params = json.loads(words[1]) if len(words) > 1 else {}
         print(json.dumps(await ask(socket, words[0], params, words[2] if len(words) > 2 else instance)))
     elif command == "listen":
-        print(json.dumps(await listen(socket, float(words[0]), int(words[1]), instance)))
+        print(json.dumps(await listen(socket, int(words[0]), int(words[1]), instance)))
     elif command == "deaf":
-        print(json.dumps(await deaf(socket, float(words[0]), instance)))
+        print(json.dumps(await deaf(socket, instance)))
     elif command == "follow":
-        await follow(socket, float(words[0]), words[1], instance)
+        await follow(socket, words[0], instance)
     await socket.close()
 
 
