@@ -49,7 +49,6 @@ same "the model of a segment" "$(sql "SELECT DISTINCT left(model, 8) || ' ' || (
 # The server stops for some seconds and the relay is killed: no row is lost or duplicated (compared below).
 stop_postgres immediate
 wait_for 15 relay_is .targets.postgresql.up false
-sleep 2
 kill -9 "$relay"; wait "$relay" 2>/dev/null || true
 start_relay
 run_postgres
@@ -88,7 +87,7 @@ grep -qxF "$(cat line)" "log/$last" || fail "the line in refused_rows differs fr
 
 # Compare the log with the table: every row once, with all values.
 kill -TERM "$sim"; wait "$sim" 2>/dev/null || true
-sleep 2
+wait_for 5 field_is .state status connecting
 kill -TERM "$prismd"; wait "$prismd"
 start_prismd
 wait_for 20 sql_is "SELECT count(*) FROM prism.rows" "$(($(rows_of_log | wc -l) - 1))"

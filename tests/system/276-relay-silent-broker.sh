@@ -10,7 +10,8 @@ relay_config ", \"mqtt\": {\"host\": \"127.0.0.1\", \"port\": $port}"
 start_hostile gyro
 start_relay
 wait_for 10 grep -q connected broker.out
-sleep 2
+wait_for 5 relay_is .site lab
+sleep 0.5  # several statuses
 same "the broker before its first acknowledgement" "$(relay_says '.targets.mqtt.up // false')" false
 touch acknowledge
 wait_for 10 relay_is '.targets.mqtt | "\(.up) \(.error)"' "true "
@@ -20,7 +21,7 @@ wait_for 55 silent
 contains "human-readable status" "$(prismrelay --status relay.json)" "mqtt        DOWN since"
 connections() { [ "$(grep -c connected broker.out)" -ge 2 ]; }
 wait_for 10 connections
-sleep 2
+sleep 0.5  # several statuses
 silent || fail "the new connection hides the error: $(relay_says .targets.mqtt)"
 same "messages" "$(grep -c 'no acknowledgement for 40 s' relay.err)" 1
 touch acknowledge
