@@ -11,21 +11,20 @@ import os, sys, time
 pipe = os.open(sys.argv[1], os.O_WRONLY | os.O_NONBLOCK)
 try:
     while True: os.write(pipe, b"x")
-except BlockingIOError: pass
+except BlockingIOError: open(sys.argv[1] + ".full", "w").close()
 time.sleep(600)
 END
 children+=("$!")
-sleep 0.5
+wait_for 5 test -e "$dir/stderr.full"
 prismd "$dir/gyro.json" 2>"$dir/stderr" &
 prismd=$!
 children+=("$prismd")
 wait_for 5 prismctl version
 wait_for 5 field_is .state status receiving
 before=$(field .line.frames status)
-for _ in $(seq "$(long 5 60)"); do kill -HUP "$prismd"; prismctl version >/dev/null || fail "no response"; sleep 1; done
-[ "$(($(field .line.frames status) - before))" -gt "$(long 800 11000)" ] || fail "frames: $before, then $(field .line.frames status)"
+for _ in $(seq "$(long 5 60)"); do kill -HUP "$prismd"; prismctl version >/dev/null || fail "no response"; sleep 0.3; done
+wait_for "$(long 5 60)" field_above .line.frames status $((before + $(long 400 11000)))
 same "frames lost" "$(field .timing.missing_frames status)" 0
-begin=$(date +%s%N)
-kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
-took=$((($(date +%s%N) - begin) / 1000000))
-[ "$took" -lt 5000 ] || fail "SIGTERM took $took ms, expected less than 5000"
+kill -TERM "$prismd"
+wait_for 5 ended "$prismd"
+wait "$prismd" || fail "exit code $?"

@@ -5,11 +5,13 @@
 . "$(dirname "$0")/lib.sh"
 on_a_shimmed_disk 2 "\"capture\": {\"directory\": \"$dir/capture\"}"
 echo eio >"$dir/disk"
-sleep "$(long 5 60)"
+wait_for 5 grep -q "cannot be synced" "$dir/prismd.err"
+wait_for 5 grep -q "capture: .*Input/output error" "$dir/prismd.err"
+sleep "$(long 2 60)"  # further syncs fail
 echo good >"$dir/disk"
 wait_for 60 grep -q 'log: writing again' "$dir/prismd.err"
 wait_for 60 grep -q 'capture: writing again after 0 bytes' "$dir/prismd.err"
-sleep 2
+grows .log.rows status 2
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 same "reported errors of the log" "$(grep -c 'cannot be synced' "$dir/prismd.err")" 1
 same "reported errors of the capture" "$(grep -c 'capture: .*Input/output error' "$dir/prismd.err")" 1

@@ -5,7 +5,7 @@ config
 start_sim --profile steady --speed 300
 start_prismd
 wait_for 10 field_is .state status receiving
-sleep 8   # collects a long history
+wait_for 10 field_above .log.rows status 2000  # a long history
 python3 - "$PRISM_SOCKET" "$prismd" <<'END' || fail "see above"
 import socket, sys, time
 ask = b'{"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}}\n'

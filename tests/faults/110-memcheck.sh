@@ -23,7 +23,7 @@ prismd=$pid
 wait_for 60 field_is .state status receiving
 for method in status bias history stats events line version; do ask "$method" >"$dir/answer"; done
 kill -HUP "$prismd"
-sleep 3
+wait_for 20 grep -q "reloaded: " "$dir/prismd.err"
 kill -TERM "$prismd"
 wait "$prismd" || fail "live under valgrind: exit code $?"
 ! grep -q '^==' "$dir/prismd.err" || fail "live: valgrind reported errors"

@@ -10,10 +10,10 @@ folder, times = sys.argv[1], int(sys.argv[2])
 path = os.environ["PRISM_SOCKET"]
 
 def answers(daemon):
-    end = time.monotonic() + 20
+    end = time.monotonic() + 100
     while time.monotonic() < end and daemon.poll() is None:
         with socket.socket(socket.AF_UNIX) as s:
-            s.settimeout(10)
+            s.settimeout(60)
             try:
                 s.connect(path)
                 s.sendall(b'{"jsonrpc":"2.0","id":1,"method":"version"}\n')
@@ -30,6 +30,6 @@ for i in range(times):
         daemon.send_signal(signal.SIGHUP)
         time.sleep(random.choice([0, 0, 0.0005, 0.002, 0.01]))
     daemon.send_signal(signal.SIGTERM)
-    code = daemon.wait(30)
+    code = daemon.wait(100)
     assert code == 0, "end %d: found exit code %d, expected 0" % (i, code)
 END

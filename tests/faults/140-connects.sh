@@ -15,7 +15,7 @@ def connect(ask=None):
     return s
 SAMPLES = b'{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["sample"]}}\n'
 reader = connect(SAMPLES)
-reader.settimeout(5)
+reader.settimeout(60)
 lines, stop = [], threading.Event()
 def read():
     data = b""
@@ -31,7 +31,8 @@ for i in range(int(sys.argv[2])):
     s = connect(b'{"jsonrpc":"2.0","id":1,"method":"version"}\n' if i % 2 else None)
     if i % 4 == 1: s.recv(1 << 16)
     s.close()
-time.sleep(2)
+end = time.monotonic() + 100
+while len(lines) < 500 and time.monotonic() < end: time.sleep(0.1)
 stop.set()
 thread.join()
 told = [json.loads(line) for line in lines]

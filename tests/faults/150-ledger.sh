@@ -49,7 +49,7 @@ for ((fault = 0; fault < faults; fault++)); do
     network) for cut in 1 2 3; do echo $((RANDOM % 20000)) >"$dir/cut"; sleep 0.7; done ;;
     disk) head -c 200M /dev/zero 2>/dev/null | as_server tee "$dir/pg/ballast" >/dev/null 2>&1 || true; sleep "$(long 3 20)"; rm -f "$dir/pg/ballast"
       pg_isready -q -h "$dir/pg" || { sleep 1; as_server "$postgres_bin/pg_ctl" -D "$dir/pg/data" -m immediate stop >/dev/null 2>&1 || true; run_again; } ;;
-    away) stop_postgres immediate; sleep "$(long 3 60)"; run_again ;;
+    away) stop_postgres immediate; sleep "$(long 1 60)"; run_again ;;
   esac
   before=$(rows)
   wait_for 90 grows "$before"
@@ -64,7 +64,7 @@ for gyro in 1 2; do jq '.line.device = "/nowhere"' gyro$gyro.conf >still.conf; m
 python3 "$PRISM_SOURCE/tests/faults/rows_of_logs.py" "$dir/log1" "$dir/log2" >in_logs
 table() { psql -X -q -A -t -F ' ' -h "$dir/pg" -U relay prism -c "SELECT replace(log::text, '-', ''), segment, row_number, extract(epoch FROM time)::bigint, to_char(rate_deg_per_h, 'FM999999990.000000'), to_char(temperature_degc, 'FM999990.00000'), quality FROM prism.rows ORDER BY log::text, segment, row_number"; }
 alike() { table >in_table && cmp -s in_logs in_table; }
-deadline=$(($(date +%s) + 60))
+deadline=$(($(date +%s) + 120))
 until alike; do [ "$(date +%s)" -lt "$deadline" ] || fail "$(wc -l <in_logs) rows in the logs, $(wc -l <in_table) in the table: $(diff in_logs in_table | head -5)"; sleep 0.5; done
 same "gaps: rows deleted before the relay sent them" "$(sql "SELECT count(*) FROM prism.gaps")" 0
 same "rejected rows" "$(sql "SELECT count(*) FROM prism.refused_rows")" 0

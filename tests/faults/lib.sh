@@ -13,6 +13,10 @@ on_a_shimmed_disk() {
   prismd=$pid
   wait_for 10 field_above .log.rows status "$1"
 }
+# ended PID: succeeds if this child of the script has ended.
+ended() { ! kill -0 "$1" 2>/dev/null; }
+# grows FILTER METHOD COUNT: waits until this number is COUNT larger than now.
+grows() { wait_for $((5 + 2 * $3)) field_above "$1" "$2" $(($(field "$1" "$2") + $3 - 1)); }
 # sanitized: succeeds if prismd was built with a sanitizer; its memory use is then not checked.
 sanitized() { grep -q "lib[atu]b*san" <<<"$(ldd "$PRISM_BIN/daemon/prismd")"; }
 # long QUICK LONG: prints QUICK, or LONG in the long form (PRISM_ENDURANCE=1).
