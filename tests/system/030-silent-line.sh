@@ -2,10 +2,11 @@
 # An existing line without data is reported once, although prismd opens it repeatedly.
 . "$(dirname "$0")/lib.sh"
 config
-start pty socat "PTY,link=$dir/tty,raw,echo=0" EXEC:"sleep 4"
+sed -i 's/"silence_s": 1/"silence_s": 0.1/' "$dir/gyro.json"
+start pty socat "PTY,link=$dir/tty,raw,echo=0" EXEC:cat
 wait_for 5 test -e "$dir/tty"
 start_prismd
 wait_for 5 field_is .state status silent
-sleep 2
+sleep 1  # several attempts
 same "reports of the silence" "$(grep -c 'no data for' "$dir/prismd.err")" 1
-contains "events" "$(prismctl events)" "no data for 1 s"
+contains "events" "$(prismctl events)" "no data for 0.1 s"

@@ -3,14 +3,14 @@
 # because its rows depend on arrival times.
 . "$(dirname "$0")/lib.sh"
 config '"capture": {"directory": "'"$dir"'/capture"}'
-sed -i 's/"clock": "device"/"clock": "host"/; s/"silence_s": 1/"silence_s": 0.5/' "$dir/gyro.json"
+sed -i 's/"clock": "device"/"clock": "host"/; s/"silence_s": 1/"silence_s": 60/' "$dir/gyro.json"
 start_sim --profile steady --speed 1 --damage-bytes 1e-4 --drop-bytes 1e-4
 start_prismd
-sleep 3
+wait_for 5 field_above .log.rows status 2
 kill -9 "$sim"; rm -f "$dir/tty"
 wait_for 5 field_is .state status connecting
 start_sim --profile steady --speed 1
-sleep 3
+wait_for 10 field_above .log.rows status 5
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 cat "$dir"/log/*.csv >"$dir/live.csv"
 [ "$(grep -vc '^#' "$dir/live.csv")" -ge 6 ] || fail "too few rows: $(cat "$dir/live.csv")"

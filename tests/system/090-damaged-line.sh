@@ -12,6 +12,6 @@ contains "line" "$(prismctl line)" "by checksum"
 same "hardware counters of a pty" "$(field .hardware line)" null
 kill "$sim"; rm -f "$dir/tty"
 head -c 3000000 /dev/urandom >"$dir/garbage"
-start pty socat "PTY,link=$dir/tty,raw,echo=0" "SYSTEM:cat $dir/garbage; sleep 5"
+start pty socat "PTY,link=$dir/tty,raw,echo=0" "SYSTEM:cat $dir/garbage -"
 wait_for 5 field_above .line.skipped_bytes status 2900000
 kill -0 "$prismd" || fail "prismd ended"

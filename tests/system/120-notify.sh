@@ -7,7 +7,7 @@ start_sim --profile steady --speed 1
 python3 - "$dir" <<'END' || fail "see above"
 import os, signal, socket, subprocess, sys, time
 folder = sys.argv[1]
-notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM); notify.bind(folder + "/notify"); notify.settimeout(10)
+notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM); notify.bind(folder + "/notify"); notify.settimeout(60)
 listener = socket.socket(socket.AF_UNIX); listener.bind(folder + "/handed.sock"); listener.listen()
 def child():
     os.dup2(listener.fileno(), 3); os.set_inheritable(3, True)

@@ -14,12 +14,12 @@ while True:
     try: clients[-1].connect(sys.argv[1])
     except BlockingIOError: break
 open(sys.argv[1] + ".full", "w").close()
-time.sleep(60)
+time.sleep(600)
 END
 holder=$!
 children+=("$holder")
 wait_for 5 test -e "$PRISM_SOCKET.full"
-code=0; timeout 10 prismd "$dir/gyro.json" 2>"$dir/held" || code=$?
+code=0; timeout 60 prismd "$dir/gyro.json" 2>"$dir/held" || code=$?
 same "exit code for a socket of a process that accepts no connection" "$code" 1
 contains "its error" "$(cat "$dir/held")" "another process listens there"
 kill "$holder"; rm "$PRISM_SOCKET"

@@ -79,9 +79,9 @@ awk 'length($0) > 80 && !/^(line|log|device)/ {exit 1}' status.out || fail "wide
 contains "bias of one axis" "$(prismctl --axis z bias)" "quality"
 code=0; prismctl --axis w bias 2>wrong.err || code=$?
 contains "an unknown axis" "$(cat wrong.err)" "expected one of x, y, z"
-timeout 10 prismctl --json --axis z watch --count 2 >watch.out
+timeout 60 prismctl --json --axis z watch --count 2 >watch.out
 same "axes of the rows" "$(jq -r '.params.axis // empty' watch.out | sort -u)" z
-timeout 10 prismctl watch --count 6 >rows.out </dev/null
+timeout 60 prismctl watch --count 6 >rows.out </dev/null
 same "axes of the lines" "$(awk '$1 ~ /^[xyz]$/ {print $1}' rows.out | sort -u | tr '\n' ' ')" "x y z "
 kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
 prismd all.json --replay bytes/imu-*.pcap --out again >/dev/null

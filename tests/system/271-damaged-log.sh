@@ -28,7 +28,7 @@ for run in "as written" "after a restart"; do
   contains "prismctl, $run" "$(cat follow.err)" "prismctl: $lost rows are missing here: deleted or damaged before they were fetched"
   same "times that prismctl reported it, $run" "$(grep -c 'are missing here' follow.err)" 1
   : >follow.err
-  PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1 timeout 60 python3 - "$((all - lost))" "$lost" <<'END' || fail "the Python client, $run"
+  PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1 timeout 120 python3 - "$((all - lost))" "$lost" <<'END' || fail "the Python client, $run"
 import sys
 import prism
 pages = list(prism.Gyro().log(after="earliest"))

@@ -37,7 +37,7 @@ read_by_prismctl() {
   neighbours_in "$1.rows" "$1, prismctl"
 }
 read_by_python() {
-  timeout 60 python3 - neighbours "$victim" "$2" <<'END' || fail "$1, Python client"
+  timeout 120 python3 - neighbours "$victim" "$2" <<'END' || fail "$1, Python client"
 import sys
 import prism
 _, neighbours, victim, is_row = sys.argv
@@ -53,14 +53,14 @@ read_by_web() {
   rm -rf "$dir/state"
   web_state=$dir/state
   start_web
-  timeout 60 python3 - neighbours "$url" "$token" <<'END' || fail "$1, prismweb: $(cat web.err)"
+  timeout 120 python3 - neighbours "$url" "$token" <<'END' || fail "$1, prismweb: $(cat web.err)"
 import json, sys, time, urllib.request
 _, rows, url, token = sys.argv
 expected = sum(1 for line in open(rows))
-deadline = time.time() + 30
+deadline = time.time() + 100
 while True:
     request = urllib.request.Request(f"{url}api/gyro/range?seconds=4000&points=5000", headers={"Authorization": f"Bearer {token}"})
-    answer = json.load(urllib.request.urlopen(request, timeout=20))
+    answer = json.load(urllib.request.urlopen(request, timeout=60))
     found = sum(row[answer["columns"].index("seconds")] if "seconds" in answer["columns"] else 1 for row in answer["rows"])
     if found >= expected:
         break

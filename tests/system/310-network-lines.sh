@@ -19,7 +19,6 @@ wait_for 5 sh -c "prismctl --json status | jq -re .detail | grep -q 'connection 
 start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady; sim=$pid
 wait_for 10 field_is .state status receiving
 same "the line's name" "$(field .device status)" "tcp localhost:$port"
-sleep 3
 # Once at the start, and again after a reload, which a key that stops would reject.
 removals() { grep -cF "warning: $removed" "$dir/prismd.err"; }
 same "warnings of the removed key" "$(removals)" 1
@@ -29,7 +28,7 @@ kill -9 "$sim"
 wait_for 5 field_is .state status connecting
 start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady
 wait_for 10 field_is .state status receiving
-sleep 1
+wait_for 5 field_above .log.rows status "$(field .log.rows status)"
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 same "reports of the loss" "$(grep -c ': lost:' "$dir/prismd.err")" 1
 same "reports of the refused connections: at the start only" "$(grep -c 'retrying' "$dir/prismd.err")" 1
@@ -47,7 +46,7 @@ net_config "\"udp\": {\"listen\": \"127.0.0.1:$port\", \"from\": \"127.0.0.1\"}"
 rm -f "$PRISM_SOCKET"; start_prismd
 start sim prismsim --udp "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady
 wait_for 10 field_is .state status receiving
-sleep 2
+wait_for 5 field_above .decoder.frames line 100
 same "missing frames" "$(field .timing.missing_frames line)" 0
 
 # Mistakes name the missing part.

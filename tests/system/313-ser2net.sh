@@ -13,8 +13,7 @@ through() { # NAME PORT: prismd receives the complete stream through this server
 END
   start_prismd
   wait_for 10 field_is .state status receiving
-  sleep 3
-  [ "$(field .decoder.frames line)" -gt 100 ] || fail "$1: found $(field .decoder.frames line) frames, expected more than 100"
+  wait_for 5 field_above .decoder.frames line 100
   same "$1: missing frames" "$(field .timing.missing_frames line)" 0
   same "$1: rejected frames" "$(field .decoder.bad_check line)" 0
   kill -9 "$server"

@@ -4,7 +4,7 @@
 PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 50
 config
-start_sim --profile steady
+start_sim --profile steady --speed 10
 start_prismd
 wait_for 15 field_above '.log.rows - .log.unsynced' status 8
 prismctl export "$dir/all" >"$dir/out" || fail "export: $(cat "$dir/out")"
