@@ -57,6 +57,27 @@ TEST(RemovedKeys, AStepMayBeAnyName) {
   EXPECT_EQ(read(R"({"lines": "echo"})", kFile, kTable).warnings.size(), 0u);
 }
 
+TEST(RemovedKeys, EachOfTheTableWarnsOrStopsAndNamesTheReplacement) {
+  ASSERT_FALSE(removed_keys().empty());
+  for (const RemovedKey& key : removed_keys()) {
+    Json value = 1;
+    for (std::string path(key.path); !path.empty();) {
+      const std::size_t slash = path.rfind('/');
+      const std::string step = slash == std::string::npos ? path : path.substr(slash + 1);
+      Json outer = Json::object();
+      outer[step == "*" ? "any" : step] = std::move(value);
+      value = std::move(outer);
+      path.resize(slash == std::string::npos ? 0 : slash);
+    }
+    const Result<JsonDocument> document = parse_json_object(value.dump(), "file");
+    const Section top(*document);
+    const std::vector<std::string> warnings = top.removed(key.file);
+    EXPECT_EQ(top.good(), !key.stops) << key.path;
+    EXPECT_EQ(warnings.size(), key.stops ? 0u : 1u) << key.path;
+    EXPECT_FALSE(key.instead.empty()) << key.path;
+  }
+}
+
 TEST(RemovedKeys, OfAnotherFileIsUnknown) {
   EXPECT_EQ(read("{\"window\": 1}", kFile, kTable).error,
             "gyro.json:/window: unknown key in line 1; expected one of known, lines");
