@@ -19,7 +19,7 @@ std::span<const RemovedKey> removed_keys() {
       {KeyFile::kWeb, "passwords", true, "let nginx or caddy ask for the passwords (page.md, \"Other hosts\")"},
       {KeyFile::kWeb, "tls", true, "let nginx or caddy have the certificate (page.md, \"Other hosts\")"},
       {KeyFile::kWeb, "plotjuggler", false,
-       "it has no effect; run examples/plotjuggler.py of the Python client (clients.md)"},
+       "it has no effect; run clients/python/examples/plotjuggler.py (clients.md)"},
       {KeyFile::kCampaign, "slurm", false, "write the options of sbatch into the script of docs/campaign.md"},
       {KeyFile::kCampaign, "level", true, "run the printed lines with GLIBC_TUNABLES (docs/campaign.md)"},
       {KeyFile::kFrames, "stuffing", true, "no description of prism is of stuffed frames"},

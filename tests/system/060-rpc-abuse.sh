@@ -10,7 +10,7 @@ same "not a request" "$(code_of '42')" -32600
 same "no version" "$(code_of '{"id":1,"method":"status"}')" -32600
 same "method of a wrong type" "$(code_of '{"jsonrpc":"2.0","id":1,"method":7}')" -32600
 same "unknown method" "$(code_of '{"jsonrpc":"2.0","id":1,"method":"launch"}')" -32601
-same "bad params" "$(code_of '{"jsonrpc":"2.0","id":1,"method":"history","params":{"seconds":0}}')" -32602
+same "bad params" "$(code_of '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":0}}')" -32602
 same "bad stream" "$(code_of '{"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}}')" -32602
 same "empty batch" "$(code_of '[]')" -32600
 same "batch" "$(send '[{"jsonrpc":"2.0","id":1,"method":"version"},{"jsonrpc":"2.0","id":2,"method":"version"}]' | wc -l)" 2

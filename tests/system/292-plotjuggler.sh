@@ -26,7 +26,7 @@ start curves python3 listen.py
 wait_for 5 test -s port
 example=$PRISM_SOURCE/clients/python/examples/plotjuggler.py
 start seconds python3 "$example" --to "127.0.0.1:$(cat port)"
-start frames python3 "$example" gyro --to "localhost:$(cat port)" --every 1
+start frames python3 "$example" --to "localhost:$(cat port)" --every 1
 rows() { awk -v name="$1" '$2 == name' curves.out; }
 more_than() { [ "$(rows "$1" | wc -l)" -gt "$2" ]; }
 wait_for 10 more_than /gyro/z/window/rate_deg_per_h 3

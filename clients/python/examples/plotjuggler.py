@@ -17,7 +17,7 @@ options = parser.parse_args()
 host, port = options.to.rsplit(":", 1)
 family, kind, protocol, _, address = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_DGRAM)[0]
 gyro = prism.Gyro(options.gyro)
-name, stream = gyro.status()["instance"], "sample" if options.every else "window"
+name, stream = gyro.status()["name"], "sample" if options.every else "window"
 with socket.socket(family, kind, protocol) as link:
     for row in gyro.samples(options.every) if options.every else gyro.rows():
         values = {key: value for key, value in dataclasses.asdict(row).items() if value is not None}

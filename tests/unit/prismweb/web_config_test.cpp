@@ -93,7 +93,7 @@ TEST(WebConfig, WarnsOfRemovedKeys) {
             (std::vector<std::string>{"web.json:/foxglove: removed in prism 0.4 (line 1); it has no effect; read the "
                                       "gyro with the Python client (clients.md)",
                                       "web.json:/plotjuggler: removed in prism 0.4 (line 2); it has no effect; run "
-                                      "examples/plotjuggler.py of the Python client (clients.md)"}));
+                                      "clients/python/examples/plotjuggler.py (clients.md)"}));
 }
 
 TEST(WebConfig, RejectsInvalidAddresses) {
