@@ -31,7 +31,8 @@ namespace {
 
 // sd of an error with the variance of the model, the nuisance, and `lost` to shrinkage.
 Prediction with_deviation(Prediction prediction, const PredictiveUncertainty& known, double lost) {
-  // A model estimates its error from one record; another day differs more. Chosen on simulated gyros (docs/science.md).
+  // A model estimates its error from one record; another day differs more. Chosen on simulated gyros
+  // (docs/benchmarks.md).
   constexpr double kStrangeness = 1.25;
   const BetweenRunError& s = known.spread;
   double variance = known.model_variance + s.nuisance_deg_per_h * s.nuisance_deg_per_h + lost;

@@ -24,7 +24,7 @@ struct BetweenRunError {
 };
 
 /// The assumed offset between two runs of a gyro with one recording, in standard deviations of its bias: its cycles
-/// differ by a tenth (docs/science.md).
+/// differ by a tenth (docs/benchmarks.md).
 inline constexpr double kAssumedOffset = 0.1;
 
 /// Predictive uncertainty at one point; variances in (deg/h)².
@@ -96,7 +96,7 @@ class Model {
 
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
-  /// For a repeat of the training profile, models with BetweenRunError allow a margin (docs/science.md): 2 % of the
+  /// For a repeat of the training profile, models with BetweenRunError allow a margin (docs/benchmarks.md): 2 % of the
   /// range, 20 % if an input is dT/dt, U or a lag.
   bool outside_domain(std::span<const double> inputs) const;
   /// The distance of the inputs outside their training ranges, in ranges; 0 inside the box. Without shares the largest

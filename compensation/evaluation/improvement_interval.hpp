@@ -12,7 +12,7 @@ namespace prism::evaluation {
 
 /// Day-to-day change of the ratio of the sigmas, 1 sigma of its logarithm, in addition to the scatter within one
 /// recording (another voltage, another turn-on). Assumed if there is only one recording; from simulated days,
-/// docs/science.md.
+/// docs/benchmarks.md.
 inline constexpr double kBetweenDays = 0.09;
 
 /// Fraction of the residual's scatter that repeats in the next recording, as from hidden temperature effects: it does

@@ -13,13 +13,13 @@
 namespace prism::training {
 
 /// A variance above this multiple of the quantile at the training samples is `extrapolating`: 2 % of a repeat of the
-/// training profile, 90 % of the large errors 15 degC outside it (docs/science.md).
+/// training profile, 90 % of the large errors 15 degC outside it (docs/benchmarks.md).
 inline constexpr double kGuardFactor = 12, kGuardQuantile = 0.99;
 
 /// Enough samples for the estimate; longer records use every n-th sample.
 inline constexpr Eigen::Index kErrorSamples = 1000;
 
-/// A prior, chosen on simulated gyros (docs/science.md): two runs of a gyro with one recording differ by
+/// A prior, chosen on simulated gyros (docs/benchmarks.md): two runs of a gyro with one recording differ by
 /// compensation::kAssumedOffset of the sd of its bias and, with the composite kernel, by this multiple of the variance
 /// of the drift within the recording.
 inline constexpr double kDaysDiffer = 1.5;

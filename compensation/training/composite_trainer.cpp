@@ -41,7 +41,7 @@ CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw)
   return samples;
 }
 
-// Centre and weight on the simulated truths and the chamber splits (docs/science.md); kNone: as good as zero.
+// Centre and weight on the simulated truths and the chamber splits (docs/benchmarks.md); kNone: as good as zero.
 DriftPrior drift_prior(Drift drift) {
   switch (drift) {
     case Drift::kThermal:

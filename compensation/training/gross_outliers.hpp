@@ -14,9 +14,9 @@ inline constexpr double kSuspect = 8;
 
 /// Rows whose target is far from the median of the 65 rows around them in their recording, and from that of the 65 rows
 /// with the nearest inputs: more than `scales` robust scales (MAD) of all such distances, both times. In order. Clean
-/// records stay below 41 (docs/science.md); smaller outliers are left to the robust weights. None with fewer than 20
-/// rows. An excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N; `runs`:
-/// recording of each row. O(N · min(N, 2000)).
+/// records stay below 41 (docs/compensation.md); smaller outliers are left to the robust weights. None with fewer than
+/// 20 rows. An excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N;
+/// `runs`: recording of each row. O(N · min(N, 2000)).
 std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
                                          const std::vector<int>& runs, double scales = kGross);
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The default model on gyros with hidden causes, one gyro per simulated truth: never worse than no correction, except if there is
-# nothing to correct, and with a true standard deviation. docs/science.md has the same table for six gyros.
+# nothing to correct, and with a true standard deviation. docs/benchmarks.md has the same table for six gyros.
 . "$(dirname "$0")/../system/lib.sh"
 [ -x "$PRISM_BIN/tests/bench/bench_science" ] || skip "bench_science is not built (tools/check --full)"
 "$PRISM_BIN/tests/bench/bench_science" simulated 101001 1 >"$dir/table" || fail "exit code $?"

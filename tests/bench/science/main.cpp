@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tables of docs/science.md: simulated truths × profiles × methods, and the splits of a real recording.
+// The tables of docs/benchmarks.md: simulated truths × profiles × methods, and the splits of a real recording.
 // usage: bench_science simulated|passes|outliers|cycles|designs|intervals|siblings|cost FIRST-SEED COUNT | real
 // RECORDING
 #include <fmt/format.h>

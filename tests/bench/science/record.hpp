@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Recordings for the tables of docs/science.md: simulated cycles and real ones, on the sample grid of training.
+// Recordings for the tables of docs/benchmarks.md: simulated cycles and real ones, on the sample grid of training.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tables of docs/science.md, printed as Markdown.
+// The tables of docs/benchmarks.md, printed as Markdown.
 #pragma once
 
 #include <cstdint>

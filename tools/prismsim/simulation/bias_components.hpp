@@ -31,7 +31,7 @@ struct BiasModelSettings {
   /// Per (case − body), deg/h per degC: only a thermometer at the case detects it.
   double gradient_deg_per_h_per_degc = 0;
 
-  /// The truths of docs/science.md: thermometer, hysteresis, warm-up, flicker and mode hops together.
+  /// The truths of docs/benchmarks.md: thermometer, hysteresis, warm-up, flicker and mode hops together.
   static BiasModelSettings hard();
 };
 
