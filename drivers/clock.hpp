@@ -64,7 +64,7 @@ struct ClockStatus {
 /// derived from the bytes skipped there (if the stream has one message type).
 ///
 /// An accumulated angle gives no sample if its difference is unknown: for the first reading of an axis, and after a gap
-/// of more than max_difference_s or in which the angle may have wrapped. docs/time.md has all rules.
+/// of more than max_difference_s or in which the angle may have wrapped. docs/frames.md has all rules.
 class Clock {
  public:
   Clock(wire::FrameDescriptionPtr description, ClockSettings settings = {});

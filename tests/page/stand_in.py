@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A fake server: prismweb's interface (docs/page.md) with SIMULATED gyros, for states that real programs cannot reach within a test:
+"""A fake server: prismweb's interface (docs/protocol.md) with SIMULATED gyros, for states that real programs cannot reach within a test:
 30 days of rows, an immediate hour of rows, a name that is markup, a stalled server.
 
 usage: stand_in.py PORT (0: a free one) [--gyros N] [--name TEXT] [--days N] [--speed N]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Random sequences of all damages: the clock "device" and raw bytes agree with a slow reference, which keeps complete
-// lists and is written from the rules of docs/time.md. PRISM_SEQUENCES sets their number.
+// lists and is written from the rules of docs/frames.md. PRISM_SEQUENCES sets their number.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The rules of docs/time.md, from the truth: every damage, with every source of time and every kind of gyro value.
+// The rules of docs/frames.md, from the truth: every damage, with every source of time and every kind of gyro value.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A gyro whose true time and rate are known, and the damages of docs/time.md on the way to the reader.
+// A gyro whose true time and rate are known, and the damages of docs/frames.md on the way to the reader.
 #pragma once
 
 #include <algorithm>
