@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Clients that send requests and never read the responses: the memory of prismweb stays below the limits of docs/page.md and is returned
+# Clients that send requests and never read the responses: the memory of prismweb stays below the limits of docs/protocol.md and is returned
 # after they leave. History: four such clients sent 1 089 000 requests, prismweb grew from 10.6 to 224 MB and stayed there.
 . "$(dirname "$0")/lib.sh"
 PATH=$PRISM_BIN/tools/prismweb:$PATH

@@ -20,7 +20,7 @@ class Archive {
   void notified(const Notification& notification);
   void finish();
 
-  /// See docs/page.md, "range". Calls `answer` now or later.
+  /// See docs/protocol.md, "range". Calls `answer` now or later.
   void range(const nlohmann::json& params, const InstanceProxy::Answer& answer);
   /// Returns the last seconds as objects, with the names and units of the log.
   void rows(const nlohmann::json& params, const InstanceProxy::Answer& answer);

@@ -21,7 +21,8 @@ namespace asio = boost::asio;
 
 constexpr std::size_t kMaxInstances = 256;
 constexpr std::chrono::seconds kFindInterval{2};
-constexpr std::chrono::milliseconds kFlushInterval{50};  // 20 messages per second; docs/page.md guarantees at most 25
+constexpr std::chrono::milliseconds kFlushInterval{
+    50};  // 20 messages per second; docs/protocol.md guarantees at most 25
 
 }  // namespace
 

@@ -20,8 +20,8 @@ namespace prism::prismweb {
 /// Suffix of the message about a damaged store.
 inline constexpr const char* kRebuilt = "; rebuilding it from the log";
 
-/// `periods.sqlite` in a directory (docs/page.md, "The store"). commit() writes periods and cursor in one transaction,
-/// so that data lost by a kill is read from the log again.
+/// `periods.sqlite` in a directory (docs/protocol.md, "The store"). commit() writes periods and cursor in one
+/// transaction, so that data lost by a kill is read from the log again.
 class PeriodStore {
  public:
   /// Opens the store. Creates a new one if it is missing or damaged (see rebuild_reason()). Errors: the directory or

@@ -50,7 +50,7 @@ struct PeriodSummary {
   void add(const PeriodSummary& other);
 };
 
-/// Columns of the store and of `range` (docs/page.md).
+/// Columns of the store and of `range` (docs/protocol.md).
 inline constexpr std::array<const char*, 21> kPeriodColumns = {
     "rate_min", "rate_max",        "corrected_min",   "corrected_max", "bias_min",  "bias_max",
     "sd_max",   "temperature_min", "temperature_max", "slope_min",     "slope_max", "uhfo_min",
@@ -71,8 +71,8 @@ std::optional<PeriodSummary> second_of(const nlohmann::json& window);
 /// Rounds down to a multiple of `length_s`.
 std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s);
 
-/// Returns the shortest step of the list in docs/page.md that is at least `min_s` and gives at most `points` steps in
-/// `length_s`. If the longest is too short, returns a number of days.
+/// Returns the shortest step of the list in docs/protocol.md that is at least `min_s` and gives at most `points` steps
+/// in `length_s`. If the longest is too short, returns a number of days.
 std::int64_t step_for(double length_s, int points, std::int64_t min_s);
 
 /// Joins the periods that begin within [from_s, to_s) to steps, in order of time.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts the result of `range` (docs/page.md) to rows of the charts.
+// Converts the result of `range` (docs/protocol.md) to rows of the charts.
 import { Steps } from "./steps.js";
 
 /** Column stem of `range`: quantity of the charts. */
