@@ -3,11 +3,11 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|report|inspect|allan|convert|design|verify|campaign) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'report --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'report --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns min h d' ;;
+    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns min h d' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
@@ -16,14 +16,12 @@ _prismcal() {
     'train --scale'|'fit --scale'|'cv --scale') words='mad iqr' ;;
     'train --drift'|'fit --drift'|'cv --drift') words='thermal open none' ;;
     'train --normalise'|'fit --normalise'|'cv --normalise') words='zscore auto none' ;;
-    'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation'|'report --extrapolation') words='preset flag clamp shrink' ;;
-    'evaluate --divisor'|'compare --divisor'|'report --divisor') words='N N-1' ;;
-    'report --models') words='paper ladder' ;;
+    'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation') words='preset flag clamp shrink' ;;
+    'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
     'allan --grid') words='octave decade dense' ;;
     'allan --estimator') words='overlapping non-overlapping' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
-    'campaign --engine') words='print' ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
@@ -33,14 +31,13 @@ _prismcal() {
     predict) words='-h --help --out --extrapolation --separator --decimal --encoding --header-row --time-format --time-unit --json --quiet' ;;
     evaluate) words='-h --help --training --limits --in-sample --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
     compare) words='-h --help --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
-    report) words='-h --help --models --limits --seed --folds --reweight --threads --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
     inspect) words='-h --help --interval --separator --decimal --encoding --header-row --time-format --time-unit --json' ;;
     allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --estimator --confidence --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare report inspect allan convert design verify campaign' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -69,7 +69,7 @@ def commands(path, folder):
     case = {"file": path, "columns": NAMES, "options": []}
     mapping = [word for entry in ("rate=rate_deg_per_h", "temperature=T_degC", "time=t_s") for word in ("--map", entry)]
     return {**run.commands(case, folder), "train": ["train", path, *mapping, *MODEL, "--out", os.path.join(folder, "trained.json")],
-            "inspect": ["inspect", path, "--json"], "verify": ["verify", path, "--json"]}
+            "inspect": ["inspect", path, "--json"]}
 
 
 def result(name, out, folder):
@@ -81,9 +81,6 @@ def result(name, out, folder):
         found = json.loads(out)
         columns = sorted(([c[key] for key in ("header", "unit", "kind", "smallest", "largest", "holes")] for c in found["columns"]))
         return [columns, found["rows"], found["time"]]
-    if name == "verify":  # "table of another program: DIALECT; 60 rows, …"
-        found = json.loads(out)
-        return [found["faults"], found["findings"][0]["text"].split("; ", 1)[1]]
     return run.result(name, out, folder)
 
 
@@ -92,9 +89,7 @@ def results(path, folder):
     found = {}
     for name, arguments in commands(path, folder).items():
         code, out, err = run.run(*arguments)
-        if name == "verify" and code == 1:
-            found[name] = json.loads(out)["findings"][0]["text"]
-        elif name == "inspect" and code == 1:
+        if name == "inspect" and code == 1:
             found[name] = json.loads(out)["problem"] if out.startswith("{") else err.strip()
         else:
             found[name] = result(name, out, folder) if code == 0 else err.strip()

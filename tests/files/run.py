@@ -183,10 +183,6 @@ def check_words(folder):
         code, _, err = run(*arguments)
         if code != 0 or err:
             faults.append(f"plain.csv: {name} --quiet: exit code {code}, found \"{err.strip()}\"")
-    for name, expected in (("plain.csv", 0), ("torn.csv", 1), ("short-row.csv", 1), ("two-names.csv", 1)):
-        code, out, err = run("verify", os.path.join(DATA, name))
-        if code != expected:
-            faults.append(f"{name}: verify: exit code {code}, expected {expected}; {out}{err}")
 
 
 def main():

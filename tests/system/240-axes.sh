@@ -38,15 +38,6 @@ for name in vectornav kvh1750 stim300; do
   done
 done
 
-# A report of all axes begins with a table of the axes; the sections of each axis follow.
-prismd record.json --replay two.pcap --out logs2 >/dev/null
-prismcal report logs logs2 --models ladder --out all >report.out 2>report.err || fail "the report: $(tail -3 report.err)"
-contains "the table of all axes" "$(head -1 report.out)" "The chosen model of each axis"
-same "its rows" "$(awk '$1 ~ /^[xyz]$/ {print $1}' report.out | tr '\n' ' ')" "x y z "
-same "axes with sections in the page" "$(grep -o 'Axis [xyz]: Summary' all/report.html | sort -u | tr '\n' ' ')" "Axis x: Summary Axis y: Summary Axis z: Summary "
-contains "a link of the table" "$(cat all/report.html)" 'href="#axis2_summary"'
-contains "its target" "$(cat all/report.html)" 'id="axis2_summary"'
-
 prismcal train one.pcap --config record.json --axis y --inputs T,dTdt --method stepwise --quiet --out y.json >/dev/null || fail "training on the capture"
 same "terms of y from the log and from the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"
 code=0; prismcal evaluate model-x.json logs >out 2>axis.err || code=$?

@@ -6,8 +6,8 @@ cd "$dir"
 python3 - "$PRISM_SOURCE" <<'PY'
 import re, sys
 page = open(sys.argv[1] + '/docs/operations.md').read()
-page = page[page.index('## Several axes'):page.index('## Sensors')]
-lines = re.findall(r'^    \$ (.*)$', page[page.index('To\npractise'):], re.M)
+page = page[page.index('## Several axes'):].split('\n## ')[0]
+lines = re.findall(r'^    \$ (.*)$', page[page.index('To practise'):], re.M)
 assert len(lines) == 7, lines
 text = '\n'.join(lines).replace('/usr/share/prism/examples', sys.argv[1] + '/config/examples')
 open('page.sh', 'w').write(text + '\n')

@@ -43,9 +43,6 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
 same() { [ "$2" = "$3" ] || fail "$1: found '$2', expected '$3'"; }
 contains() { case "$2" in *"$3"*) ;; *) fail "$1: found '$2', expected it to contain '$3'" ;; esac; }
 
-# report_text FILE: prints a report without its scripts, because the text of the chart library is not ours.
-report_text() { sed '/^<script>/,/^<\/script>/d' "$1"; }
-
 # start NAME COMMAND...: runs the command in the background, with output to NAME.out and NAME.err; sets $pid.
 start() {
   local name=$1; shift

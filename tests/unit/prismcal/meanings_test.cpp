@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/prismcal/analysis/experiment_meanings.hpp"
 #include "tools/prismcal/analysis/recording_meanings.hpp"
 
 namespace prism::analysis {
@@ -88,14 +87,10 @@ TEST(Meanings, OfTheResidual) {
   EXPECT_THAT(residual_meaning(r, 100), HasSubstr("changes over more than 1.7 h"));
 }
 
-TEST(Meanings, OfOutliersRangeAndInputs) {
-  EXPECT_EQ(weights_meaning({1, 1}), "No block was treated as an outlier.");
-  EXPECT_THAT(weights_meaning({1, 0.1, 0.2}), HasSubstr("2 of 3 blocks"));
+TEST(Meanings, OfTheTrainingRange) {
   EXPECT_THAT(domain_meaning(0, 100), HasSubstr("covered all"));
   EXPECT_THAT(domain_meaning(1, 100), HasSubstr("1.0 % of this recording are outside the training: too little"));
   EXPECT_THAT(domain_meaning(20, 100), HasSubstr("record a wider cycle"));
-  EXPECT_THAT(correlation_meaning({"temperature", "slope"}, {0.3, -0.8}), HasSubstr("the slope alone explains 64 %"));
-  EXPECT_THAT(surface_meaning({{1, 1, 1.0}, {2, 1, 1.01}, {3, 1, 1.02}}), HasSubstr("hardly matter"));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
 
@@ -144,6 +146,32 @@ TEST(ModelEvaluation, LeavesOutBlocksWithAnUnknownInput) {
   EXPECT_THAT(evaluated.without_input, testing::AllOf(testing::Ge(9u), testing::Le(11u)));
   EXPECT_EQ(evaluated.uncorrected, evaluated.without_input);
   EXPECT_EQ(evaluated.missing_input, "U");
+}
+
+// A shift of the bias after the training changes the rms but not sigma.
+TEST(ModelEvaluation, IncludesAShiftInTheRmsImprovement) {
+  auto shifted = test::simulated_day(4000, 0.07, 2);
+  for (compensation::SecondMean& second_mean : shifted) second_mean.rate_deg_per_h += 0.1;
+  const auto table = recordings::make_block_table(test::simulated_day(4000, 0.07, 1), {}, 0, "day").value();
+  const auto other = recordings::make_block_table(shifted, {}, 0, "shifted").value();
+  const auto temperature = table.column("T");
+  training::TrainingData data;
+  data.names = {"T"};
+  data.inputs = Eigen::Map<const Eigen::RowVectorXd>(temperature.data(), static_cast<Eigen::Index>(table.size()));
+  data.target = Eigen::Map<const Eigen::VectorXd>(table.bias_deg_per_h.data(), static_cast<Eigen::Index>(table.size()));
+  training::TrainingSettings settings;
+  settings.method = training::find_method("lssvm");
+  settings.tuning = training::Tuning::kReml;
+  compensation::ModelInfo info;
+  info.features = table.features;
+  const auto trained = training::train(data, info, settings);
+  ASSERT_TRUE(trained) << trained.error().text();
+  const auto same = analysis::evaluate_model(trained->model, table, {}, evaluation::Divisor::kN).value();
+  const auto moved = analysis::evaluate_model(trained->model, other, {}, evaluation::Divisor::kN).value();
+  ASSERT_TRUE(same.rms_improvement && moved.rms_improvement);
+  EXPECT_NEAR(*same.rms_improvement, *same.stability.improvement, 0.01);
+  EXPECT_GT(*moved.stability.improvement, 0.1);
+  EXPECT_LT(*moved.rms_improvement, 0.05);
 }
 
 /// Runs prismd's engine on the same seconds, as samples of one second each.

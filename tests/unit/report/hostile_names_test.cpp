@@ -9,7 +9,6 @@
 #include "base/escape.hpp"
 #include "tests/unit/report/markup.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/merged.hpp"
 #include "tools/prismcal/report/svg_chart.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
@@ -52,8 +51,8 @@ Report with(const std::string& name) {
   Plot plot{2, 200, {{name, {name}, {name}, {name}, {}}, {name, {name}, {name}, {name}, {}}}};
   plot.panels[0].series = {{name, Ink::kRaw, SeriesStyle::kLine, {1, 2}, {1, 2}},
                            {name, Ink::kModel, SeriesStyle::kBars, {1, 2}, {1, 2}, {}, true}};
-  plot.panels[1].series = {{name, Ink::kRaw, SeriesStyle::kHeat, {1, 1, 2, 2}, {1, 2, 1, 2}, {1, 2, 3, 4}},
-                           {name, Ink::kModel, SeriesStyle::kMark, {1}, {1}}};
+  plot.panels[1].series = {{name, Ink::kRaw, SeriesStyle::kBand, {1, 1, 2, 2}, {1, 2, 1, 2}, {1, 2, 3, 4}},
+                           {name, Ink::kModel, SeriesStyle::kLinePoints, {1}, {1}}};
   Plot single = plot;
   single.panels.pop_back();
   report.sections = {
@@ -66,6 +65,8 @@ std::vector<std::string> elements(const std::string& text) {
   EXPECT_TRUE(found) << text.substr(0, 2000);
   if (!found) return {};
   std::erase_if(*found, [](const std::string& element) { return element.starts_with("a href"); });
+  // A long name in the key of a drawing leaves space for one tick label less.
+  std::erase_if(*found, [](const std::string& element) { return element == "text x= y= text-anchor="; });
   return *found;
 }
 
@@ -146,19 +147,6 @@ TEST(HostileName, IsEscapedInJsonAndOnTheTerminal) {
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << shown(name);
     for (const char c : text) ASSERT_TRUE(c == '\n' || (c != '\x7f' && (static_cast<unsigned char>(c) >= 0x20)));
     EXPECT_EQ(valid_utf8(text), text);
-  }
-}
-
-TEST(HostileName, OfAnAxisIsNotUsedInIds) {
-  for (const std::string& name : hostile_names()) {
-    Report one;
-    one.sections = {
-        {"summary", "Summary", {Table{"ladder", "Ladder", "", {{"a"}}, {}}, Figure{"heat", "Heat", "", {}}}}};
-    const Report all = merged({{name, one}, {"y", one}}, {"all", "All axes", {}});
-    EXPECT_EQ(all.sections[1].id, "axis1_summary");
-    EXPECT_EQ(std::get<Table>(all.sections[1].blocks[0]).id, "axis1_ladder");
-    EXPECT_EQ(std::get<Figure>(all.sections[2].blocks[1]).id, "axis2_heat");
-    EXPECT_THAT(html_page(all), HasSubstr("<section id=\"axis1_summary\">"));
   }
 }
 

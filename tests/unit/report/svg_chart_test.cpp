@@ -21,8 +21,7 @@ using testing::Not;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr SeriesStyle kForms[] = {SeriesStyle::kLine,       SeriesStyle::kPoints, SeriesStyle::kOpenPoints,
-                                  SeriesStyle::kLinePoints, SeriesStyle::kBand,   SeriesStyle::kBars,
-                                  SeriesStyle::kHeat,       SeriesStyle::kMark};
+                                  SeriesStyle::kLinePoints, SeriesStyle::kBand,   SeriesStyle::kBars};
 
 void expect_drawing(const std::string& name, const Plot& plot) {
   const std::string path = PRISM_SOURCE_DIR "/tests/unit/report/drawings/" + name + ".svg", svg = draw_svg(plot) + "\n";
@@ -68,13 +67,6 @@ TEST(SvgChart, DrawsBarsAndPoints) {
                            {"heating", Ink::kModel, SeriesStyle::kPoints, {1, 2, 3}, {2, 2, 1}},
                            {"cooling", Ink::kCorrected, SeriesStyle::kOpenPoints, {1, 2, 3}, {1.5, 1.5, 1.5}}};
   expect_drawing("bars", plot);
-}
-
-TEST(SvgChart, DrawsASurfaceAsAdjacentCells) {
-  Series heat{"", Ink::kRaw, SeriesStyle::kHeat, {1, 1, 100, 100}, {0, 1, 0, 1}, {1, 1.5, 2, 1}};
-  Plot plot{
-      1, 220, {{"", {"c", true}, {"sigma2"}, {}, {heat, {"chosen", Ink::kModel, SeriesStyle::kMark, {100}, {1}}}}}};
-  expect_drawing("surface", plot);
 }
 
 TEST(SvgChart, IsWellFormedAndWithoutNan) {

@@ -255,24 +255,6 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
       residual_meaning(*r, recording.table->features.length_s)};
 }
 
-Figure weights_figure(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& training = *recording.training;
-  const auto& weights = *recording.weights;
-  const auto hours = training.hours();
-  const auto outlier = [&](std::size_t i) { return i < weights.size() && weights[i] < 0.5; };
-  Figure figure{
-      recording.id + "_weights", "Outliers in the training data", "Blocks with a weight below 0.5 are marked.", {}};
-  figure.plot.panel_height = 210;
-  figure.plot.panels = {
-      time_panel(
-          "(a) training bias", kBias,
-          {curve("bias", Ink::kRaw, hours, training.bias_deg_per_h),
-           picked("weight below 0.5", Ink::kModel, SeriesStyle::kPoints, hours, training.bias_deg_per_h, outlier)}),
-      time_panel("(b) weights", "weight", {curve("", Ink::kCorrected, hours, weights, SeriesStyle::kPoints)})};
-  figure.meaning = weights_meaning(weights);
-  return figure;
-}
-
 Figure domain_figure(const EvaluatedRecording& recording) {
   Figure figure{recording.id + "_domain",
                 "Training range of the model and this recording",

@@ -229,12 +229,6 @@ std::string residual_meaning(const evaluation::Autocorrelation& residual, int bl
       end == r.end() ? "more than" : "about", duration_text(lags * block_s));
 }
 
-std::string weights_meaning(const std::vector<double>& weights) {
-  const auto outliers = std::count_if(weights.begin(), weights.end(), [](double w) { return w < 0.5; });
-  if (outliers == 0) return "No block was treated as an outlier.";
-  return fmt::format("{} of {} blocks were treated as outliers and hardly affect the model.", outliers, weights.size());
-}
-
 std::string domain_meaning(std::size_t outside, std::size_t blocks) {
   constexpr double kFew = 0.03;
   if (outside == 0) return "The training covered all of this recording.";

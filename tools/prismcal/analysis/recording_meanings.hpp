@@ -44,9 +44,6 @@ std::string allan_meaning(const evaluation::AllanCoefficients& before, const eva
 /// Is the residual white noise, or is a drift left that no input shows?
 std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s);
 
-/// Blocks with a weight below 0.5.
-std::string weights_meaning(const std::vector<double>& weights);
-
 /// The meaning of the share of blocks outside the training range.
 std::string domain_meaning(std::size_t outside, std::size_t blocks);
 

@@ -19,7 +19,6 @@ struct EvaluatedRecording {
   const recordings::BlockTable* table = nullptr;
   const ModelEvaluation* evaluation = nullptr;
   const recordings::BlockTable* training = nullptr;  ///< null: unknown
-  const std::vector<double>* weights = nullptr;      ///< v_k of the training blocks; null: unweighted or unknown
   bool doubtful = false;                             ///< the recording may be the reason of its result
 };
 
@@ -56,9 +55,6 @@ report::Figure thermal_figure(const EvaluatedRecording& recording);
 Result<report::Figure> allan_figure(const EvaluatedRecording& recording);
 /// Histogram and autocorrelation of the residual.
 Result<report::Figure> residual_figure(const EvaluatedRecording& recording);
-/// Training blocks with outliers (weight below 0.5) marked, and the weights over time. `recording.weights` must not be
-/// null.
-report::Figure weights_figure(const EvaluatedRecording& recording);
 /// Training and evaluated blocks in the planes (T, dT/dt) and (T, U). `recording.training` must not be null.
 report::Figure domain_figure(const EvaluatedRecording& recording);
 

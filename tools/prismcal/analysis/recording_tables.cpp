@@ -285,7 +285,6 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   add(allan_figure(recording));
   add(allan_table(recording));
   add(residual_figure(recording));
-  if (recording.weights && recording.training) take(weights_figure(recording));
   if (recording.training) take(domain_figure(recording));
 }
 

@@ -170,8 +170,7 @@ void add_campaign_command(CLI::App& app, int& code) {
   installed->excludes(task)->excludes(engine);
   tools::add_examples(*command,
                       {"prismcal campaign lot.json --plan", "prismcal campaign lot.json --engine print >tasks.txt",
-                       "parallel --joblog jobs.log --resume --bar <tasks.txt", "prismcal campaign lot.json --collect",
-                       "prismcal campaign lot.json --install /srv/models"});
+                       "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models"});
   command->callback([choice, &code] {
     const auto done = run_campaign(*choice);
     code = done ? *done : failed(done.error());

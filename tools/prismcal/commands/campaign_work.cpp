@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "base/file.hpp"
 #include "compensation/kernels/kernels.hpp"
@@ -100,7 +101,7 @@ std::string shared_file(const RecordingEvaluation& evaluated, const campaign::Ta
 }
 
 Json evaluation_json(const RecordingEvaluation& evaluated, const campaign::Task& task, const std::string& role) {
-  const analysis::EvaluatedRecording recording{"r", &evaluated.loaded.table, &evaluated.evaluation, nullptr, nullptr};
+  const analysis::EvaluatedRecording recording{"r", &evaluated.loaded.table, &evaluated.evaluation, nullptr};
   Json json = {{"role", role},
                {"recording", evaluated.loaded.table.name},
                {"blocks", evaluated.loaded.table.size()},

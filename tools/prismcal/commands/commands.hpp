@@ -18,7 +18,6 @@ void add_cv_command(CLI::App& app, int& code);        ///< cross-validation erro
 void add_predict_command(CLI::App& app, int& code);   ///< applies a model to the rows of a table
 void add_evaluate_command(CLI::App& app, int& code);  ///< evaluates one model on recordings
 void add_compare_command(CLI::App& app, int& code);   ///< compares models on recordings
-void add_report_command(CLI::App& app, int& code);    ///< the paper's experiment
 void add_inspect_command(CLI::App& app, int& code);   ///< shows how a file of another program is understood
 void add_allan_command(CLI::App& app, int& code);     ///< Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< converts a recording to a capture
@@ -37,8 +36,5 @@ inline constexpr const char* kStoppedEarly = "stopped early by Ctrl-C, before th
 
 /// Exit code of `evaluate` if a recording was used in training.
 inline constexpr int kNotATest = 3;
-
-/// Exit code after Ctrl-C: 128 + SIGINT, as shells expect.
-inline constexpr int kInterrupted = 130;
 
 }  // namespace prism::commands

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
 
@@ -161,11 +162,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1),
-                                                 &cases[i].loaded.table,
-                                                 &cases[i].evaluation,
-                                                 training ? &training->table : nullptr,
-                                                 nullptr,
+    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
+                                                 &cases[i].evaluation, training ? &training->table : nullptr,
                                                  !cases[i].doubts.empty()};
     report.sections.push_back(
         recording_section(recording, cases[i].overlap, *limits, choice.common, evaluation.within_limits));

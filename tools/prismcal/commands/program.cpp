@@ -31,7 +31,6 @@ int run(int argc, char** argv) {
   add_predict_command(app, code);
   add_evaluate_command(app, code);
   add_compare_command(app, code);
-  add_report_command(app, code);
   add_inspect_command(app, code);
   add_allan_command(app, code);
   add_convert_command(app, code);

@@ -22,15 +22,14 @@ enum class Ink {
   kGuide,  ///< limits and reference lines: thin, grey, dashed
 };
 
-/// kMark: a large cross for one point that matters.
-enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars, kHeat, kMark };
+enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars };
 
 struct Series {
   std::string name;  ///< in the key; empty: not in the key
   Ink ink = Ink::kRaw;
   SeriesStyle form = SeriesStyle::kLine;
   std::vector<double> x{}, y{};
-  std::vector<double> high{};  ///< kBand: upper edge (y is the lower); kHeat: the value at (x, y)
+  std::vector<double> high{};  ///< kBand: upper edge (y is the lower)
   bool right_axis = false;
 };
 

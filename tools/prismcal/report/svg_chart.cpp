@@ -15,11 +15,6 @@ namespace {
 constexpr double kWidth = 960, kLeft = 80, kBottom = 50, kLine = 15, kSample = 24, kEntryGap = 16, kTickRoom = 50;
 constexpr const char* kTitleInk = " fill=\"#1b2733\"";
 
-bool has_heat(const Panel& panel) {
-  return std::any_of(panel.series.begin(), panel.series.end(),
-                     [](const Series& s) { return s.form == SeriesStyle::kHeat; });
-}
-
 bool uses_right_axis(const Panel& panel) {
   return std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) { return s.right_axis; });
 }
@@ -74,12 +69,8 @@ Ranges ranges_of(const Panel& panel) {
   for (const Series& series : panel.series) {
     const bool log_x = panel.x.logarithmic, log_y = series.right_axis ? panel.right.logarithmic : panel.y.logarithmic;
     Range& y = series.right_axis ? ranges.right : ranges.y;
-    if (series.form == SeriesStyle::kHeat || series.form == SeriesStyle::kBars) add_cells(ranges.x, series.x, log_x);
+    if (series.form == SeriesStyle::kBars) add_cells(ranges.x, series.x, log_x);
     if (series.form == SeriesStyle::kBars && !log_y) y.add(0);
-    if (series.form == SeriesStyle::kHeat) {
-      add_cells(y, series.y, log_y);
-      continue;
-    }
     for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
       if (!is_drawable(series.x[i], log_x) || !is_drawable(series.y[i], log_y)) continue;
       ranges.x.add(series.x[i]);
@@ -102,7 +93,7 @@ class PanelDrawing {
         grid() + fmt::format("<clipPath id=\"{}\"><path d=\"{}\"/></clipPath>\n<g clip-path=\"url(#{})\">\n", id,
                              box(left_ - 3, top_ - 3, right_ + 3, bottom_ + 3), id);
     for (const Series& series : panel_.series) svg += series_svg(series, x_, series.right_axis ? right_scale_ : y_);
-    return svg + "</g>\n" + frame() + labels() + heading() + (has_heat(panel_) ? colour_scale() : "");
+    return svg + "</g>\n" + frame() + labels() + heading();
   }
 
  private:
@@ -115,7 +106,7 @@ class PanelDrawing {
         top_(top),
         bottom_(bottom),
         x_(panel.x, ranges.x, left, right, 60, false),
-        y_(panel.y, ranges.y, bottom, top, 30, !has_heat(panel)),
+        y_(panel.y, ranges.y, bottom, top, 30, true),
         right_scale_(panel.right, ranges.right, bottom, top, 30, true) {}
 
   static std::string box(double left, double top, double right, double bottom) {
@@ -196,24 +187,6 @@ class PanelDrawing {
     return svg;
   }
 
-  /// Colour scale from the lowest to the highest value, with labels.
-  std::string colour_scale() const {
-    constexpr int kSteps = 64;
-    const auto heat = std::find_if(panel_.series.begin(), panel_.series.end(),
-                                   [](const Series& series) { return series.form == SeriesStyle::kHeat; });
-    const Scale scale({}, heat_range(*heat), bottom_, top_, 40, false);
-    const double left = right_ + 12, right = right_ + 28, height = (bottom_ - top_) / kSteps;
-    std::string svg = "<g shape-rendering=\"crispEdges\">\n";
-    for (int i = 0; i < kSteps; ++i) {
-      svg += fmt::format("<path d=\"{}\" fill=\"{}\"/>\n",
-                         box(left, bottom_ - (i + 1) * height, right, bottom_ - i * height),
-                         heat_colour((i + 0.5) / kSteps));
-    }
-    svg += "</g>\n";
-    for (const Tick& tick : scale.ticks()) svg += tick_label(right + 5, tick.at_px + 4, tick.label, "start");
-    return svg;
-  }
-
   const Panel& panel_;
   Heading heading_;
   double left_, right_, top_, bottom_;
@@ -224,8 +197,7 @@ class PanelDrawing {
 
 std::string draw_svg(const Plot& plot, int figure_number) {
   const int count = static_cast<int>(plot.panels.size()), columns = std::clamp(plot.columns, 1, 6);
-  const bool heat = std::any_of(plot.panels.begin(), plot.panels.end(), has_heat);
-  const double right = heat || std::any_of(plot.panels.begin(), plot.panels.end(), uses_right_axis) ? 74 : 14;
+  const double right = std::any_of(plot.panels.begin(), plot.panels.end(), uses_right_axis) ? 74 : 14;
   const double cell = kWidth / columns, width = cell - kLeft - right;
   std::vector<Heading> headings;
   std::size_t lines = 1;

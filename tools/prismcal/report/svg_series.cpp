@@ -148,19 +148,11 @@ std::string bars_svg(const std::vector<Run>& runs, double base_px, const CurveSt
                                         style.colour, svg_number(std::isfinite(gap) ? std::max(0.5, 0.9 * gap) : 40)));
 }
 
-std::string mark_svg(const std::vector<Run>& runs, const CurveStyle& style) {
-  std::string path;
-  for (const Run& run : runs) {
-    for (const Point& point : run) path += "M" + numbers(point.x, point.y) + "m-6-6l12 12m0-12l-12 12";
-  }
-  return path_element(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"", style.colour));
-}
-
 /// Invisible circles with the values of few points: a browser shows them at the pointer.
 std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
   constexpr std::size_t kMost = 100;
   const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints ||
-                      series.form == SeriesStyle::kLinePoints || series.form == SeriesStyle::kMark;
+                      series.form == SeriesStyle::kLinePoints;
   if (!points || size_of(series) > kMost) return {};
   std::string text;
   for (std::size_t i = 0; i < size_of(series); ++i) {
@@ -171,27 +163,6 @@ std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
   if (text.empty()) return {};
   return "<g fill=\"none\" stroke=\"#000\" stroke-opacity=\"0\" stroke-width=\"9\" stroke-linecap=\"round\">\n" + text +
          "</g>\n";
-}
-
-/// Draws one rectangle per point: its grid cell.
-std::string heat_svg(const Series& series, const Scale& x, const Scale& y) {
-  const auto x_edges = grid_edges(series.x, x.is_logarithmic()), y_edges = grid_edges(series.y, y.is_logarithmic());
-  if (x_edges.empty() || y_edges.empty()) return {};
-  const auto cell = [](const std::vector<double>& edges, double value, const Scale& scale) {
-    const auto above = std::upper_bound(edges.begin() + 1, edges.end() - 1, value);
-    return std::minmax({scale.px(*(above - 1)), scale.px(*above)});
-  };
-  const Range range = heat_range(series);
-  std::string text = "<g shape-rendering=\"crispEdges\">\n";
-  for (std::size_t i = 0; i < std::min(size_of(series), series.high.size()); ++i) {
-    if (!x.shows(series.x[i]) || !y.shows(series.y[i]) || !is_drawable(series.high[i], false)) continue;
-    const auto [left, right] = cell(x_edges, series.x[i], x);
-    const auto [top, bottom] = cell(y_edges, series.y[i], y);
-    text += fmt::format("<path d=\"M{}H{}V{}H{}z\" fill=\"{}\"/>\n", numbers(left, top), svg_number(right),
-                        svg_number(bottom), svg_number(left),
-                        heat_colour((series.high[i] - range.low) / (range.high - range.low)));
-  }
-  return text + "</g>\n";
 }
 
 std::string form_svg(SeriesStyle form, const CurveStyle& style, const std::vector<Run>& runs,
@@ -209,10 +180,6 @@ std::string form_svg(SeriesStyle form, const CurveStyle& style, const std::vecto
       return band_svg(runs, high, style);
     case SeriesStyle::kBars:
       return bars_svg(runs, base_px, style);
-    case SeriesStyle::kMark:
-      return mark_svg(runs, style);
-    case SeriesStyle::kHeat:
-      break;
   }
   return {};
 }
@@ -220,7 +187,6 @@ std::string form_svg(SeriesStyle form, const CurveStyle& style, const std::vecto
 }  // namespace
 
 std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
-  if (series.form == SeriesStyle::kHeat) return heat_svg(series, x, y);
   const bool band = series.form == SeriesStyle::kBand;
   return form_svg(series.form, curve_style(series.ink), runs_of(series, series.y, x, y),
                   band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px()) +
@@ -242,24 +208,6 @@ std::string key_sample_svg(const Series& series, double left, double width, doub
     default:
       return form_svg(series.form, curve_style(series.ink), {{{middle, y}}}, {}, y);
   }
-}
-
-Range heat_range(const Series& series) {
-  Range range;
-  for (const double value : series.high) {
-    if (is_drawable(value, false)) range.add(value);
-  }
-  return range.low <= range.high ? range : Range{0, 1};
-}
-
-std::string heat_colour(double share) {
-  constexpr double kStops[3][3] = {{0x12, 0x38, 0x5f}, {0x7f, 0xa3, 0xc7}, {0xf6, 0xf0, 0xe4}};
-  const double at = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) * 2 : 0;
-  const int from = at < 1 ? 0 : 1;
-  int rgb[3];
-  for (int i = 0; i < 3; ++i)
-    rgb[i] = static_cast<int>(std::lround(kStops[from][i] + (at - from) * (kStops[from + 1][i] - kStops[from][i])));
-  return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
 }
 
 }  // namespace prism::report

@@ -15,10 +15,4 @@ std::string series_svg(const Series& series, const Scale& x, const Scale& y);
 /// Sample of a series in the key: `width` pixels wide, centred at `y`.
 std::string key_sample_svg(const Series& series, double left, double width, double y);
 
-/// Range of the values of a surface, for the colour scale.
-Range heat_range(const Series& series);
-
-/// "#rrggbb" for a share (0 to 1) of the range of a surface.
-std::string heat_colour(double share);
-
 }  // namespace prism::report

@@ -62,7 +62,7 @@ Json figure_json(const Figure& figure) {
     Json curves = Json::array();
     for (const Series& series : panel.series) {
       Json curve = {{"name", series.name}, {"x", numbers_json(series.x)}, {"y", numbers_json(series.y)}};
-      if (!series.high.empty()) curve[series.form == SeriesStyle::kHeat ? "value" : "high"] = numbers_json(series.high);
+      if (!series.high.empty()) curve["high"] = numbers_json(series.high);
       curves.push_back(std::move(curve));
     }
     panels.push_back({{"title", panel.title}, {"x", panel.x.label}, {"y", panel.y.label}, {"curves", curves}});

@@ -59,11 +59,14 @@ FolderContents of_file(const std::string& path) {
   FolderContents contents;
   contents.folder = fs::path(path).parent_path().string();
   contents.one_file = true;
+  if (!FileReader::open(path)) {  // the check of a log has the reason
+    contents.log = path;
+    return contents;
+  }
   std::vector<std::string> tables;
   sort_in(path, contents, tables);
-  // A file that cannot be read is a log, whose check has the reason; an empty or truncated *.csv, too: prismd was
-  // stopped before its first row.
-  if (!FileReader::open(path) || (!tables.empty() && begins_a_log(path)))
+  // An empty or truncated *.csv is a log: prismd was stopped before its first row.
+  if (!tables.empty() && begins_a_log(path))
     contents.log = path;
   else
     contents.others.insert(contents.others.end(), tables.begin(), tables.end());
