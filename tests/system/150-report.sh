@@ -7,7 +7,7 @@ frames 2
 cd "$dir"
 echo '{"frames": "./frames.json", "clock": "device", "name": "g", "site": {"latitude_deg": 34.25, "elevation_deg": 90}}' >gyro.json
 for seed in 1 2; do
-  prismsim --profile paper --hours 12 --frames frames.json --seed $seed --out $seed.pcap 2>/dev/null
+  prismsim --profile paper --hours 7 --frames frames.json --seed $seed --out $seed.pcap 2>/dev/null
   prismd gyro.json --replay $seed.pcap --model "$PRISM_SOURCE/config/models/tao2019-model2.json" --out cycle$seed >/dev/null
 done
 
