@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# The matrix of lines and faults: tty, TCP (connect and listen) and UDP, each clean, with a peer that closes, vanishes, stalls for 10 s,
+# The matrix of lines and faults: tty, TCP (connect and listen) and UDP, each clean, with a peer that closes, vanishes, stalls for 6 s,
 # refuses, has no name yet, and is half open after a suspend; for a gyro and a polled sensor line at once.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null && command -v ip >/dev/null && command -v ss >/dev/null || skip "no python3 or iproute2 (tools/setup all)"
