@@ -23,7 +23,7 @@ for _ in $(seq "$(long 3 100)"); do
   kill -9 "$sim"; wait "$sim" 2>/dev/null || true; rm -f "$dir/tty"
   start_sim --profile second --speed 1
 done
-receives; grows .log.rows status 9
+receives; grows .log.rows status 12
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
 # Sets prismd's host clock back while it runs; other processes keep the true time.
@@ -42,7 +42,7 @@ for _ in $(seq "$(long 3 20)"); do
   wait_for 5 sh -c "[ \$(grep -c 'host clock stepped' '$dir/prismd.err') -gt ${steps:-0} ]"
   grows .log.rows status 2
 done
-grows .log.rows status 9
+grows .log.rows status 12
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
 python3 - "$dir/log" <<'END' || fail "the log is inconsistent"
@@ -76,7 +76,7 @@ END
 
 cal=("$dir/log" --json)
 # --force: the few seconds at one temperature are too little to train on; the test only checks that the directory is read.
-prismcal train "$dir/log" --force --method ls --inputs T --window 2 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
+prismcal train "$dir/log" --force --method ls --inputs T --window 3 --end-mean 2 --max-gap 2 --out "$dir/model.json" >"$dir/train" 2>&1 ||
   fail "train: $(cat "$dir/train")"
 prismcal evaluate "$dir/model.json" --in-sample "${cal[@]}" >"$dir/evaluate.json" 2>"$dir/evaluate.txt" || fail "evaluate: $(cat "$dir/evaluate.txt")"
 prismcal allan "${cal[@]}" >"$dir/allan.json" 2>"$dir/allan.txt" || fail "allan: $(cat "$dir/allan.txt")"

@@ -69,6 +69,6 @@ sent=$(sed -n 's/.*: \([0-9]*\) simulated frames.*bytes lost to a slow reader.*/
 read -r came lost by_arrival <<<"$(prismctl --json line | jq -r '"\(.decoder.frames) \(.timing.missing_frames) \(.timing.missing_by_arrival)"')"
 [ "$lost" -gt 4000 ] || fail "in a stall of 5 s: found $lost of $sent frames missing, expected most of 5000"
 unknown=$((sent - came - lost))  # sent while the line was opened or closed; a missed counter wrap would be 128
-[ "$unknown" -ge 0 ] && [ "$unknown" -le 20 ] || fail "found $came frames received and $lost missing, expected a sum of $sent"
+[ "$unknown" -ge 0 ] && [ "$unknown" -le 100 ] || fail "found $came frames received and $lost missing, expected a sum of $sent"
 [ "$by_arrival" -gt 3500 ] && [ "$by_arrival" -le "$lost" ] || fail "missing by arrival: found $by_arrival, expected 3501 to $lost"
 contains "events" "$(prismctl --json events)" '"frames_lost"'

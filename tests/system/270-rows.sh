@@ -37,16 +37,17 @@ wait_for 5 field_above .log.rows status "$(field .log.rows status)"
 prismctl rows --cursor mine.cursor >>mine 2>/dev/null
 grep -v ^time_utc mine >mine.rows
 head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not continue after the first"
+# first_answer REQUESTS: prints the first response. The connection stays open: prismd sends no later response to a client that closed its half.
+first_answer() { python3 -c 'import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); s.sendall(sys.argv[2].encode() + b"\n"); print(s.makefile().readline())' "$PRISM_SOCKET" "$1"; }
 refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
 refused "invalid cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
 refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a cursor of log 00000000"
 other='{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
-# prismd forgets a client that closes its side, and the disk thread sends this response: a client that keeps it open.
-response() { python3 -c 'import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); s.sendall(sys.argv[2].encode() + b"\n"); print(s.makefile().readline())' "$PRISM_SOCKET" "$1"; }
-same "error code for a cursor of another log" "$(response "$other" | jq .error.code)" -32002
+same "error code for a cursor of another log" "$(first_answer "$other" | jq .error.code)" -32002
 refused "after the end" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
 contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"name\": NAME, \"header\": true}'
-contains "two requests at once" "$(printf '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"latest","wait_s":1}}\n{"jsonrpc":"2.0","id":2,"protocol":2,"method":"rows"}\n' | timeout 60 socat -t 30 - "UNIX-CONNECT:$PRISM_SOCKET")" "found a pending request of this client"
+contains "two requests at once" "$(first_answer '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"latest","wait_s":20}}
+{"jsonrpc":"2.0","id":2,"protocol":2,"method":"rows"}')" "found a pending request of this client"
 
 # Under a name: prismd stores the cursor across a restart.
 prismctl rows --as audit --limit 5 >named 2>/dev/null
