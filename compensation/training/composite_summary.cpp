@@ -3,6 +3,7 @@
 
 #include "compensation/composite_model.hpp"
 #include "compensation/extrapolation.hpp"
+#include "compensation/training/methods.hpp"
 #include "compensation/training/summary.hpp"
 
 namespace prism::training {

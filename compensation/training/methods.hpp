@@ -7,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "compensation/training/summary.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -41,6 +40,14 @@ struct TrainingJob {
 
   Result<NormalisedData> normalised() const;
 };
+
+struct MethodSummary;  // summary.hpp
+MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,
+                                  const std::vector<std::string>& names);
+MethodSummary describe_kernel(const TrainedModel& trained, const TrainingSettings& settings,
+                              const std::vector<std::string>& names);
+MethodSummary describe_composite(const TrainedModel& trained, const TrainingSettings& settings,
+                                 const std::vector<std::string>& names);
 
 struct Method {
   const char* name;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "compensation/polynomial_model.hpp"
+#include "compensation/training/methods.hpp"
 #include "compensation/training/summary.hpp"
 
 namespace prism::training {

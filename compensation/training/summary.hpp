@@ -23,13 +23,6 @@ std::string target_unit(const TrainedModel& trained);
 /// `value` with `digits` significant digits, and without an exponent from 1e-7 to 1e9: 170, 0.0004.
 std::string plain_number(double value, int digits);
 
-MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,
-                                  const std::vector<std::string>& names);
-MethodSummary describe_kernel(const TrainedModel& trained, const TrainingSettings& settings,
-                              const std::vector<std::string>& names);
-MethodSummary describe_composite(const TrainedModel& trained, const TrainingSettings& settings,
-                                 const std::vector<std::string>& names);
-
 /// "blocked folds", "reml", …
 const char* tuning_text(Tuning tuning);
 
