@@ -2,7 +2,7 @@
 // JSON of the configuration in force.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/socket/sources.hpp"
 

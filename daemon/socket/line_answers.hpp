@@ -2,7 +2,7 @@
 // JSON of the serial lines (the gyro's and the sensor lines) and of the sensors.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/socket/sources.hpp"
 

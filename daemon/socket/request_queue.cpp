@@ -2,12 +2,20 @@
 #include "daemon/socket/request_queue.hpp"
 
 #include <boost/asio/post.hpp>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace prism::socket {
 
+struct RequestQueue::Entry {
+  std::shared_ptr<Client> client;
+  std::deque<std::string> lines;
+  std::function<void()> done;
+  std::deque<nlohmann::json> requests;  // of the current line
+};
+
 void RequestQueue::add(std::shared_ptr<Client> client, std::deque<std::string> lines, std::function<void()> done) {
-  queue_.push_back({std::move(client), std::move(lines), {}, std::move(done)});
+  queue_.push_back(std::make_shared<Entry>(Entry{std::move(client), std::move(lines), std::move(done), {}}));
   post();
 }
 
@@ -22,11 +30,11 @@ void RequestQueue::run() {
   posted_ = false;
   const auto end = std::chrono::steady_clock::now() + kSlice;
   while (!queue_.empty()) {
-    Entry entry = std::move(queue_.front());
+    std::shared_ptr<Entry> entry = std::move(queue_.front());
     queue_.pop_front();
-    if (!step(entry)) {
-      entry.done();
-    } else if (entry.requests.empty()) {
+    if (!step(*entry)) {
+      entry->done();
+    } else if (entry->requests.empty()) {
       queue_.push_back(std::move(entry));  // line finished: the next client follows
     } else {
       queue_.push_front(std::move(entry));  // one parsed batch at a time: it needs ten times the memory of its text

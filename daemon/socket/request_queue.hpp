@@ -7,7 +7,6 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "daemon/socket/client.hpp"
@@ -28,12 +27,7 @@ class RequestQueue {
   void add(std::shared_ptr<Client> client, std::deque<std::string> lines, std::function<void()> done);
 
  private:
-  struct Entry {
-    std::shared_ptr<Client> client;
-    std::deque<std::string> lines;
-    std::deque<nlohmann::json> requests;  // of the current line
-    std::function<void()> done;
-  };
+  struct Entry;
   void post();
   void run();
   /// Handles one request or parses one line. Returns false if the entry is finished.
@@ -41,7 +35,7 @@ class RequestQueue {
 
   boost::asio::any_io_executor executor_;
   Rpc& rpc_;
-  std::deque<Entry> queue_;
+  std::deque<std::shared_ptr<Entry>> queue_;
   bool posted_ = false;
   const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

@@ -2,7 +2,7 @@
 // The object `retention` of `status`: limits, deletions so far, and the next one.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/pipeline/retention_status.hpp"
 

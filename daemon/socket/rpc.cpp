@@ -5,17 +5,28 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/socket/answers.hpp"
-#include "daemon/socket/send_params.hpp"
+#include "daemon/socket/method_params.hpp"
 
 namespace prism::socket {
+
+struct Rpc::Call {
+  std::shared_ptr<Client> client;
+  nlohmann::json id;
+  bool wants_answer;
+  nlohmann::json params;
+  bool has_protocol;  ///< the request has "protocol": 2
+};
+
 namespace {
 
 using nlohmann::json;
@@ -30,15 +41,6 @@ std::string method_names() {
 
 // Responses are valid UTF-8 even if the request was not.
 std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
-
-// Returns the integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
-std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
-  if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
-  if (!params.is_object() || !params[key].is_number_integer()) return std::nullopt;
-  const auto value = params[key].get<std::int64_t>();
-  if (value < 1 || value > static_cast<std::int64_t>(max)) return std::nullopt;
-  return static_cast<std::size_t>(value);
-}
 
 // Names of the axes whose bit is set in `chosen`.
 std::vector<std::string> names_of(const pipeline::Acquisition& acquisition,
@@ -222,47 +224,6 @@ void Rpc::events(const Call& call) {
   for (std::size_t i = first; i < recent.size(); ++i) parts.emplace_back((i > first ? "," : "") + recent[i].json);
   parts.emplace_back("]");
   reply(call, std::move(parts));
-}
-
-namespace {
-
-bool is_follower_name(const std::string& name) {
-  constexpr auto kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.";
-  return !name.empty() && name.size() <= 64 && name.find_first_not_of(kAllowed) == std::string::npos;
-}
-
-}  // namespace
-
-Result<RowParams> row_params(const json& params) {
-  RowParams wanted;
-  const auto wrong = [&] {
-    return make_error(
-        "rows",
-        fmt::format(
-            R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME, "header": true}})",
-            shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
-  };
-  if (params.is_null()) return wanted;
-  if (!params.is_object()) return wrong();
-  if (params.contains("after")) {
-    if (!params["after"].is_string()) return wrong();
-    wanted.query.after = params["after"];
-  }
-  const auto limit = count_param(params, "limit", wanted.query.limit, pipeline::RowQuery::kMostRows);
-  if (!limit) return wrong();
-  wanted.query.limit = *limit;
-  if (params.contains("name")) {
-    if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
-    wanted.query.follower = params["name"];
-  }
-  if (params.contains("header") && !params["header"].is_boolean()) return wrong();
-  wanted.query.header = params.value("header", false);
-  if (params.contains("wait_s")) {
-    if (!params["wait_s"].is_number()) return wrong();
-    wanted.wait_s = params["wait_s"];
-    if (!(wanted.wait_s >= 0 && wanted.wait_s <= RowRequests::kLongestWait_s)) return wrong();
-  }
-  return wanted;
 }
 
 namespace {

@@ -5,7 +5,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,13 +54,7 @@ class Rpc {
   void request(const std::shared_ptr<Client>& client, std::string_view line);
 
  private:
-  struct Call {
-    std::shared_ptr<Client> client;
-    nlohmann::json id;
-    bool wants_answer;
-    nlohmann::json params;
-    bool has_protocol;  ///< the request has "protocol": 2
-  };
+  struct Call;
   void dispatch(const std::string& name, const Call& call);
   /// Returns the axes that the parameter "axis" selects (default: all). If it is invalid, sends an error and returns
   /// nullopt.
@@ -85,12 +79,5 @@ class Rpc {
   Reload reload_;
   Send send_;
 };
-
-/// Parameters of "rows" without the axis.
-struct RowParams {
-  pipeline::RowQuery query;
-  double wait_s = 0;
-};
-Result<RowParams> row_params(const nlohmann::json& params);
 
 }  // namespace prism::socket
