@@ -2,6 +2,8 @@
 #include "base/json_member.hpp"
 
 #include <cstddef>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 namespace prism {
 namespace {
@@ -26,6 +28,33 @@ bool nests_too_deep(std::string_view text, int max_depth) {
 }
 
 }  // namespace
+
+const nlohmann::json& member(const nlohmann::json& object, std::string_view key) {
+  static const nlohmann::json kNull;
+  if (!object.is_object()) return kNull;
+  const auto found = object.find(key);
+  return found == object.end() ? kNull : *found;
+}
+
+std::string text_member(const nlohmann::json& object, std::string_view key, std::string otherwise) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_string() ? value.get<std::string>() : std::move(otherwise);
+}
+
+double number_member(const nlohmann::json& object, std::string_view key, double otherwise) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_number() ? value.get<double>() : otherwise;
+}
+
+std::uint64_t count_member(const nlohmann::json& object, std::string_view key) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_number_unsigned() ? value.get<std::uint64_t>() : 0;
+}
+
+bool flag_member(const nlohmann::json& object, std::string_view key) {
+  const nlohmann::json& value = member(object, key);
+  return value.is_boolean() && value.get<bool>();
+}
 
 std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth) {
   if (nests_too_deep(line, max_depth)) return std::nullopt;

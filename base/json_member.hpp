@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,36 +11,19 @@
 namespace prism {
 
 /// A member; null if it is absent or `object` is not an object.
-inline const nlohmann::json& member(const nlohmann::json& object, std::string_view key) {
-  static const nlohmann::json kNull;
-  if (!object.is_object()) return kNull;
-  const auto found = object.find(key);
-  return found == object.end() ? kNull : *found;
-}
+const nlohmann::json& member(const nlohmann::json& object, std::string_view key);
 
 /// A string member; `otherwise` if it is missing or not a string.
-inline std::string text_member(const nlohmann::json& object, std::string_view key, std::string otherwise = "") {
-  const nlohmann::json& value = member(object, key);
-  return value.is_string() ? value.get<std::string>() : std::move(otherwise);
-}
+std::string text_member(const nlohmann::json& object, std::string_view key, std::string otherwise = "");
 
 /// A number member; `otherwise` if it is missing or not a number.
-inline double number_member(const nlohmann::json& object, std::string_view key, double otherwise = 0) {
-  const nlohmann::json& value = member(object, key);
-  return value.is_number() ? value.get<double>() : otherwise;
-}
+double number_member(const nlohmann::json& object, std::string_view key, double otherwise = 0);
 
 /// A count member; 0 if it is missing or not an integer of at least 0.
-inline std::uint64_t count_member(const nlohmann::json& object, std::string_view key) {
-  const nlohmann::json& value = member(object, key);
-  return value.is_number_unsigned() ? value.get<std::uint64_t>() : 0;
-}
+std::uint64_t count_member(const nlohmann::json& object, std::string_view key);
 
 /// True only if the member is true.
-inline bool flag_member(const nlohmann::json& object, std::string_view key) {
-  const nlohmann::json& value = member(object, key);
-  return value.is_boolean() && value.get<bool>();
-}
+bool flag_member(const nlohmann::json& object, std::string_view key);
 
 /// Parses JSON text from a socket, nested at most `max_depth` levels: deeper values would exhaust the stack when copied
 /// or written. Returns nullopt if the text is invalid or deeper.

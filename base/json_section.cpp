@@ -9,6 +9,7 @@
 
 #include "base/escape.hpp"
 #include "base/hex_bytes.hpp"
+#include "base/json_document.hpp"
 #include "base/plain_text.hpp"
 
 namespace prism {

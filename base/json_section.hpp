@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -15,12 +16,13 @@
 #include <utility>
 #include <vector>
 
-#include "base/json_document.hpp"
 #include "base/outside_text.hpp"
 #include "base/removed_keys.hpp"
 #include "base/result.hpp"
 
 namespace prism {
+
+struct JsonDocument;
 
 struct Range {
   double min, max;
@@ -84,7 +86,7 @@ class Section {
   /// One nested object, an array of them, or an empty list.
   std::vector<Section> one_or_more_objects(const std::string& key) const;
   /// Any value; null if it is absent. Every key and string in it must be printable.
-  Json any(const std::string& key) const;
+  nlohmann::ordered_json any(const std::string& key) const;
 
   /// Stores an error at `key` (steps joined by '/') of this section, or at the section itself if `key` is empty.
   void fail(const std::string& key, std::string what) const;
@@ -95,6 +97,7 @@ class Section {
   Result<void> finish() const;
 
  private:
+  using Json = nlohmann::ordered_json;
   struct State {
     const JsonDocument* document;
     std::optional<Error> error;

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "compensation/model_id.hpp"
 #include "compensation/model_types.hpp"

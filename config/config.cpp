@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "config/axis_reader.hpp"
 #include "config/line_reader.hpp"

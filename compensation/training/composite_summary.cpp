@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/composite_model.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/methods.hpp"

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "compensation/training/methods.hpp"
 #include "compensation/training/summary.hpp"

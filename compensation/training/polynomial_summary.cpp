@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/polynomial_model.hpp"
 #include "compensation/training/methods.hpp"
 #include "compensation/training/summary.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/client/response.hpp"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/json_member.hpp"

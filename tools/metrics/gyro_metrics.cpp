@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"

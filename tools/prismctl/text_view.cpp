@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/escape.hpp"
 #include "base/text_number.hpp"
 #include "tools/prismctl/axes_view.hpp"

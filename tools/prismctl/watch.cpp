@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "tools/prismctl/output.hpp"
 #include "tools/prismctl/screen/terminal.hpp"

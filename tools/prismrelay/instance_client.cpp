@@ -2,6 +2,7 @@
 #include "tools/prismrelay/instance_client.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/escape.hpp"

@@ -11,6 +11,7 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismrelay/sql_text.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "base/escape.hpp"
 
 namespace prism::prismrelay {

@@ -7,6 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <charconv>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 

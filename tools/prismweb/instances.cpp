@@ -8,6 +8,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/outside_text.hpp"

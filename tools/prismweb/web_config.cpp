@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "tools/prismweb/access.hpp"
 

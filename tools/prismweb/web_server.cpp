@@ -10,6 +10,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/time_scale.hpp"

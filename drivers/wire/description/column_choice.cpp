@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/json_document.hpp"
+
 namespace prism::wire {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "base/json_document.hpp"
 #include "base/text_number.hpp"
 #include "drivers/wire/description/readers.hpp"
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/escape.hpp"
+#include "base/json_document.hpp"
 #include "drivers/wire/description/column_choice.hpp"
 #include "drivers/wire/description/readers.hpp"
 

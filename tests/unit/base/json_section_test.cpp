@@ -7,6 +7,8 @@
 #include <array>
 #include <string>
 
+#include "base/json_document.hpp"
+
 namespace prism {
 namespace {
 

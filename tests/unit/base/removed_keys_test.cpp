@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 
 namespace prism {

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/file.hpp"
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/outside_text.hpp"
 #include "tests/support/hostile_texts.hpp"
 #include "tools/prismctl/screen/chart.hpp"

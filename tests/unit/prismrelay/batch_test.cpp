@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <utf8.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "tests/support/hostile_texts.hpp"

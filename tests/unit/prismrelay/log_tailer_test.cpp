@@ -8,6 +8,7 @@
 
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismrelay/report.hpp"

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "compensation/extrapolation.hpp"

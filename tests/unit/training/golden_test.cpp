@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/kernel.hpp"
 #include "compensation/training/cross_validation.hpp"
 #include "compensation/training/normalise.hpp"

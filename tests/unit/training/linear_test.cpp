@@ -2,6 +2,8 @@
 // Cubic least squares and stepwise regression, compared with 60-digit arithmetic.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/training/least_squares.hpp"
 #include "compensation/training/stepwise.hpp"
 #include "tests/unit/training/golden.hpp"

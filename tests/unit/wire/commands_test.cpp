@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/json_document.hpp"
 #include "drivers/poller.hpp"
 #include "drivers/start_up.hpp"
 #include "tests/unit/wire/descriptions.hpp"

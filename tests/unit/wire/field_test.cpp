@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/json_document.hpp"
 #include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {

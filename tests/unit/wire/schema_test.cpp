@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <sstream>
 
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "tests/support/schema_validator.hpp"
 #include "tests/unit/wire/descriptions.hpp"

@@ -8,6 +8,7 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "base/json_section.hpp"
 
 namespace prism::campaign {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "compensation/composite_model.hpp"
 #include "compensation/training/methods.hpp"
 #include "tools/prismcal/commands/method_options.hpp"

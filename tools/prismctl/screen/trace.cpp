@@ -2,6 +2,7 @@
 #include "tools/prismctl/screen/trace.hpp"
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "tools/prismctl/words.hpp"
 

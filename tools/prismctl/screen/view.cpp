@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 
 #include "base/outside_text.hpp"
 #include "base/text_number.hpp"
