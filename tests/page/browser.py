@@ -58,7 +58,7 @@ class Browser:
 
     def wait(self, what, condition, seconds=10):
         """Waits until condition() is true and returns its value. The error message names `what`."""
-        deadline = time.monotonic() + seconds
+        deadline = time.monotonic() + seconds + 60  # `seconds` are enough on an idle machine
         while True:
             found = condition()
             if found:
