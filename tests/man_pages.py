@@ -12,14 +12,14 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import help_tree
 
 PAGES = {"prismd": "prismd.8.scd", "prismctl": "prismctl.1.scd", "prismcal": "prismcal.1.scd", "prismsim": "prismsim.1.scd",
-         "prismrelay": "prismrelay.8.scd", "prismweb": "prismweb.8.scd"}
+         "prismrelay": "prismrelay.8.scd", "prismweb": "prismweb.8.scd", "prism-import": "prism-import.1.scd"}
 
 
 def differences(program, known, page):
     bold = set(re.findall(r"\*([A-Za-z0-9-]+)\*", page))
     for name in sorted(known - {"-h"} - bold):
         yield f"{name} is in --help but not in the page, expected *{name}*"
-    of_others = rf"\*?prism(?!{program[5:]}\b)\w+\*?(?:\(\d\))? +\*?--?[a-z][a-z-]*"
+    of_others = rf"\*?prism(?!{program[5:]}\b)-?\w+\*?(?:\(\d\))? +\*?--?[a-z][a-z-]*"
     written = set(re.findall(r"(?<![\w-])(--[a-z][a-z0-9-]*|-[a-z])\b", re.sub(of_others, "", page)))
     for name in sorted(written - known):
         yield f"found {name}, which --help does not list"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Parses the --help output of the programs into a tree, for the completions and for the check of the man pages.
+import os
 import re
 import subprocess
 
@@ -10,6 +11,7 @@ PROGRAMS = {
     "prismsim": "tools/prismsim/prismsim",
     "prismrelay": "tools/prismrelay/prismrelay",
     "prismweb": "tools/prismweb/prismweb",
+    "prism-import": os.path.join(os.path.dirname(os.path.abspath(__file__)), "prism-import/prism_import.py"),
 }
 HELP_COLUMN = 30  # if only one blank follows a value, the help text is found by its column
 
