@@ -117,11 +117,13 @@ void Section::mark_removed(const Json& value, const std::string& pointer, std::s
                            std::vector<std::string>& warnings) const {
   const std::string_view step = path.substr(0, path.find('/'));
   if (!value.is_structured()) return;
+  const bool any_depth = step == "**";
+  if (any_depth) mark_removed(value, pointer, path.substr(step.size() + 1), key, warnings);
   for (const auto& [name, below] : value.items()) {
-    if (step != "*" && step != name) continue;
+    if (!any_depth && step != "*" && step != name) continue;
     const std::string place = fmt::format("{}/{}", pointer, pointer_step(name));
-    if (step.size() < path.size()) {
-      mark_removed(below, place, path.substr(step.size() + 1), key, warnings);
+    if (any_depth || step.size() < path.size()) {
+      mark_removed(below, place, any_depth ? path : path.substr(step.size() + 1), key, warnings);
       continue;
     }
     state_->asked[&value].insert(name);

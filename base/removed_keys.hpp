@@ -12,7 +12,7 @@ enum class KeyFile : std::uint8_t { kPrismd, kFrames, kWeb, kRelay, kCampaign };
 
 struct RemovedKey {
   KeyFile file;
-  std::string_view path;  ///< steps joined by '/'; the step "*" is any key or element
+  std::string_view path;  ///< steps joined by '/'; "*" is any key or element, "**" none or several of them
   /// True if a file must not be used without this key: the key could change a number or close a door. Else the program
   /// warns and starts, because an upgrade must not end a recording.
   bool stops;

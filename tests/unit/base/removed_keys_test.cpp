@@ -36,6 +36,7 @@ Outcome read(const std::string& text, KeyFile file, std::span<const RemovedKey> 
 const std::vector<RemovedKey> kTable{{kFile, "radio", false, "use a cable"},
                                      {kFile, "door", true, "close it by hand"},
                                      {kFile, "lines/*/echo", false, "listen"},
+                                     {kFile, "lines/**/deep/*/end", false, "stop"},
                                      {KeyFile::kWeb, "window", true, "open it"}};
 
 TEST(RemovedKeys, OneThatWarnsHasNoEffect) {
@@ -59,6 +60,15 @@ TEST(RemovedKeys, AStepMayBeAnyName) {
   EXPECT_EQ(read(R"({"lines": "echo"})", kFile, kTable).warnings.size(), 0u);
 }
 
+TEST(RemovedKeys, AStepMayBeAnyDepth) {
+  const Outcome outcome =
+      read(R"({"lines": {"deep": [{"end": 1}], "a": [{"b": {"deep": {"c": {"end": 2}}}}], "end": 3}})", kFile, kTable);
+  EXPECT_EQ(outcome.error, "");
+  EXPECT_EQ(outcome.warnings,
+            (std::vector<std::string>{"gyro.json:/lines/deep/0/end: removed in prism 0.4 (line 1); stop",
+                                      "gyro.json:/lines/a/0/b/deep/c/end: removed in prism 0.4 (line 1); stop"}));
+}
+
 TEST(RemovedKeys, EachOfTheTableWarnsOrStopsAndNamesTheReplacement) {
   ASSERT_FALSE(removed_keys().empty());
   for (const RemovedKey& key : removed_keys()) {
@@ -67,7 +77,7 @@ TEST(RemovedKeys, EachOfTheTableWarnsOrStopsAndNamesTheReplacement) {
       const std::size_t slash = path.rfind('/');
       const std::string step = slash == std::string::npos ? path : path.substr(slash + 1);
       Json outer = Json::object();
-      outer[step == "*" ? "any" : step] = std::move(value);
+      outer[step.starts_with('*') ? "any" : step] = std::move(value);
       value = std::move(outer);
       path.resize(slash == std::string::npos ? 0 : slash);
     }
