@@ -30,6 +30,10 @@ start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --
 wait_for 10 field_is .state status receiving
 wait_for 5 field_above .log.rows status "$(field .log.rows status)"
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
+start sim prismsim --tcp-listen "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady
+sniffs() { prismd --sniff "127.0.0.1:$port" "$dir/frames.json" >"$dir/sniffed"; }
+wait_for 10 sniffs
+contains "a sniffed network line" "$(cat "$dir/sniffed")" " fits "
 same "reports of the loss" "$(grep -c ': lost:' "$dir/prismd.err")" 1
 same "reports of the refused connections: at the start only" "$(grep -c 'retrying' "$dir/prismd.err")" 1
 prismd "$dir/gyro.json" --replay "$dir"/bytes/*.pcap --out "$dir/again" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
