@@ -13,7 +13,17 @@
 namespace prism::daemon {
 namespace {
 
-class AcquisitionTest : public test::DaemonPartsTest {};
+class AcquisitionTest : public test::DaemonPartsTest {
+ protected:
+  /// Feeds frames of 10 deg/h that arrive every `step_s`.
+  void feed(test::DaemonParts& parts, int frames, double step_s, double temperature_degc) {
+    for (int i = 0; i < frames; ++i) {
+      std::vector<std::uint8_t> bytes;
+      encoder_.encode({{10.0}, step_s, temperature_degc, 1.5}, bytes);
+      parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(step_s * 1e9));
+    }
+  }
+};
 
 TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
   setup_.clock.source = drivers::ClockSource::kHost;
@@ -23,11 +33,7 @@ TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
   });
   parts.begin_session(arrival_ns_);
   const double half_s = setup_.frames->period_s() / 2;  // twice as many a second as the description says
-  for (int i = 0; i < 80 * 400; ++i) {
-    std::vector<std::uint8_t> bytes;
-    encoder_.encode({{10.0}, half_s, 25.0, 1.5}, bytes);
-    parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(half_s * 1e9));
-  }
+  feed(parts, 80 * 400, half_s, 25);
   EXPECT_THAT(told, testing::ElementsAre("frames arrive at 400.00 a second, the description says 200 (rate_hz)"));
 }
 
@@ -39,11 +45,8 @@ TEST_F(AcquisitionTest, AReloadEndsAJumpThatStayed) {
   });
   parts.begin_session(arrival_ns_);
   const double period_s = setup_.frames->period_s();
-  for (int i = 0; i < 160 * 200; ++i) {
-    std::vector<std::uint8_t> bytes;
-    encoder_.encode({{10.0}, period_s, i < 100 * 200 ? 25.0 : 45.0, 1.5}, bytes);
-    parts.feed(bytes, arrival_ns_ += static_cast<std::int64_t>(period_s * 1e9));
-  }
+  feed(parts, 100 * 200, period_s, 25);
+  feed(parts, 60 * 200, period_s, 45);
   EXPECT_EQ(parts.acquisition.record(0).changes().size(), 1u);
   ASSERT_TRUE(parts.acquisition.reconfigure(setup_));
   EXPECT_TRUE(parts.acquisition.record(0).changes().empty());
