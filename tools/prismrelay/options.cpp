@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "base/escape.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"

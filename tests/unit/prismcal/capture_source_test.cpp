@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"

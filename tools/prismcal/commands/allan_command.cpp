@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"

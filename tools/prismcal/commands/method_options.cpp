@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
