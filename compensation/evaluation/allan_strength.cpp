@@ -281,7 +281,7 @@ struct Ordinate {
 /// is nearer to a zero.
 template <class Function>
 double root_between(Function&& f, const Ordinate& a, const Ordinate& b) {
-  if ((a.y > 0) == (b.y > 0)) return std::abs(a.y) < std::abs(b.y) ? a.x : b.x;
+  if (!(a.x < b.x) || (a.y > 0) == (b.y > 0)) return std::abs(a.y) < std::abs(b.y) ? a.x : b.x;
   std::uintmax_t steps = 12;
   const auto near = [&](double x, double y) { return std::abs(y - x) < 2e-3 * (b.x - a.x); };
   const auto [low, high] = boost::math::tools::toms748_solve(f, a.x, b.x, a.y, b.y, near, steps);
