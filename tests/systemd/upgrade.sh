@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Upgrades the packages of version 0.1, with its configuration, models and logs, to the new packages while the gyro runs.
+# Upgrades the packages of version 0.1 or 0.3, with its configuration, models and logs, to the new packages while the gyro runs.
 # Then each key of 0.3 that 0.4 removed (base/removed_keys.cpp): prismd continues with a warning, and prismweb opens no door.
-# usage: upgrade.sh OLD NEW      two directories with prism_*.deb and prism-tools_*.deb, in NEW also prism-web_*.deb (tools/check --system)
+# usage: upgrade.sh VERSION OLD NEW      two directories with prism_*.deb and prism-tools_*.deb, in NEW also prism-web_*.deb (tools/check --system)
 # Exit code 0 if every check passed, 1 if one failed, 77 if no container can run here.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -11,7 +11,9 @@ trap container_down EXIT
 . "$here/checks.sh"
 . "$here/gyro.sh"
 
-[ $# -eq 2 ] || { echo "upgrade.sh: found $# arguments, expected OLD NEW" >&2; exit 64; }
+[ $# -eq 3 ] || { echo "upgrade.sh: found $# arguments, expected VERSION OLD NEW" >&2; exit 64; }
+was=$1
+shift
 obstacle=$(container_obstacle)
 [ -z "$obstacle" ] || { echo "skipped: no container can run here: $obstacle"; exit 77; }
 binds=(--bind-ro="$(realpath "$2/prism-web"_*.deb)":/new-web.deb)
@@ -33,14 +35,14 @@ more_rows_than() { test "$(rows)" -gt "$1"; }
 sums() { inside sh -c 'sha256sum /etc/prism/gyro1.json /etc/prism/models/own-*.json'; }
 eventually() { local what=$1; shift; becomes 20 "$what" 0 exit_code "$@"; }
 
-check "0.1 installs" inside dpkg --install /old-prism.deb /old-prism-tools.deb
+check "$was installs" inside dpkg --install /old-prism.deb /old-prism-tools.deb
 old=$(version)
-contains "the installed version is 0.1" "$old" 0.1.
+contains "the installed version is $was" "$old" "$was."
 inside sh -c 'sed "s/\"rate_hz\": 200/\"rate_hz\": 20/" /usr/share/prism/frames/trplg.json >/frames.json && chmod 644 /frames.json'
-check "0.1 simulates a recording" inside sh -c \
+check "$was simulates a recording" inside sh -c \
   'mkdir -p /old && cd /old && prismsim --frames /frames.json --profile second --hours 2 --out run.pcap && echo "{\"frames\": \"/frames.json\", \"clock\": \"device\"}" >run.json'
 for method in ls lssvm; do
-  check "0.1 trains a model ($method)" inside prismcal train /old/run.pcap --config /old/run.json --method $method --inputs T --no-earth-rate \
+  check "$was trains a model ($method)" inside prismcal train /old/run.pcap --config /old/run.json --method $method --inputs T --no-earth-rate \
     $([ $method = ls ] || echo --c 10 --sigma2 1) \
     --window 5 --end-mean 2 --max-gap 2 --force --out /etc/prism/models/own-$method.json
 done
@@ -49,30 +51,30 @@ inside sh -c 'cat >/etc/prism/gyro1.json' <<'END'
  "gyro": {"serial": "70-0123"}, "model": "own-lssvm", "capture": {"keep_days": 30}}
 END
 plug
-check "0.1 runs" inside systemctl enable --now "$socket" "$unit"
+check "$was runs" inside systemctl enable --now "$socket" "$unit"
 becomes 10 "the gyro sends data" receiving line_state
-eventually "0.1 corrects the rate" corrects
-eventually "0.1 logs rows" more_rows_than 5
+eventually "$was corrects the rate" corrects
+eventually "$was logs rows" more_rows_than 5
 model=$(inside prismctl --json model | jq -r .id)
 bias=$(bias)
 configuration=$(sums)
 pid=$(property MainPID)
 logged=$(rows)
-check "the log of 0.1 is copied" inside cp -a "$log" /old/log
+check "the log of $was is copied" inside cp -a "$log" /old/log
 
 check "the new packages upgrade it" inside dpkg --install /new-prism.deb /new-prism-tools.deb
 refuse "the installed version has changed" test "$(version)" = "$old"
 becomes 10 "the instance is active, with a new process" active state_after "$pid" "$unit"
 becomes 5 "the gyro sends data again" receiving line_state
 same "configuration and models are unchanged" "$(sums)" "$configuration"
-same "no configuration file of 0.1 is obsolete" \
+same "no configuration file of $was is obsolete" \
   "$(inside dpkg-query --show --showformat='${Conffiles}\n' prism prism-tools | grep obsolete)" ""
 same "systemd has no failed unit" "$(inside systemctl list-units --failed --no-legend)" ""
 same "the model keeps its id" "$(inside prismctl --json model | jq -r .id)" "$model"
 eventually "the log continues in the same directory" more_rows_than $((logged + 5))
 eventually "the new version corrects the rate" corrects
-check "its bias is that of 0.1" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
-check "a reload loads the other model of 0.1" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
+check "its bias is that of $was" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
+check "a reload loads the other model of $was" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
 
 check "prismd reloads with a removed key" inside sh -c \
   'sed -i "s|\"device\": \"/dev/gyro0\"|&, \"serve\": {\"raw\": {\"tcp\": {\"listen\": \"127.0.0.1:5001\"}}}|" /etc/prism/gyro1.json && prismctl reload'
@@ -98,11 +100,11 @@ same "its warnings" "$(inside journalctl --unit prismweb.service --output cat | 
 inside systemctl stop prismweb.service
 
 inside systemctl stop "$socket" "$unit"
-check "the rows of 0.1 are unchanged" \
+check "the rows of $was are unchanged" \
   inside sh -c "cd /old/log && for file in *.csv; do cmp --bytes=\$(stat -c %s \$file) \$file $log/\$file || exit 1; done"
 same "no complete second is in the log twice" \
   "$(inside sh -c "cat $log/*.csv | grep '^[0-9].*[^1]$' | cut -d, -f2 | sort | uniq -d | wc -l")" 0
-check "the directory has both formats" \
+[ "$was" != 0.1 ] || check "the directory has both formats" \
   inside sh -c "[ -n \"\$(grep -l 'format 2' $log/*.csv)\" ] && [ -n \"\$(grep -L 'format 2' $log/*.csv)\" ]"
 check "verify finds no fault" inside prismcal verify "$log"
 check "evaluate reads the log" inside prismcal evaluate /etc/prism/models/own-ls.json "$log" --no-earth-rate
