@@ -77,8 +77,8 @@ struct DamagedRanges {
 class CaptureReader {
  public:
   /// Opens a pcap or pcapng file of link type 250; with `bare`, any other file as raw bytes at that rate, in chunks of
-  /// at most 1024 bytes or 10 ms, a hex dump (hex_dump.hpp) or a log of sentences (text_log.hpp) as the bytes in it.
-  /// Errors: missing, another link type, not pcap and no `bare`.
+  /// at most 1024 bytes or 10 ms. Errors: missing, another link type, not pcap and no `bare`, a text that shows bytes
+  /// (shown_bytes.hpp).
   static Result<CaptureReader> open(const std::string& path, std::optional<RawByteStream> bare = std::nullopt);
 
   CaptureReader(CaptureReader&&) noexcept;

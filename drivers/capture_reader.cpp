@@ -17,8 +17,7 @@
 #include "base/plain_text.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/capture_search.hpp"
-#include "drivers/hex_dump.hpp"
-#include "drivers/text_log.hpp"
+#include "drivers/shown_bytes.hpp"
 
 namespace prism::drivers {
 namespace {
@@ -51,7 +50,6 @@ struct CaptureReader::File {
   std::optional<RawByteStream> bare;
   std::uint64_t bare_position = 0;
   std::size_t bare_chunk = 0;
-  std::optional<std::vector<std::uint8_t>> dump;  // the bytes of a hex dump, read instead of the stream
   std::array<std::uint8_t, kMostBareBytes> bytes{};
   bool ended = false;
   bool nanoseconds = false;     // the magic that prism writes
@@ -111,36 +109,17 @@ struct CaptureReader::File {
     bare = rate;
     const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
     bare_chunk = static_cast<std::size_t>(most);
-    return open_dump();
-  }
-
-  /// A text that begins as a hex dump or as a log of sentences is read as one.
-  Result<void> open_dump() {
-    std::array<char, 4096> first;
+    std::array<char, kFirstBytes> first;
     const std::size_t got = std::fread(first.data(), 1, first.size(), stream);
     std::rewind(stream);
-    std::string_view text(first.data(), got);
-    if (got == first.size()) text = whole_part(text);
-    const auto bytes_of = bytes_of_hex_dump(text) ? &bytes_of_hex_dump : &bytes_of_text_log;
-    if (!bytes_of(text)) return {};
-    const auto all = read_text_file(path, kMaxModelBytes);
-    if (!all) return tl::unexpected<Error>(all.error());
-    dump = bytes_of(*all);
-    return {};
-  }
-
-  std::size_t read_bare() {
-    if (!dump) return std::fread(bytes.data(), 1, bare_chunk, stream);
-    const std::size_t got = std::min(bare_chunk, dump->size() - bare_position);
-    std::copy_n(dump->begin() + static_cast<std::ptrdiff_t>(bare_position), got, bytes.begin());
-    return got;
+    const auto checked = has_sentences(path, {first.data(), got});
+    return checked ? Result<void>() : tl::unexpected<Error>(checked.error());
   }
 
   std::optional<CapturePacket> next_bare() {
-    const std::size_t got = read_bare();
+    const std::size_t got = std::fread(bytes.data(), 1, bare_chunk, stream);
     if (got == 0) {
-      if (!dump && std::ferror(stream))
-        damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
+      if (std::ferror(stream)) damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
       return std::nullopt;
     }
     bare_position += got;

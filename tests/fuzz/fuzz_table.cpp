@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a table of another program, and as a hex dump: rejected in one line, or read with as many cells in each
-// column as there are rows.
+// Any bytes as a table of another program: rejected in one line, or read with as many cells in each column as there are
+// rows.
 #include <unistd.h>
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "drivers/hex_dump.hpp"
+#include "drivers/shown_bytes.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
 
@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
   read(path, false);
   read(path, true);
-  prism::drivers::bytes_of_hex_dump(text);
+  if (const auto kind = prism::drivers::has_sentences(path, text); !kind) check(kind.error());
   unlink(path.c_str());
   return 0;
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# The bytes of a line as a text: prismcal reads every form to the same seconds as the bytes themselves, and asks for a description.
+# The bytes of a line as a text: each program refuses them with the command that writes the bytes.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
+PATH=$PRISM_BIN/tools/prismcal:$PRISM_SOURCE/tools/prism-import:$PATH
 cd "$dir"
 prismsim --hours 0.1 --rate 200 --out a.pcap 2>/dev/null
 python3 - <<'PY'
@@ -18,15 +18,20 @@ open("terminal", "w").write("".join("[12:00:05.123] RX: %s\r\n" % line[i:i + 16]
 PY
 xxd bytes >xxd-lines
 echo '{"frames": "trplg"}' >gyro.json
-code_of() { code=0; "$@" || code=$?; echo $code; }
-judged() { prismcal train "$1" --config gyro.json --no-earth-rate --out model.json 2>&1 | grep -v "$1" || true; }
-judged bytes >expected
-contains "the judgement of the bytes" "$(cat expected)" "temperature_span"
-for form in one-line digits terminal xxd-lines; do
-  contains "$form: inspect" "$(prismcal inspect $form)" "$form: hex dump; 1 frame description fits"
-  judged $form >got
-  diff expected got || fail "$form: train judges other seconds than those of the bytes"
-  same "$form: without a configuration" "$(code_of prismcal train $form --out model.json 2>train.err)" 1
-  contains "$form: its message" "$(cat train.err)" "$form: is a hex dump; expected --config"
-done
 same "inspect names the command" "$(prismcal inspect bytes | grep -c 'then: prismcal train bytes --config gyro.json')" 1
+refused() { # NAME COMMAND...
+  name=$1 code=0
+  shift
+  "$@" >out 2>err || code=$?
+  same "$name: exit code" $code 1
+  contains "$name: its message" "$(cat err)" "expected the bytes of the line; prism-import $form --hex --out line.bin writes them"
+}
+for form in one-line digits terminal xxd-lines; do
+  refused "$form: inspect" prismcal inspect $form
+  refused "$form: allan" prismcal allan $form
+  refused "$form: train" prismcal train $form --config gyro.json --no-earth-rate --out model.json
+  refused "$form: replay" prismd gyro.json --replay $form --out log
+  refused "$form: sniff" prismd --sniff $form
+  prism_import.py $form --hex --out line.bin >/dev/null
+  cmp bytes line.bin || fail "$form: prism-import writes other bytes"
+done

@@ -154,14 +154,6 @@ TEST_F(RateSeries, JudgesALongSeriesExactly) {
   EXPECT_TRUE(std::isnan(series[kWrong]));
 }
 
-TEST_F(RateSeries, AHexDumpIsNoTable) {
-  EXPECT_THAT(recordings::read_rate_series(
-                  written("00000000: a55a 0221 0001 4021  .Z.!\n00000008: 024b 9369 d7ae 4039  .K.i\n"), {})
-                  .error()
-                  .text(),
-              HasSubstr("found a hex dump, expected a table or log; make a log of it: prismd CONFIG.json --replay "));
-}
-
 TEST_F(RateSeries, ReadsMinutesAndHours) {
   EXPECT_EQ(recordings::read_rate_series(written("Time [min],rate_dps\n1,1\n2,2\n3,1\n"), {})->interval_s, 60);
   EXPECT_EQ(recordings::read_rate_series(written("t / h,rate_dps\n1,1\n2,2\n3,1\n"), {})->interval_s, 3600);

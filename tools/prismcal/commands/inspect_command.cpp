@@ -184,7 +184,7 @@ void print_next(const InspectChoice& choice, const std::string& kind, const wire
         "\"clock\": \"device\".\n");
 }
 
-/// A capture, raw bytes or a hex dump: the descriptions that fit.
+/// A capture or raw bytes: the descriptions that fit.
 Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
   const auto fitting = fitting_descriptions(choice.file);
   if (!fitting) return tl::unexpected<Error>(fitting.error());
@@ -228,8 +228,7 @@ void add_inspect_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("inspect", "show how a file of another program is understood, before training");
   const auto choice = std::make_shared<InspectChoice>();
-  command->add_option("file", choice->file, "table (CSV of any kind, or .mat), capture, raw bytes or hex dump")
-      ->required();
+  command->add_option("file", choice->file, "table (CSV of any kind, or .mat), capture or raw bytes")->required();
   command->add_option("--interval", choice->table.interval_s, "seconds between rows, which give the unit of the time")
       ->check(tools::positive());
   add_table_options(*command, choice->table);

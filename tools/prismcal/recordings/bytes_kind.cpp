@@ -9,8 +9,7 @@
 #include <string_view>
 
 #include "base/file.hpp"
-#include "drivers/hex_dump.hpp"
-#include "drivers/text_log.hpp"
+#include "drivers/shown_bytes.hpp"
 #include "tools/prismcal/tables/containers.hpp"
 #include "tools/prismcal/tables/text_lines.hpp"
 
@@ -34,17 +33,17 @@ Result<std::string> bytes_kind(const std::string& path) {
   if (container->is_mat || !container->refusal.empty()) return std::string();
   auto in = FileReader::open(path);
   if (!in) return tl::unexpected<Error>(in.error());
-  std::array<char, 4096> bytes{};
-  std::string_view first(bytes.data(), in->read(bytes));
+  std::array<char, drivers::kFirstBytes> bytes{};
+  const std::string_view first(bytes.data(), in->read(bytes));
   const bool wide =
       tables::detect_encoding(first).starts_with("UTF-16") || tables::detect_encoding(first).starts_with("UTF-32");
   const auto control = std::count_if(first.begin(), first.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t' && c != '\f';
   });
   if (!wide && control > 0 && static_cast<std::size_t>(control) * 20 > first.size()) return std::string("bytes");
-  if (first.size() == bytes.size()) first = drivers::whole_part(first);
-  if (drivers::bytes_of_hex_dump(first)) return std::string("hex dump");
-  return std::string(drivers::is_text_log(first) ? "log of sentences" : "");
+  const auto sentences = drivers::has_sentences(path, first);
+  if (!sentences) return tl::unexpected<Error>(sentences.error());
+  return std::string(*sentences ? "log of sentences" : "");
 }
 
 }  // namespace prism::recordings

@@ -122,7 +122,7 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
 Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
                            SecondConsumer& consumer);
-/// Reads a capture, raw bytes or a text of bytes (bytes_kind.hpp) with the frame description of options.config.
+/// Reads a capture or raw bytes with the frame description of options.config.
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
                                SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
