@@ -38,7 +38,7 @@ REFUSED = {
     "short-row.csv": ("line 21: found 2 fields, expected 3", None),
     "long-row.csv": ("line 21: found 4 fields, expected 3", None),
     "text-cell.csv": ("line 21: column rate_deg_per_h: found \"warm\", expected a number", ["--missing", "warm"]),
-    "bad-first-row.csv": ("line 2: found \"warm\" in column rate_deg_per_h, expected a number", ["--first-row", "2", "--lenient"]),
+    "bad-first-row.csv": ("line 2: found \"0.5 warm 20\", expected 3 fields and numbers as in line 3", ["--first-row", "2", "--lenient"]),
     "thousands-or-decimals.csv": ("\"8,350\" is 8.350 (--decimal \"rate_deg_per_h:,\") or 8350", ["--decimal", ","]),
     "one-column.csv": ("2 columns (--separator comma) or 1 columns (--separator none)", ["--separator", "none", "--interval", "0.5"]),
     "either-date.csv": ("is 2024-04-03 (--time \"time:dmy\") or 2024-03-04 (--time \"time:mdy\")", ["--time", "time:dmy"]),
