@@ -7,11 +7,15 @@ import argparse, collections, contextlib, csv, datetime, functools, io, itertool
 from decimal import Decimal
 
 SAMPLE_ROWS, NS = 1000, 1_000_000_000
-INFLATED, INFLATED_FREE = 100, 64 << 20  # a compressed file holds at most 100 times its size, or 64 MiB
 
 
 class Refused(Exception):
     """The file is not converted: "place: finding, expectation, advice"."""
+
+
+def check(is_good, refusal):
+    if not is_good:
+        raise Refused(refusal)
 
 
 HOLES = set("nan -nan +nan nan(ind) -nan(ind) na n/a #n/a - -- null none nil ? inf +inf -inf infinity -infinity #num! #value! "
@@ -46,8 +50,7 @@ class Column:
     def __init__(self, number, name, unit, cells):
         name = " ".join(re.sub(r"[\x00-\x1f\x7f-\x9f]", " ", name).split())
         own = split_unit(name)[1]
-        if unit and own not in ("", unit):
-            raise Refused(f"column {name}: found the unit {unit} in the row of units, expected {own} as in its name")
+        check(not unit or own in ("", unit), f"column {name}: found the unit {unit} in the row of units, expected {own} as in its name")
         self.title = f"{name} [{unit}]" if unit and name and not own else name or f"column {number}"
         self.number, self.sign, (self.bare, self.unit) = number, ".", split_unit(self.title)
         self.cells = [re.sub(r"^([+-]) +(?=[0-9])", r"\1", cell.strip().replace("\u2212", "-")) for cell in cells]
@@ -60,9 +63,8 @@ class Column:
     def choose_sign(self, stated, of_all, lines):
         """Sets the decimal sign. `of_all`: the signs for which any column has evidence."""
         self.sign = stated or next(iter(self.evidence), ".")
-        if len(self.evidence) > 1 and not stated:
-            places = " and ".join(f"\"{self.cells[row]}\" in line {lines[row]}" for row in self.evidence.values())
-            raise Refused(f"column {self.title}: found {places}, expected one decimal sign; --decimal . or --decimal ,")
+        places = " and ".join(f"\"{self.cells[row]}\" in line {lines[row]}" for row in self.evidence.values())
+        check(stated or len(self.evidence) < 2, f"column {self.title}: found {places}, expected one decimal sign; --decimal . or --decimal ,")
         for row in [] if stated or self.evidence else sorted(row for form, row in self.forms.items() if EITHER.fullmatch(form))[:1]:
             cell, whole = self.cells[row], [len(form.lstrip("+-")) for form in self.forms if form.lstrip("+-").isdigit()]
             self.sign, other = (",", ".") if "," in cell else (".", ",")
@@ -82,17 +84,15 @@ class Column:
 class Table:
     """Columns; `lines`: the line of the file of each row; `signs`: the decimal sign of this kind of file; `notes`: for the user."""
 
-    def __init__(self, text, names, units, lines, cells, signs=frozenset()):
-        self.text, self.lines, self.signs, self.notes = text, lines, signs, []
+    def __init__(self, text, names, units, lines, cells, signs, notes):
+        self.text, self.lines, self.signs, self.notes = text, lines, signs, notes
         self.columns = [Column(*column) for column in zip(itertools.count(1), names, units or itertools.repeat(""), cells)]
         self.names = ", ".join(f"{column.number} {column.title}" for column in self.columns[:30])
 
     def locate(self, text):
         """The column with this name (with its unit or without) or number, or None."""
         for names in zip(*((column.title, column.bare, str(column.number)) for column in self.columns)):
-            if names.count(text) > 1:
-                numbers = " or ".join(str(number) for number, name in enumerate(names, 1) if name == text)
-                raise Refused(f"found column \"{text}\" twice, expected one; give its number, {numbers}")
+            check(names.count(text) < 2, f"found column \"{text}\" twice, expected one; give its number, one of {self.names}")
             if text in names:
                 return self.columns[names.index(text)]
 
@@ -135,11 +135,10 @@ FORMATS = [re.compile(rf"\[?{date}(?:(?:[T_]|,? +|,){CLOCK})?\]?" if date else r
 ORDERS = {"ymd": "year-month-day", "dmy": "day.month.year", "mdy": "month/day/year", "clock": "time of day"}
 MONTHS = {month: i for i, months in enumerate("jan,feb,mar mrz mär,apr,may mai,jun,jul,aug,sep,oct okt,nov,dec dez".split(","), 1)
           for month in months.split()}
-# Numbers that can only be times since an origin: (name, seconds of one, s from 1970 to the origin)
+# Numbers that, in the years 2000 to 2040, can only be times since an origin: (name, seconds of one, s from 1970 to the origin)
 EPOCHS = [("unix", "1", 0), ("unix_ms", "1e-3", 0), ("unix_us", "1e-6", 0), ("unix_ns", "1e-9", 0), ("labview", "1", -2082844800),
           ("excel", "86400", -25569 * 86400), ("datenum", "86400", -719529 * 86400), ("filetime", "1e-7", -11644473600),
           ("ticks", "1e-7", -62135596800)]
-EARLIEST_S, LATEST_S = 946684800, 2208988800  # 2000 to 2040
 EPOCH, DAY_NS = datetime.datetime(1970, 1, 1), 86400 * NS
 
 
@@ -198,12 +197,11 @@ def text_times(name, cells, how, lines):
     for row in (row for row, times in enumerate(zip(*(found for _, found in good))) if len(set(times)) > 1):
         both = " or ".join(f"{(EPOCH + datetime.timedelta(seconds=found[row][0] // NS)).date()} (--time \"{name}:{DATES[key][0]}\")" for key, found in good)
         raise Refused(f"line {lines[row]}: column {name}: two readings are possible: \"{cells[row]}\" is {both}")
-    if len(zones) > 1:
-        raise Refused(f"column {name}: found times with a zone and without, expected the same in all rows")
+    check(len(zones) == 1, f"column {name}: found times with a zone and without, expected the same in all rows")
     order, ns = how if "%" in how else DATES[key][0], [time for time, _ in found]
-    if order == "clock" and cells[0].count(":") == 1 and how != "clock":
-        raise Refused(f"column {name}: two readings are possible: \"{cells[0]}\" is hours and minutes (--time \"{name}:clock\") "
-                      f"or minutes and seconds (--time \"{name}:%M:%S\")")
+    check(order != "clock" or cells[0].count(":") != 1 or how == "clock",
+          f"column {name}: two readings are possible: \"{cells[0]}\" is hours and minutes (--time \"{name}:clock\") "
+          f"or minutes and seconds (--time \"{name}:%M:%S\")")
     if order == "clock" and max(ns) < DAY_NS:
         midnights = itertools.accumulate((b < a - DAY_NS // 2 for a, b in zip(ns, ns[1:])), initial=0)
         ns = [time + day * DAY_NS for time, day in zip(ns, midnights)]
@@ -219,10 +217,9 @@ def number_times(column, how, lines):
     step = sorted(b - a for a, b in zip(first, first[1:]))[len(first) // 2 - 1] if len(first) > 1 else Decimal(0)
     found = [(f"a number of {factor} {unit}".replace("  ", " "), SECONDS[unit], None)] if unit else [
         (name + ", taken for UTC", size, origin) for name, size, origin in EPOCHS if how == name or first and not how and
-        EARLIEST_S < first[0] * Decimal(size) + origin < LATEST_S and (size != "86400" or step < Decimal("2e-4"))]
-    if len(found) != 1:
-        raise Refused(f"column {column.title}: two readings are possible: {'its unit is not known, ' * bool(how)}steps of {step:.4g} may be s, ms or another "
-                      f"unit; --time \"{column.title}:UNIT\", one of {' '.join([*SECONDS, *(e[0] for e in EPOCHS)])}, as \"1000 s\", or %H%M%S")
+        946684800 < first[0] * Decimal(size) + origin < 2208988800 and (size != "86400" or step < Decimal("2e-4"))]
+    check(len(found) == 1, f"column {column.title}: two readings are possible: {'its unit is not known, ' * bool(how)}steps of {step:.4g} may be s, ms or "
+          f"another unit; --time \"{column.title}:UNIT\", one of {' '.join([*SECONDS, *(e[0] for e in EPOCHS)])}, as \"1000 s\", or %H%M%S")
     (text, size, origin), size = found[0], Decimal(found[0][1]) * Decimal(factor or 1) * NS
     ns, is_date = [int((Decimal(cell or "1e99") * size).to_integral_value()) + (origin or 0) * NS for cell in cells], origin is not None
     for row in (row for row, time in enumerate(ns) if abs(time) >= 1 << 63):
@@ -238,17 +235,15 @@ def find_time(table, options):
     if options.time:
         name, _, how = (options.time, "", "") if table.locate(options.time) else options.time.partition(":")
         parts = [table.locate(part) for part in ([name] if table.locate(name) else name.split("+"))]
-        if not all(parts):
-            raise Refused(f"--time: found \"{options.time}\", expected COLUMN[+COLUMN][:FORM] with one of {table.names}")
+        check(all(parts), f"--time: found \"{options.time}\", expected COLUMN[+COLUMN][:FORM] with one of {table.names}")
     else:
         *dates, clock = ([c for c in columns if moment(key, first[c])] for key in range(len(DATES)))
         dates = [c for c in columns if any(c in found for found in dates)]
         named = [c for c in columns if c.is_number and (time_unit(c) and c.bare not in ("ms", "us") or TIME_NAME.search(c.bare.split(".")[-1]))]
         found = dates or clock or named
         found = len(found) > 1 and [c for c in found if c.bare.strip("_").lower() in ("time", "timestamp")] or found
-        if len(found) != 1:
-            count = "several columns" if found else "no column"
-            raise Refused(f"found {count} of times in {table.names}; expected one; --time COLUMN:UNIT (as s), or --interval SECONDS")
+        check(len(found) == 1, f"found {'several columns' if found else 'no column'} of times in {table.names}; expected one; "
+                               "--time COLUMN:UNIT (as s), or --interval SECONDS")
         after = columns[found[0].number:] + [None, None]
         parts, how = found + after[:1] * (after[0] in clock and found[0] in dates and ":" not in first[found[0]]), ""
         fraction, name = after[len(parts) - 1], "+".join(column.title for column in parts)
@@ -272,7 +267,7 @@ def kind(cell):
     return "s" if re.fullmatch(r"[-+09.,;|:/eE\t ]*[09][-+09.,;|:/eE\t ]*", form) or re.search(r"[,;|\t] *[+-]?[09][09.]*([,;|\t]|$)", form) else "x"
 
 
-def find_table(text, all_rows, options, comments=(), units=(), signs=frozenset()):
+def find_table(text, all_rows, options, notes=(), comments=(), units=(), signs=frozenset()):
     """The Table in rows, [(line, cells)]; the first of them show where names, units and values are. `comments`: rows that may have the names."""
     def is_units(cells):  # most of them
         found = [cell[0] in "[(" or cell.lower() in {*UNITS, *TIME_UNITS} or bool(NO_UNITS.fullmatch(cell.lower())) for cell in cells if cell]
@@ -282,46 +277,42 @@ def find_table(text, all_rows, options, comments=(), units=(), signs=frozenset()
     names, header = next((cells for line, cells, _ in rows if line == options.header_row), []), options.header_row or 0
     rows, begin = [row for row in rows if row[0] > header], options.first_row or 0
     widths = collections.Counter(len(kinds) for line, _, kinds in rows if "v" in kinds and line >= begin)
-    if not widths:
-        raise Refused("found no row of numbers" + (" below a line of names" if rows else ": the file is empty"))
+    check(widths, "found no row of numbers" + (" below a line of names" if rows else ": the file is empty"))
     width, count = widths.most_common(1)[0]
     seen = [collections.Counter(column) for column in zip(*[kinds for _, _, kinds in rows if len(kinds) == width][-max(1, count // 2):])]
     texts = {c for c, column in enumerate(seen) if column["x"] + column["s"] > column["v"]}
     used = [c for c, column in enumerate(seen) if column.total() > column[""]]
     wrong = {line: [c for c, k in enumerate(kinds) if k in ("x", "s") and c not in texts] for line, _, kinds in rows}
     first = next((line for line, _, kinds in rows if len(kinds) == width and "v" in kinds and line >= begin and (begin or not wrong[line])), None)
-    if first is None or not used or any(column["s"] > column["v"] + column["x"] for column in seen):
-        raise Refused("found no rows of numbers that are alike; state --separator, --header-row or --first-row, or --hex for a hex dump")
+    check(first and used and all(column["s"] <= column["v"] + column["x"] for column in seen),
+          "found no rows of numbers that are alike; state --separator, --header-row or --first-row, or --hex for a hex dump")
     above = [row for row in rows if row[0] < first]
     if options.header_row is None:
         full = [(line, cells) for line, cells, kinds in above if len(cells) > used[-1] and all(cells[c] for c in used) and "v" not in kinds]
         full = full[:1] + [row for row in full[1:] if not is_units(row[1])]
-        if len(full) > 1:
-            both = " or ".join(f"{', '.join(cells[:4])} (--header-row {line})" for line, cells in full[:2])
-            raise Refused(f"found two lines of names, expected one: {both}")
+        both = " or ".join(f"{', '.join(cells[:4])} (--header-row {line})" for line, cells in full[:2])
+        check(len(full) < 2, f"found two lines of names, expected one: {both}")
         # Names in a comment: numpy ("# t rate") and ROS ("%time,rate").
         marked = [names for cells in comments for names in ([cells[0].lstrip("#%/ ")] + cells[1:], cells[1:])
                   if len(names) == width and all(names) and "v" not in map(kind, names)]
         header, names = full[0] if full else (0, marked[0] if marked else [])
     between = [row for row in above if row[0] > header]
     for line, cells, kinds in between if not begin else ():
-        if any(k == "v" and c not in texts for c, k in enumerate(kinds)):
-            raise Refused(f"line {line}: found \"{' '.join(cells)[:40]}\", expected {width} fields and numbers as in line {first}; if the rows begin "
-                          "below: --first-row LINE; if this line has the names: --header-row LINE")
-    for line, cells in ((line, cells) for line, cells, kinds in above[::-1] if "v" not in kinds and len(cells) > 1):
-        if not names and options.header_row is None:
-            raise Refused(f"line {first}: found {width} fields, expected {len(cells)} as in line {line}; --header-row LINE, 0 without names")
+        check(not any(k == "v" and c not in texts for c, k in enumerate(kinds)),
+              f"line {line}: found \"{' '.join(cells)[:40]}\", expected {width} fields and numbers as in line {first}; if the rows begin "
+              "below: --first-row LINE; if this line has the names: --header-row LINE")
+    for line, cells, kinds in above[::-1] if not names and options.header_row is None else ():
+        check("v" in kinds or len(cells) < 2, f"line {first}: found {width} fields, expected {len(cells)} as in line {line}; --header-row LINE, 0: no names")
     units = next((["" if NO_UNITS.fullmatch(cell.lower()) else cell.strip("[]() ") for cell in cells]
                   for _, cells, _ in between if names and is_units(cells)), units)
     again, missing = names if "v" not in map(kind, names) else [], set(options.missing)
     names, units = ((list(row) + [""] * width)[:width] for row in (names, units))
     rows = [(line, cells) for line, cells in all_rows if line >= first and any(cells) and cells != again]  # the names again
     for line, cells in rows:
-        if len(cells) != width:
-            raise Refused(f"line {line}: found {len(cells)} fields, expected {width}")
+        check(len(cells) == width, f"line {line}: found {len(cells)} fields, expected {width}")
     columns = (["" if cell.strip() in missing else cell for cell in column] for column in zip(*(cells for _, cells in rows)))
     text += f"names in line {header}" if header else "names in a comment" if any(names) else "no names"
-    return Table(text, names, units, [line for line, _ in rows], columns, signs)
+    return Table(text, names, units, [line for line, _ in rows], columns, signs, notes)
 
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "bar": "|", "comma": ",", "blank": " ", "none": ""}
@@ -382,8 +373,9 @@ def read_text(path, options):
         rows += split(lines, separator, end, width)
         units = next((line.rstrip("\r\n").split(separator or None) for line in lines[:end] if line.startswith("Y_Unit_Label")), [""])
         name = next((name for name, mark in SEPARATORS.items() if mark == separator), separator)
-        return find_table(f"{encoding}, separator {name}, ", rows, options, [cells for line in comments[::-1] for _, cells in split([line], separator, 0)],
-                          ["", *units[1:]], {"."} if separator == "," else frozenset())
+        marked = [cells for line in comments[::-1] for _, cells in split([line], separator, 0)]
+        signs = {"."} if separator == "," else frozenset()
+        return find_table(f"{encoding}, separator {name}, ", rows, options, notes, marked, ["", *units[1:]], signs)
 
     good, bad = {}, []
     for separator in SEPARATORS.values() if stated is None else [stated]:
@@ -400,21 +392,13 @@ def read_text(path, options):
     if len(sure) > 1:
         both = " or ".join(f"{len(good[mark].columns)} columns (--separator {name})" for name, mark in SEPARATORS.items() if mark in sure)
         raise Refused(f"line {(first := good[sure[0]].lines[0])}: two readings are possible: \"{lines[first - 1].strip()[:40]}\" has {both}")
-    table = table_of(lines, sure[0], [])
-    table.notes += notes
-    return table
-
-
-def check(is_good, fault):
-    if not is_good:
-        raise ValueError(fault)
+    return table_of(lines, sure[0], [])
 
 
 def check_inflated(path, size):
-    """Refuses a file that inflates to more than files of measurements do."""
-    most = max(INFLATED_FREE, INFLATED * os.path.getsize(path))
-    if size > most:
-        raise Refused(f"inflates to {size >> 20} MiB, expected at most {most >> 20} MiB of a file of {os.path.getsize(path)} bytes")
+    """Refuses a file that inflates to more than files of measurements do: 64 MiB and 100 times its size."""
+    most = max(64 << 20, 100 * os.path.getsize(path))
+    check(size <= most, f"inflates to {size >> 20} MiB, expected at most {most >> 20} MiB of a file of {os.path.getsize(path)} bytes")
 
 
 def read_workbook(path, options):
@@ -427,13 +411,12 @@ def read_workbook(path, options):
     import openpyxl
     with zipfile.ZipFile(path) as archive:
         check_inflated(path, sum(entry.file_size for entry in archive.infolist()))
-        check(not archive.testzip(), "a checksum does not hold")
+        check(not archive.testzip(), "is damaged: a checksum does not hold")
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
     sheets = {sheet.title: [[text(value) for value in row] for row in sheet.iter_rows(values_only=True)] for sheet in book.worksheets
               if options.sheet in (None, sheet.title)}
     filled = {name: rows for name, rows in sheets.items() if sum(map(any, rows)) > 1}
-    if len(filled) != 1:
-        raise Refused(f"found {'the sheets ' + ', '.join(filled) if filled else 'no sheet with rows'}, expected one; --sheet NAME")
+    check(len(filled) == 1, f"found {'the sheets ' + ', '.join(filled) if filled else 'no sheet with rows'}, expected one; --sheet NAME")
     (name, rows), = filled.items()
     rows = [(line, row + [""] * (max(map(len, rows)) - len(row))) for line, row in enumerate(rows, 1)]
     return find_table(f"Excel, sheet {name}, ", rows, options)
@@ -450,14 +433,11 @@ def read_mat(path, options):
             vectors[f"{name}({c + 1})" if min(rows, columns) > 1 else name] = column
     stated = re.split("[:+,]", options.time or ",".join(options.columns))[0]
     lengths = {len(vectors[stated])} if stated in vectors else set(map(len, vectors.values()))
-    if len(lengths) != 1:
-        raise Refused(f"found {'variables of several lengths' if vectors else 'no vector of numbers'}, expected one; "
-                      f"--time NAME:UNIT states the length; {'; '.join(notes)}")
+    check(len(lengths) == 1, f"found {'variables of several lengths' if vectors else 'no vector of numbers'}, expected one; "
+          f"--time NAME:UNIT states the length; {'; '.join(notes)}")
     length, = lengths
     vectors = {name: list(map(repr, values.tolist())) for name, values in vectors.items() if len(values) == length}
-    table = Table("MATLAB file", vectors, [], range(1, length + 1), vectors.values(), {"."})
-    table.notes = notes
-    return table
+    return Table("MATLAB file", vectors, [], range(1, length + 1), vectors.values(), {"."}, notes)
 
 
 MAT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -471,7 +451,7 @@ def level5_variables(path, notes):
     import numpy
     whole = memoryview(pathlib.Path(path).read_bytes())
     order = {b"\0\1IM": "<", b"\1\0MI": ">"}.get(bytes(whole[124:128]))
-    check(order, "it has no header of level 5")
+    check(order, "has no header of MATLAB")
 
     def number(data, at):
         return int.from_bytes(data[at:at + 4], "little" if order == "<" else "big")
@@ -484,41 +464,39 @@ def level5_variables(path, notes):
             end = begin + (size if type_ == 15 else (size + 7) // 8 * 8)
             if type_ >> 16:
                 type_, size, begin, end = type_ & 0xFFFF, type_ >> 16, at + 4, at + 8  # a small element
-            check(begin + size <= min(len(data), end), "it is cut: an element is longer than the file or its parent")
+            check(begin + size <= min(len(data), end), "is cut: an element is longer than the file or its parent")
             yield type_, data[begin:begin + size]
             at = end
-
-    def inflated(element):
-        stream = zlib.decompressobj()
-        head = stream.decompress(element, 8)
-        check_inflated(path, size := number(head, 4) + 8)
-        data = memoryview(head + stream.decompress(stream.unconsumed_tail, size))
-        check(len(data) == size and stream.eof, "a compressed variable has another length than it states")
-        return data
 
     def matrices(element, prefix=""):
         """(name, matrix) of an array, or of the fields of a struct as "struct.field"."""
         type_, data = element
-        parts = list(elements(inflated(data) if type_ == 15 else data))
+        if type_ == 15:
+            stream = zlib.decompressobj()
+            head = stream.decompress(data, 8)
+            check_inflated(path, size := number(head, 4) + 8)
+            data = memoryview(head + stream.decompress(stream.unconsumed_tail, size))
+            check(len(data) == size and stream.eof, "is damaged: a compressed variable has another length than it states")
+        parts = list(elements(data))
         for part in parts if type_ == 15 else ():
             yield from matrices(part)
         if type_ == 15 or not parts:  # an empty field
             return
-        check(type_ == 14 and len(parts) > 2 and parts[0][0] == 6 and len(parts[0][1]) == 8, "an array has no flags")
+        check(type_ == 14 and len(parts) > 2 and parts[0][0] == 6 and len(parts[0][1]) == 8, "is damaged: an array has no flags")
         flags, label = number(parts[0][1], 0), prefix + bytes(parts[2][1]).decode("ascii", "replace")
         name, types = MAT_CLASSES.get(flags & 0xFF, ("object of MATLAB (save its numbers, as s.time = ts.Time)", ()))
         shape = numpy.frombuffer(parts[1][1], order + "i4").tolist() if parts[1][0] == 5 else []
         if name == "struct" and shape == [1, 1] and len(parts) > 4:
             width, names = number(parts[3][1], 0) or 1, bytes(parts[4][1]).decode("ascii", "replace")
-            check(len(names) == width * (len(parts) - 5), "a struct has other fields than it states")
+            check(len(names) == width * (len(parts) - 5), "is damaged: a struct has other fields than it states")
             for i, value in enumerate(parts[5:]):
                 yield from matrices(value, f"{label}.{names[i * width:(i + 1) * width]}".split("\0")[0])
         elif not types or flags & 0x800 or parts[1][0] == 5 and len(shape) != 2:
             notes.append(f"{label or 'a variable'}: {'complex ' * (flags >> 11 & 1)}{name}, not used")
         else:
-            check(len(shape) == 2 and len(parts) == 4 and parts[3][0] in types, "an array has numbers of an unknown type")
+            check(len(shape) == 2 and len(parts) == 4 and parts[3][0] in types, "is damaged: an array has numbers of an unknown type")
             values = numpy.frombuffer(parts[3][1], order + MAT_TYPES[parts[3][0]])
-            check(min(shape) >= 0 and len(values) == shape[0] * shape[1], "an array has another number of values than it states")
+            check(min(shape) >= 0 and len(values) == shape[0] * shape[1], "is damaged: an array has another number of values than it states")
             yield label, values.reshape(shape, order="F")
 
     for element in elements(whole[128:]):
@@ -526,28 +504,26 @@ def level5_variables(path, notes):
 
 
 def hdf5_variables(path, notes):
-    """[(name, matrix)] of the numeric datasets of version 7.3. HDF5 fills in zeros for a chunk that it does not find: each must be there."""
+    """(name, matrix) of the numeric datasets of version 7.3. HDF5 fills in zeros for a chunk that it does not find: each must be there."""
     import h5py, numpy
-    types, found = [h5py.h5t.py_create(numpy.dtype(name)) for name in "<i1 <i2 <i4 <i8 <u1 <u2 <u4 <u8 <f4 <f8".split()], []
-
-    def visit(name, item):
-        if not isinstance(item, h5py.Dataset) or name.startswith("#"):
-            return
-        class_, chunk = item.attrs.get("MATLAB_class", b"double").decode(), item.chunks or item.shape
-        if not dict(MAT_CLASSES.values()).get(class_) or len(item.shape) != 2 or item.dtype.kind not in "iuf" or "MATLAB_empty" in item.attrs:
-            notes.append(f"{name}: {class_}, not used")
-            return
-        check_inflated(path, max(item.nbytes, item.dtype.itemsize * math.prod(chunk)))
-        is_plain = item.compression == "gzip" if item.chunks else item.id.get_storage_size() == item.nbytes
-        check(is_plain and any(map(item.id.get_type().equal, types)) and not item.shuffle and not item.fletcher32, f"{name} is of an unknown type")
-        stored = [item.id.get_chunk_info(i) for i in range(item.id.get_num_chunks())] if item.chunks else []
-        places = itertools.product(*(range(0, length, step) for length, step in zip(item.shape, chunk))) if item.chunks else ()
-        check({part.chunk_offset for part in stored} == set(places) and not any(part.filter_mask for part in stored), f"{name} is incomplete")
-        found.append((name.replace("/", "."), item[()].T))
-
+    types, names = [h5py.h5t.py_create(numpy.dtype(name)) for name in "<i1 <i2 <i4 <i8 <u1 <u2 <u4 <u8 <f4 <f8".split()], []
     with h5py.File(path, "r") as file:
-        file.visititems(visit)
-    return found
+        file.visit(names.append)
+        for name, item in ((name, file[name]) for name in names if not name.startswith("#")):
+            if not isinstance(item, h5py.Dataset):
+                continue
+            class_, chunk = item.attrs.get("MATLAB_class", b"double").decode(), item.chunks or item.shape
+            if not dict(MAT_CLASSES.values()).get(class_) or len(item.shape) != 2 or item.dtype.kind not in "iuf" or "MATLAB_empty" in item.attrs:
+                notes.append(f"{name}: {class_}, not used")
+                continue
+            check_inflated(path, max(item.nbytes, item.dtype.itemsize * math.prod(chunk)))
+            is_plain = item.compression == "gzip" if item.chunks else item.id.get_storage_size() == item.nbytes
+            check(is_plain and any(map(item.id.get_type().equal, types)) and not item.shuffle and not item.fletcher32, f"{name} has an unknown form")
+            stored = [item.id.get_chunk_info(i) for i in range(item.id.get_num_chunks())] if item.chunks else []
+            places = itertools.product(*(range(0, length, step) for length, step in zip(item.shape, chunk))) if item.chunks else ()
+            is_complete = {part.chunk_offset for part in stored} == set(places) and not any(part.filter_mask for part in stored)
+            check(is_complete, f"is damaged: {name} is incomplete")
+            yield name.replace("/", "."), item[()].T
 
 
 OTHER_FILES = {b"\xd0\xcf\x11\xe0": "an old Excel file (.xls); in Excel: save it as .xlsx", b"TDSm": "a TDMS file of LabVIEW; export it as text",
@@ -558,8 +534,7 @@ OTHER_FILES = {b"\xd0\xcf\x11\xe0": "an old Excel file (.xls); in Excel: save it
 
 def read_table(path, options):
     head = pathlib.Path(path).read_bytes()[:512]
-    if not head.strip():
-        raise Refused("found no row of numbers: the file is empty")
+    check(head.strip(), "found no row of numbers: the file is empty")
     for what in (what for mark, what in OTHER_FILES.items() if head.startswith(mark)):
         raise Refused(f"is {what}")
     is_mat = head.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF")) or path.lower().endswith(".mat")
@@ -626,11 +601,10 @@ def convert_hex(path, options):
         target += data
         last, repeats = data or last, False
     sizes = [f"{len(data)} bytes (--direction {key})" for key, data in found.items() if data]
-    if len(sizes) > 1 and not options.direction:
-        raise Refused(f"found two directions, expected one: {' or '.join(sizes)}")
+    check(len(sizes) < 2 or options.direction, f"found two directions, expected one: {' or '.join(sizes)}")
     data = bytes(found[options.direction] if options.direction else b"".join(found.values()))
-    if not data or not (is_log or direction or base is not None or re.search("[a-f]", data.hex())):
-        raise Refused(f"found {'decimal numbers' if data else 'no bytes in hex'}, expected a dump with offsets or hex letters, or sentences ($...*HH)")
+    check(data and (is_log or direction or base is not None or re.search("[a-f]", data.hex())),
+          f"found {'decimal numbers' if data else 'no bytes in hex'}, expected a dump with offsets or hex letters, or sentences ($...*HH)")
     write(options, data, [f"{path}: {len(data)} bytes, {'sentences' if is_log else 'hex dump'}, {len(lines) - len(skipped)} lines"]
           + [f"lines without bytes: {', '.join(map(str, skipped[:9]))}{' …' * (len(skipped) > 9)}"] * bool(skipped))
 
@@ -654,30 +628,25 @@ def convert(path, options):
         return f"{title}: {values[known[0]]} to {values[known[-1]]}{holes}" + "; decimal comma" * (column.sign == ",")
 
     table = read_table(path, options)
-    if not table.lines:
-        raise Refused("found no row of numbers below the names")
+    check(table.lines, "found no row of numbers below the names")
     kept, stated = [], {}
     for part in [part.strip() for text in options.columns for part in ([text] if table.locate(text) else text.split(","))]:
         kept.append(table.locate(part))
-        if not kept[-1]:
-            raise Refused(f"--columns: found \"{part}\", expected names or numbers of {table.names}")
+        check(kept[-1], f"--columns: found \"{part}\", expected names or numbers of {table.names}")
     for text in options.decimal:
         name, _, sign = text.rpartition(":")
-        if sign not in {".", ","} or name and not table.locate(name):
-            raise Refused(f"--decimal: found \"{text}\", expected . or , or COLUMN: and one of them")
+        check(sign in {".", ","} and (not name or table.locate(name)), f"--decimal: found \"{text}\", expected . or , or COLUMN: and one of them")
         stated.update({column: sign for column in ([table.locate(name)] if name else table.columns)})
-    if any(column.title == "_field" and len(set(column.cells)) > 1 for column in table.columns):
-        raise Refused("column _field: found several quantities (InfluxDB), expected a column for each; in Flux: "
-                      "|> pivot(rowKey: [\"_time\"], columnKey: [\"_field\"], valueColumn: \"_value\")")
+    check(all(column.title != "_field" or len(set(column.cells)) == 1 for column in table.columns),
+          "column _field: found several quantities (InfluxDB), expected a column for each; in Flux: "
+          "|> pivot(rowKey: [\"_time\"], columnKey: [\"_field\"], valueColumn: \"_value\")")
     numbers = [column for column in table.columns if column.is_number]
     signs = {sign for column in numbers for sign in column.evidence} or table.signs
     for column in numbers:
         column.choose_sign(stated.get(column), signs, table.lines)
     times, parts = find_time(table, options)
-    steps = times.check(table.lines)
     texts, kept = ([column for column in kept or table.columns if column not in parts and column.is_number == wanted] for wanted in (False, True))
-    if not kept:
-        raise Refused(f"found no column of numbers besides the time, expected one of {table.names}")
+    check(kept, f"found no column of numbers besides the time, expected one of {table.names}")
     values = [column.plain(() if options.lenient else table.lines) for column in kept]
     titles = [column.title if [c.title for c in kept].count(column.title) == 1 else f"{column.title} (column {column.number})" for column in kept]
     text = io.StringIO(newline="")
@@ -685,7 +654,7 @@ def convert(path, options):
     text.writelines(f"{times.show(row)},{','.join(cells)}\n" for row, cells in enumerate(zip(*values)))
     write(options, text.getvalue().encode(), [
         f"{path}: {table.text}; {len(table.lines)} rows, lines {table.lines[0]} to {table.lines[-1]}",
-        f"time: {times.name}: {times.text}; {times.show(0)} to {times.show(-1)}; {steps}",
+        f"time: {times.name}: {times.text}; {times.show(0)} to {times.show(-1)}; {times.check(table.lines)}",
         *map(describe, titles, kept, values),
         *[f"not used: text in {', '.join(column.title for column in texts)}"] * bool(texts), *table.notes])
 
@@ -741,10 +710,7 @@ OPTIONS = """
 --sheet NAME  sheet of an Excel file
 --hex  write the bytes of a hex dump or of a log of sentences ($...*HH)
 --direction RX|TX  with --hex, if the dump has both: rx or tx"""
-EXAMPLES = """Examples:
-  prism-import export.xlsx
-  prism-import chamber.csv --time Time:s --out chamber-plain.csv
-  prism-import terminal.log --hex --out line.bin"""
+EXAMPLES = "\n  prism-import ".join(("Examples:", "export.xlsx", "chamber.csv --time Time:s --out chamber-plain.csv", "terminal.log --hex --out line.bin"))
 
 
 def main(arguments):
@@ -753,7 +719,6 @@ def main(arguments):
                                      formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, 2, 30, 150), epilog=EXAMPLES)
     parser.add_argument("file", metavar="FILE", help=argparse.SUPPRESS)
     group = parser.add_argument_group("Options")
-    group.add_argument("-h", action="help", help=argparse.SUPPRESS)
     group.add_argument("--help", action="help", help="print this help message and exit")
     for line in OPTIONS.strip().split("\n"):
         name, value, text = re.fullmatch(r"(\S+)(?: (\S+))?  +(.*)", line).groups()
