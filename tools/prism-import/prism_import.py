@@ -662,7 +662,7 @@ def convert(path, options):
 def guarded(work, path, options):
     """Runs the work in a process of its own with limits, so that a damaged file ends with one line whatever a library does."""
     size, options.part = os.path.getsize(path), f"{options.out}.{os.getpid()}.part"
-    memory, seconds = (2 << 30) + 12 * size, 60 + size // 20000
+    memory, seconds = (2 << 30) + 24 * size, 60 + size // 20000
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     child, message, code = os.fork(), "", 1
     if child == 0:
