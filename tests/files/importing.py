@@ -146,6 +146,10 @@ def check_cases():
         if code or not is_right(numbers(out), truth_of(name), case.get("date") and name != "gps.csv"):
             faults.append(f"{name} {' '.join(options)}: exit code {code}, expected the numbers of write.py, found {numbers(out)[:3] if out else err}")
         count["refused, then right" if text else "right"] += 1
+    for name, form in (("unix", "unix"), ("excel-days", "excel"), ("datenum", "datenum"), ("filetime", "filetime"), ("dotnet-ticks", "ticks")):
+        code, out, err = run(os.path.join(HERE, f"data/{name}.csv"), "--out", "-", "--time", f"time:{form}")
+        if code or not is_right(numbers(out), truth_of(name), True):
+            faults.append(f"{name}.csv --time time:{form}: exit code {code}, expected the numbers of write.py, found {out[:200]} {err}")
     for path in glob.glob(os.path.join(HERE, "octave/*.mat")):
         code, _, err = run(path, "--out", "-")
         if "steps of 0.5 may be s, ms or another unit; --time \"s.time:UNIT\"" not in err:

@@ -28,7 +28,7 @@ EITHER = re.compile(r"[+-]?9{1,3}[.,]999")  # 1.234 and 1,234: decimals, or 1234
 
 def form_of(cell):
     """The cell with 9 for each digit but a leading zero."""
-    return re.sub(r"(?<=[0-9.,])[0-9]|[1-9]", "9", cell)
+    return re.sub(rf"(?<=[0-9.,{GROUPS}])[0-9]|[1-9]", "9", cell)
 
 
 @functools.lru_cache(maxsize=1 << 16)
@@ -212,7 +212,7 @@ def text_times(name, cells, how, lines):
 def number_times(column, how, lines):
     """The Times of a column of numbers, by their unit or a known origin."""
     how, cells = how or time_unit(column), column.plain()
-    factor, unit = re.fullmatch(r"([0-9.eE+-]*)[ *]*(.*)", how).groups()
+    factor, unit = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?|)[ *]*(.*)", how).groups()
     unit, first = TIME_UNITS.get(unit), [Decimal(cell) for cell in cells[:SAMPLE_ROWS] if cell]
     step = sorted(b - a for a, b in zip(first, first[1:]))[len(first) // 2 - 1] if len(first) > 1 else Decimal(0)
     found = [(f"a number of {factor} {unit}".replace("  ", " "), SECONDS[unit], None)] if unit else [
@@ -679,7 +679,7 @@ def guarded(work, path, options):
         except MemoryError:
             message = f"{path}: needs more than {memory >> 20} MiB, the limit for a file of {size} bytes"
         except OSError as error:
-            message = f"{options.out if error.filename in (None, options.part) else error.filename}: {error.strerror or error}"
+            message = f"{(options.out or path) if error.filename in (None, options.part) else error.filename}: {error.strerror or error}"
         except Exception as error:  # a fault of this program
             message, code = f"{path}: {type(error).__name__}: {error}; please report it with the file", 70
         print(f"prism-import: {' '.join(message.split())}", file=sys.stderr, flush=True)
