@@ -319,7 +319,7 @@ SEPARATORS = {"tab": "\t", "semicolon": ";", "bar": "|", "comma": ",", "blank": 
 
 
 def read_lines(path, encoding, notes):
-    """(encoding, the lines that have a line end)."""
+    """(encoding, lines)."""
     data = pathlib.Path(path).read_bytes()
     encoding = encoding or ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     try:
@@ -332,9 +332,6 @@ def read_lines(path, encoding, notes):
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", text)
     if "\0" in text:
         raise Refused(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}: found a NUL byte, expected text; state --encoding, as utf-16-le or utf-32")
-    if lines and lines[-1][-1] not in "\r\n":
-        notes.append(f"line {len(lines)} has no line end and may be cut: not used; if it is complete, add a line end")
-        lines.pop()
     return encoding, lines
 
 
@@ -361,6 +358,9 @@ def read_text(path, options):
     """The Table of a text with any separator."""
     notes, mark = [], r"\s*(#(?!N/A|NUM!|VALUE!|DIV/0!|REF!|WERT!)|%|//)"
     encoding, lines = read_lines(path, options.encoding, notes)
+    if lines and lines[-1][-1] not in "\r\n":
+        notes.append(f"line {len(lines)} has no line end and may be cut: not used; if it is complete, add a line end")
+        lines.pop()
     sep = re.match("sep=(.)[\r\n]+$", lines[0]) if lines else None
     comments = [line.strip() for line in lines[:SAMPLE_ROWS] if re.match(mark, line)]
     lines = ["\n" if sep and line is lines[0] or re.match(mark, line) else line for line in lines]
@@ -504,7 +504,8 @@ def level5_variables(path, notes):
 
 
 def hdf5_variables(path, notes):
-    """(name, matrix) of the numeric datasets of version 7.3. HDF5 fills in zeros for a chunk that it does not find: each must be there."""
+    """(name, matrix) of the numeric datasets of version 7.3. Each chunk is read and inflated by itself: HDF5 has no checksums, and fills in
+    zeros for a chunk that it does not find."""
     import h5py, numpy
     types, names = [h5py.h5t.py_create(numpy.dtype(name)) for name in "<i1 <i2 <i4 <i8 <u1 <u2 <u4 <u8 <f4 <f8".split()], []
     with h5py.File(path, "r") as file:
@@ -519,11 +520,14 @@ def hdf5_variables(path, notes):
             check_inflated(path, max(item.nbytes, item.dtype.itemsize * math.prod(chunk)))
             is_plain = item.compression == "gzip" if item.chunks else item.id.get_storage_size() == item.nbytes
             check(is_plain and any(map(item.id.get_type().equal, types)) and not item.shuffle and not item.fletcher32, f"{name} has an unknown form")
-            stored = [item.id.get_chunk_info(i) for i in range(item.id.get_num_chunks())] if item.chunks else []
-            places = itertools.product(*(range(0, length, step) for length, step in zip(item.shape, chunk))) if item.chunks else ()
-            is_complete = {part.chunk_offset for part in stored} == set(places) and not any(part.filter_mask for part in stored)
-            check(is_complete, f"is damaged: {name} is incomplete")
-            yield name.replace("/", "."), item[()].T
+            values = numpy.empty(item.shape, item.dtype) if item.chunks else item[()]
+            for place in itertools.product(*(range(0, length, step) for length, step in zip(item.shape, chunk))) if item.chunks else ():
+                (left_out, packed), stream = item.id.read_direct_chunk(place), zlib.decompressobj()
+                data = stream.decompress(packed, item.dtype.itemsize * math.prod(chunk) + 1)
+                check(not left_out and len(data) == item.dtype.itemsize * math.prod(chunk) and stream.eof, f"is damaged: {name} is incomplete")
+                area = tuple(slice(begin, begin + step) for begin, step in zip(place, chunk))
+                values[area] = numpy.frombuffer(data, item.dtype).reshape(chunk)[tuple(slice(0, n) for n in values[area].shape)]
+            yield name.replace("/", "."), values.T
 
 
 OTHER_FILES = {b"\xd0\xcf\x11\xe0": "an old Excel file (.xls); in Excel: save it as .xlsx", b"TDSm": "a TDMS file of LabVIEW; export it as text",
