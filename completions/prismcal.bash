@@ -19,8 +19,7 @@ _prismcal() {
     'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
-    'allan --grid') words='octave decade dense' ;;
-    'allan --estimator') words='overlapping non-overlapping' ;;
+    'allan --grid') words='octave decade' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
@@ -32,7 +31,7 @@ _prismcal() {
     evaluate) words='-h --help --training --limits --in-sample --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
     compare) words='-h --help --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
     inspect) words='-h --help --interval --separator --decimal --encoding --header-row --time-format --time-unit --json' ;;
-    allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --estimator --confidence --json --quiet' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
     verify) words='-h --help --json' ;;

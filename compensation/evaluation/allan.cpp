@@ -6,231 +6,237 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <tuple>
 #include <utility>
 
-#include "compensation/evaluation/allan_pairs.hpp"
-#include "compensation/evaluation/allan_phase.hpp"
+#include "base/plain_text.hpp"
+#include "compensation/evaluation/allan_fit.hpp"
 
 namespace prism::evaluation {
 namespace {
 
-/// Elements of the phase in memory at once: for all clusters of up to a quarter of them in one pass. Larger clusters
-/// take a pass each, with a piece of the phase for each of their three positions.
-constexpr std::size_t kWindow = 1u << 20;
+constexpr std::size_t kFewestClusters = 8;  // the longest averaging time is an eighth of the series
+constexpr double kLeastEdf = 2, kMissSigma = 4;
 
-/// Clusters may lack a quarter of their values if fewer than nine of ten pairs are complete.
-std::size_t most_missing(const std::vector<PhaseRecord>& records, std::size_t m, std::size_t step) {
-  PairCounts sum;
-  for (const PhaseRecord& record : records) {
-    const PairCounts counts = count_pairs(record, m, step);
-    sum.all += counts.all;
-    sum.complete += counts.complete;
-  }
-  return 10 * sum.complete < 9 * sum.all ? m / 4 : 0;
-}
+struct Record {
+  std::size_t begin = 0, end = 0;  ///< first and last value are not missing
+  std::size_t size() const { return end - begin; }
+};
 
-/// Number of adjacent clusters that lack at most `most` values.
-std::size_t clusters_of(const PhaseRecord& record, std::size_t m, std::size_t most) {
-  std::size_t clusters = record.values / m, at = 0;
-  for (std::size_t k = 0; at < record.missing.size() && k < record.values / m; ++k) {
-    const std::size_t before = at;
-    while (at < record.missing.size() && record.missing[at] < (k + 1) * m) ++at;
-    if (at - before > most) --clusters;
-  }
-  return clusters;
-}
-
-/// One position in the phase of a record, with the piece that contains it.
-template <class Element>
-class PhaseCursor {
+/// The running sum of a series, relative to the line through its first and last third; a missing value is on the line.
+class Phase {
  public:
-  PhaseCursor(const AllanPhase& phase, const PhaseRecord& record) : phase_(phase), record_(record), x_(kRatePiece) {}
-
-  const Element* at(std::size_t i) {
-    const std::size_t position = record_.begin + i, piece = AllanPhase::piece_of(position);
-    if (piece != piece_) phase_.read(record_, piece, std::span<Element, kRatePiece>(x_));
-    piece_ = piece;
-    return x_.data() + position % kRatePiece;
-  }
-  /// Elements of the piece from i on.
-  std::size_t available(std::size_t i) const { return kRatePiece - (record_.begin + i) % kRatePiece; }
-
- private:
-  const AllanPhase& phase_;
-  const PhaseRecord& record_;
-  std::vector<Element> x_;
-  std::size_t piece_ = SIZE_MAX;
-};
-
-/// Adds all pairs of small clusters, while a window moves over the phase.
-template <class Sums>
-void add_in_window(const AllanPhase& phase, const PhaseRecord& record, std::vector<Sums>& sizes) {
-  using Element = typename Sums::Element;
-  const std::size_t elements = record.values + 1;
-  std::vector<Element> x(std::min(elements, kWindow));
-  std::size_t begin = 0, known = 0;  // the window has the elements from begin to known
-  PhaseCursor<Element> cursor(phase, record);
-  while (known < elements) {
-    while (known < elements && known - begin < x.size()) {
-      const std::size_t count = std::min({cursor.available(known), elements - known, x.size() - (known - begin)});
-      std::copy_n(cursor.at(known), count, x.data() + (known - begin));
-      known += count;
+  explicit Phase(std::vector<double> rate) : x_(std::move(rate)) {
+    find_records();
+    find_line();
+    if (missing_ > 0) lost_.push_back(0);
+    double sum = 0;
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const bool known = std::isfinite(x_[i]);
+      const double value = known ? x_[i] - level_ - slope_ * (static_cast<double>(i) - centre_) : 0;
+      if (missing_ > 0) lost_.push_back(lost_.back() + !known);
+      x_[i] = sum;
+      sum += value;
     }
-    std::size_t next = known;
-    for (Sums& size : sizes) {
-      size.advance(known, [&](std::size_t start, std::size_t starts) {
-        const Element* at = x.data() + (start - begin);
-        return PairPhase<Element>{at, at + size.m(), at + 2 * size.m(), starts};
-      });
-      if (!size.done()) next = std::min(next, size.next_start());
-    }
-    std::copy(x.begin() + static_cast<std::ptrdiff_t>(next - begin),
-              x.begin() + static_cast<std::ptrdiff_t>(known - begin), x.begin());
-    begin = next;
+    x_.push_back(sum);
   }
-}
 
-/// Adds all pairs of large clusters.
-template <class Sums>
-void add_with_cursors(const AllanPhase& phase, const PhaseRecord& record, Sums& size, std::size_t step) {
-  using Element = typename Sums::Element;
-  PhaseCursor<Element> begin(phase, record), middle(phase, record), end(phase, record);
-  size.advance(record.values + 1, [&](std::size_t start, std::size_t starts) {
-    const std::size_t m = size.m(),
-                      common =
-                          std::min({begin.available(start), middle.available(start + m), end.available(start + 2 * m)});
-    return PairPhase<Element>{begin.at(start), middle.at(start + m), end.at(start + 2 * m),
-                              step == 1 ? std::min(starts, common) : 1};
-  });
-}
+  std::size_t values() const { return values_; }
+  std::size_t missing() const { return missing_; }
+  std::size_t holes() const { return holes_; }
+  std::size_t size() const { return size_; }  ///< of all records, with their missing values
+  double slope() const { return slope_; }     ///< per sample
 
-/// The totals of a record for each cluster size; 0 terms for sizes without a pair. most: missing values in a cluster.
-template <class Sums, class... Most>
-std::vector<PairTotals> totals_of(const AllanPhase& phase, const PhaseRecord& record,
-                                  std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
-                                  const Most&... most) {
-  std::vector<PairTotals> totals(cluster_sizes.size());
-  std::vector<Sums> small;
-  std::vector<std::size_t> small_sizes;
-  for (std::size_t p = 0; p < cluster_sizes.size(); ++p) {
-    const std::size_t m = cluster_sizes[p], step = estimator == AllanEstimator::kOverlapping ? 1 : m;
-    if (record.values < 2 * m) continue;
-    Sums sums(record, m, step, most[p]...);
-    if (m <= kWindow / 4) {
-      small.push_back(std::move(sums));
-      small_sizes.push_back(p);
-    } else {
-      add_with_cursors(phase, record, sums, step);
-      totals[p] = sums.totals();
-    }
-  }
-  add_in_window(phase, record, small);
-  for (std::size_t k = 0; k < small.size(); ++k) totals[small_sizes[k]] = small[k].totals();
-  return totals;
-}
-
-/// Sums over all records, for one cluster size.
-struct PointSums {
-  double squares = 0, centred = 0, differences = 0, quantisation = 0, slow = 0;
-  double at_gaps = 0, bins = 0, bin_errors = 0, bin_squares = 0;
-
-  void add(const PairTotals& record, AllanPoint& point) {
-    const double n = static_cast<double>(record.terms);
-    squares += record.squares;
-    centred += record.centred;
-    differences += n * record.mean;
-    quantisation += record.quantisation;
-    slow += record.slow;
-    at_gaps += record.at_gaps;
-    bins += record.bins;
-    bin_errors += record.bin_errors;
-    bin_squares += record.bin_squares;
-    point.terms += record.terms;
-  }
-  void complete(AllanPoint& point, double values) const {
-    const double size = static_cast<double>(point.m), terms = static_cast<double>(point.terms);
-    point.deviation = std::sqrt(squares / (2.0 * terms)) / size;
-    point.centred_variance = centred / (2.0 * terms) / (size * size);
-    point.slope_per_sample = differences / terms / (size * size);
-    point.quantisation = quantisation / terms;
-    point.slow = slow / terms;
-    if (!(bin_errors > 0)) return;
-    const double unequal = std::max(0.0, bin_squares * bins / (bin_errors * bin_errors) - 1),
-                 all_bins = values / static_cast<double>(bin_values(point.m));
-    point.gap_deviation = at_gaps / terms * std::sqrt(2 * unequal / all_bins);
-  }
-};
-
-std::vector<AllanPoint> measure(const AllanPhase& phase, std::span<const std::size_t> cluster_sizes, double tau0_s,
-                                AllanEstimator estimator) {
-  std::vector<AllanPoint> points;
-  std::vector<PointSums> sums(cluster_sizes.size());
-  std::vector<std::size_t> most;  // missing values in a cluster
-  for (const std::size_t m : cluster_sizes) {
-    points.push_back({.m = m, .tau_s = static_cast<double>(m) * tau0_s});
-    most.push_back(most_missing(phase.records(), m, estimator == AllanEstimator::kOverlapping ? 1 : m));
-  }
-  for (const PhaseRecord& record : phase.records()) {
-    const auto totals = record.missing.empty() ? totals_of<PairSums>(phase, record, cluster_sizes, estimator)
-                                               : totals_of<LostPairSums>(phase, record, cluster_sizes, estimator, most);
-    for (std::size_t p = 0; p < points.size(); ++p) {
-      points[p].clusters += clusters_of(record, points[p].m, most[p]);
-      if (totals[p].terms > 0) sums[p].add(totals[p], points[p]);
-    }
-  }
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    if (points[p].terms > 0) sums[p].complete(points[p], static_cast<double>(phase.values() + phase.missing()));
-  }
-  std::erase_if(points, [](const AllanPoint& point) { return point.terms == 0; });
-  return points;
-}
-
-}  // namespace
-
-std::vector<std::size_t> allan_cluster_sizes(AllanGrid grid, std::size_t values) {
-  const std::size_t largest = values / 3;
-  std::vector<std::size_t> sizes;
-  if (grid == AllanGrid::kOctave) {
-    for (std::size_t m = 1; m <= largest; m *= 2) sizes.push_back(m);
-  } else if (grid == AllanGrid::kDecade) {
-    for (std::size_t decade = 1; decade <= largest; decade *= 10) {
-      for (const std::size_t digit : {1, 2, 4}) {
-        if (digit * decade <= largest) sizes.push_back(digit * decade);
+  /// At most half of the size.
+  AllanVariance at(std::size_t m) const {
+    const double size = static_cast<double>(m), rise = slope_ * size * size;
+    AllanVariance found{.m = m};
+    for (const Record& record : records_) {
+      for (std::size_t i = record.begin; i + 2 * m <= record.end; ++i) {
+        double d = x_[i + 2 * m] - 2 * x_[i + m] + x_[i];
+        if (!lost_.empty()) {
+          const std::uint32_t first = lost_[i + m] - lost_[i], second = lost_[i + 2 * m] - lost_[i + m];
+          if (20 * std::size_t{std::max(first, second)} > m) continue;
+          const double a = size / (size - first), b = size / (size - second);
+          if (first + second > 0)
+            d = (b * (x_[i + 2 * m] - x_[i + m]) - a * (x_[i + m] - x_[i])) * std::sqrt(2 / (a + b));
+        }
+        found.flat += d * d;
+        found.raw += (d + rise) * (d + rise);
+        ++found.windows;
       }
     }
-  } else {
-    for (int k = 0;; ++k) {
-      const auto m = static_cast<std::size_t>(std::llround(std::pow(10.0, k / 15.0)));
-      if (m > largest) break;
-      if (sizes.empty() || m > sizes.back()) sizes.push_back(m);
+    const double windows = static_cast<double>(found.windows), divisor = 2 * size * size * std::max(windows, 1.0);
+    found.flat /= divisor;
+    found.raw /= divisor;
+    found.share = windows / static_cast<double>(size_ - 2 * m + 1);
+    return found;
+  }
+
+ private:
+  void find_records() {
+    Record open;
+    for (std::size_t i = 0; i <= x_.size(); ++i) {
+      const bool known = i < x_.size() && std::isfinite(x_[i]), before = i > 0 && std::isfinite(x_[i - 1]);
+      if (i == x_.size() || std::isinf(x_[i])) {
+        if (open.end > open.begin) records_.push_back(std::exchange(open, {}));
+      } else if (known) {
+        if (open.end == 0) open.begin = i;
+        open.end = i + 1;
+        ++values_;
+      } else {
+        ++missing_;
+      }
+      holes_ += i < x_.size() && !known && (before || i == 0);
+    }
+    for (const Record& record : records_) size_ += record.size();
+  }
+
+  /// The slope between the thirds of the longest record.
+  void find_line() {
+    const auto longest = std::max_element(records_.begin(), records_.end(),
+                                          [](const Record& a, const Record& b) { return a.size() < b.size(); });
+    if (longest == records_.end()) return;
+    const std::size_t third = longest->size() / 3;
+    const auto [first, first_at] = mean(longest->begin, longest->begin + third);
+    const auto [last, last_at] = mean(longest->end - third, longest->end);
+    if (third > 0) slope_ = (last - first) / (last_at - first_at);
+    std::tie(level_, centre_) = mean(0, x_.size());
+  }
+
+  /// Of the values that are there, and of their positions.
+  std::pair<double, double> mean(std::size_t begin, std::size_t end) const {
+    double sum = 0, positions = 0, count = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (std::isfinite(x_[i])) sum += x_[i], positions += static_cast<double>(i), ++count;
+    }
+    return {sum / count, positions / count};
+  }
+
+  std::vector<double> x_;            // the rates, then their running sum: one element more
+  std::vector<std::uint32_t> lost_;  // number of missing values before each element of x_, if there are any
+  std::vector<Record> records_;
+  std::size_t values_ = 0, missing_ = 0, holes_ = 0, size_ = 0;
+  double level_ = 0, centre_ = 0, slope_ = 0;
+};
+
+std::vector<std::size_t> cluster_sizes(AllanGrid grid, std::size_t values) {
+  std::vector<std::size_t> sizes;
+  const std::size_t base = grid == AllanGrid::kOctave ? 2 : 10, largest = values / kFewestClusters;
+  for (std::size_t decade = 1; decade <= largest; decade *= base) {
+    for (const std::size_t digit : {1, 2, 4}) {
+      if (digit * decade <= largest && (digit == 1 || grid == AllanGrid::kDecade)) sizes.push_back(digit * decade);
     }
   }
   return sizes;
 }
 
-Result<AllanCurve> allan_deviation(const RateSource& rate, double tau0_s, std::span<const std::size_t> cluster_sizes,
-                                   AllanEstimator estimator, const std::string& where) {
-  if (!(tau0_s > 0) || !std::isfinite(tau0_s)) {
-    return make_error(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
+/// The variances that have enough pairs of clusters.
+std::vector<AllanVariance> measure(const Phase& phase, AllanGrid grid) {
+  std::vector<AllanVariance> all;
+  for (const std::size_t m : cluster_sizes(grid, phase.size())) {
+    const AllanVariance found = phase.at(m);
+    if (found.share * allan_edf(phase.size(), m, {0, 0, 0, 1}) >= kLeastEdf) all.push_back(found);
   }
-  const AllanPhase phase(rate);
-  AllanCurve curve{estimator, tau0_s, phase.values(), phase.gaps(), phase.missing(), phase.runs(), {}, {}};
-  for (const PhaseRecord& record : phase.records()) curve.records.push_back(record.values);
-  if (phase.longest_run() < 3) {
-    return make_error(where,
-                      fmt::format("found {} values in {} segments without a gap, expected at least 3 in one segment",
-                                  phase.values(), phase.runs()));
-  }
-  if (std::find(cluster_sizes.begin(), cluster_sizes.end(), std::size_t{0}) != cluster_sizes.end())
-    return make_error(where, "found a cluster of 0 samples, expected 1 or more");
-  curve.points = measure(phase, cluster_sizes, tau0_s, estimator);
-  return curve;
+  return all;
 }
 
-Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
-                                   std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
-                                   const std::string& where) {
-  return allan_deviation(rate_source(rate), tau0_s, cluster_sizes, estimator, where);
+/// Coefficients of strengths: per sample to the units of AllanCoefficients.
+AllanCoefficients coefficients_of(const AllanFit& fit, double tau0_s) {
+  const double h = tau0_s / 3600;
+  const double unit[] = {tau0_s, std::sqrt(h), 1 / std::sqrt(kFlicker), 1 / std::sqrt(h), 1 / h};
+  AllanCoefficients all;
+  for (std::size_t k = 0; k < kNoiseTypes; ++k) {
+    const bool ramp = k == static_cast<std::size_t>(NoiseType::kRateRamp);
+    const StrengthInterval& found = ramp ? fit.slope : fit.strengths[k];
+    const auto in_units = [&](double strength) { return unit[k] * (ramp ? strength : std::sqrt(strength)); };
+    if (found.given) all[k].value = in_units(found.value);
+    all[k].low = in_units(std::max(found.low, 0.0));
+    all[k].high = in_units(found.high);
+  }
+  return all;
+}
+
+/// A point with the interval that follows from the strengths. A ramp has no part in the width of the interval.
+AllanPoint point_of(const AllanVariance& found, const Phase& phase, double tau0_s, const NoiseStrengths& noise,
+                    bool ramp) {
+  const double size = static_cast<double>(found.m), rise = ramp ? phase.slope() * size : 0;
+  const double random = ramp ? found.flat : found.raw, fixed = found.raw - random;
+  AllanPoint point{.m = found.m, .tau_s = size * tau0_s, .deviation = std::sqrt(found.raw), .windows = found.windows};
+  point.edf = found.share * allan_edf(phase.size(), found.m, noise);
+  // Quantiles of a chi-square of ±1 standard deviation (Wilson and Hilferty 1931).
+  const auto limit = [&](double z) {
+    const double a = 2 / (9 * point.edf);
+    return std::sqrt(fixed + random / std::pow(std::max(1 - a + z * std::sqrt(a), 0.1), 3));
+  };
+  point.low = limit(1);
+  point.high = limit(-1);
+  const double parts[] = {3 * noise[0] / (size * size), noise[1] / size, noise[2], noise[3] * size / 3,
+                          rise * rise / 2};
+  point.noise = static_cast<NoiseType>(std::max_element(std::begin(parts), std::end(parts)) - std::begin(parts));
+  return point;
+}
+
+}  // namespace
+
+const char* noise_type_text(NoiseType type) {
+  static constexpr const char* kTexts[] = {"quantisation", "angle random walk", "bias instability", "rate random walk",
+                                           "rate ramp"};
+  return kTexts[static_cast<std::size_t>(type)];
+}
+
+const AllanPoint& AllanAnalysis::minimum() const {
+  return *std::min_element(points.begin(), points.end(),
+                           [](const AllanPoint& a, const AllanPoint& b) { return a.deviation < b.deviation; });
+}
+
+Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, AllanGrid grid, const std::string& where) {
+  if (!(tau0_s > 0) || !std::isfinite(tau0_s))
+    return make_error(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
+  const Phase phase(std::move(rate));
+  const std::vector<AllanVariance> octaves = measure(phase, AllanGrid::kOctave);
+  if (octaves.empty()) {
+    return make_error(where, fmt::format("found {} values with {} gaps, expected at least {} without a gap",
+                                         phase.values(), phase.holes(), kFewestClusters));
+  }
+  double raw = 0, flat = 0;  // the largest
+  for (const AllanVariance& each : octaves) {
+    raw = std::max(raw, each.raw);
+    flat = std::max(flat, each.flat);
+  }
+  if (!(raw > 0)) return make_error(where, "found an Allan deviation of 0, expected a rate that varies");
+
+  AllanAnalysis result;
+  result.tau0_s = tau0_s;
+  result.values = phase.values();
+  result.missing = phase.missing();
+  result.holes = phase.holes();
+  AllanFit fit;
+  fit.noise[1] = raw;  // white noise, for the intervals of the points
+  if (octaves.size() < 3) {
+    result.coefficients =
+        make_error(where, fmt::format("found {}, expected 3 or more: 32 values", counted(octaves.size(), "octave")));
+  } else if (flat < 1e-20 * raw) {
+    result.coefficients = make_error(where, "the rate is a straight line, without noise");
+  } else {
+    fit = fit_allan(phase.size(), phase.slope(), octaves);
+    result.coefficients = coefficients_of(fit, tau0_s);
+    for (std::size_t i = 0; i < octaves.size(); ++i) {
+      if (std::abs(fit.misses[i]) > kMissSigma)
+        result.unexplained_s.push_back(static_cast<double>(octaves[i].m) * tau0_s);
+    }
+  }
+  for (const AllanVariance& found : grid == AllanGrid::kOctave ? octaves : measure(phase, grid))
+    result.points.push_back(point_of(found, phase, tau0_s, fit.noise, fit.slope.given));
+  return result;
+}
+
+double allan_deviation(std::vector<double> rate, std::size_t m) { return std::sqrt(Phase(std::move(rate)).at(m).raw); }
+
+WhiteNoiseDensity white_noise_density(double angle_random_walk_deg_per_sqrt_h) {
+  const double deg_per_sqrt_s = angle_random_walk_deg_per_sqrt_h / 60;
+  return {deg_per_sqrt_s * std::numbers::pi / 180, std::numbers::sqrt2 * deg_per_sqrt_s};
 }
 
 }  // namespace prism::evaluation

@@ -1,81 +1,100 @@
 // SPDX-License-Identifier: MIT
-// Allan deviation of a rate record: overlapping (for evaluation) and non-overlapping (the classic estimate).
+// Allan deviation of a rate and the five noise coefficients Q, N, B, K, R of IEEE Std 952, each only if it is certain.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/evaluation/rate_source.hpp"
 
 namespace prism::evaluation {
 
 /// In a series of rates, a missing value is NaN; this value separates two records.
 inline constexpr double kAllanBreak = std::numeric_limits<double>::infinity();
 
-enum class AllanEstimator {
-  kOverlapping,     ///< clusters from every start: the general-purpose estimate, with narrower confidence intervals
-  kNonOverlapping,  ///< adjacent clusters
-};
-
 /// Averaging times, in samples per cluster.
 enum class AllanGrid {
-  kOctave,  ///< 1, 2, 4, 8, …: for evaluation; each point has twice the averaging time of the one before
+  kOctave,  ///< 1, 2, 4, 8, …
   kDecade,  ///< 1, 2, 4, 10, 20, 40, 100, …: round numbers for tables
-  kDense,   ///< about 15 per decade: for plots only, neighbours are strongly correlated
 };
+
+/// Noises of a rate, in the order of IEEE Std 952. σ²(tau) = 3 Q²/tau² + N²/tau_h + B² (2 ln 2 / pi) + K² tau_h/3 +
+/// R² tau_h²/2, for a rate in deg/h, tau in s and tau_h in hours.
+enum class NoiseType { kQuantisation, kAngleRandomWalk, kBiasInstability, kRateRandomWalk, kRateRamp };
+
+inline constexpr std::size_t kNoiseTypes = 5;
+
+const char* noise_type_text(NoiseType type);
+
+/// The Allan variance of a bias instability B is B² · kFlicker.
+inline constexpr double kFlicker = 0.4412712003;  // 2 ln 2 / pi
 
 /// One averaging time. tau_s = m · tau0.
 struct AllanPoint {
   std::size_t m = 0;
   double tau_s = 0;
-  double deviation = 0;      ///< in the rate's unit
-  std::size_t terms = 0;     ///< number of squared differences in the sum
-  std::size_t clusters = 0;  ///< number of adjacent clusters in the record: the sample size of the point
-  /// Overlapping only, of second differences d of the phase with their mean in each record subtracted: Σ d² / (2 m² n).
-  double centred_variance = 0;
-  double slope_per_sample = 0;  ///< overlapping only: mean of d / m², an estimate of a ramp
-  /// Expected variance of quantisation, and of slow noises (B, K), as a ratio to that of a record without lost values.
-  double quantisation = 1, slow = 1;
-  /// Overlapping only: standard deviation of the quantisation that lost values add, beyond that of white noise of the
-  /// same strength, in the unit of `quantisation`: the errors at gaps are few and unequal.
-  double gap_deviation = 0;
+  double deviation = 0;                           ///< in the rate's unit
+  double low = 0, high = 0;                       ///< 68 % interval of the true deviation
+  double edf = 0;                                 ///< degrees of freedom of the variance, for the fitted noises
+  std::size_t windows = 0;                        ///< pairs of clusters that count
+  NoiseType noise = NoiseType::kAngleRandomWalk;  ///< the one with the largest part of the variance
 };
 
-struct AllanCurve {
-  AllanEstimator estimator = AllanEstimator::kOverlapping;
+/// A coefficient with its 68 % interval, or without a value: then it is at most `high` (95 %).
+struct AllanCoefficient {
+  std::optional<double> value;
+  double low = 0, high = 0;
+};
+
+/// Units: arcsec, deg/√h, deg/h, (deg/h)/√h, (deg/h)/h.
+using AllanCoefficients = std::array<AllanCoefficient, kNoiseTypes>;
+
+inline const AllanCoefficient& coefficient(const AllanCoefficients& all, NoiseType type) {
+  return all[static_cast<std::size_t>(type)];
+}
+
+struct AllanAnalysis {
   double tau0_s = 0;
-  std::size_t values = 0;            ///< number of finite values
-  std::size_t holes = 0;             ///< number of gaps: of missing values that follow each other, and of breaks
-  std::size_t missing = 0;           ///< number of missing values
-  std::size_t runs = 0;              ///< number of segments without a gap
-  std::vector<std::size_t> records;  ///< lengths of the records between breaks, with their missing values
-  std::vector<AllanPoint> points;
+  std::size_t values = 0, missing = 0;                           ///< finite values, and NaN
+  std::size_t holes = 0;                                         ///< runs of missing values and breaks
+  std::vector<AllanPoint> points;                                ///< at the averaging times of the grid
+  Result<AllanCoefficients> coefficients = AllanCoefficients{};  ///< from octaves, or the reason without them
+  /// The octaves that the five noises miss by more than four standard deviations: the rate oscillates, or has noise of
+  /// one time constant.
+  std::vector<double> unexplained_s;
+
+  const AllanPoint& minimum() const;  ///< the point with the least deviation
 };
 
-/// Cluster sizes of a grid for a record of `values` samples: from 1 to the largest size that fits three times.
-std::vector<std::size_t> allan_cluster_sizes(AllanGrid grid, std::size_t values);
+/// The overlapping Allan deviation of a rate in deg/h (NIST SP 1065, 2008, eq. 11) up to an eighth of the series,
+///   σ²(m) = Σ_j (x_{j+2m} − 2 x_{j+m} + x_j)² / (2 m² n),  x_j = Σ_{i<j} y_i,
+/// and the coefficients that fit the octaves (allan_fit.hpp). Not detrended; records between breaks are pooled.
+///
+/// Missing values: a pair of clusters counts if 95 % of the values of each are there. Each mean is then of the values
+/// that are there, and the difference is scaled to the variance of white noise in complete clusters. The degrees of
+/// freedom fall with the pairs that do not count; a point with less than two for a random walk is left out.
+///
+/// Memory: the series itself. Coefficients need three octaves: 32 values. Errors: tau0 not positive; no point; a rate
+/// that does not vary.
+Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, AllanGrid grid, const std::string& where);
 
-/// Allan deviation at the given cluster sizes m (sizes without a pair of clusters are left out):
-///   overlapping      σ²(m) = Σ_j (x_{j+2m} − 2 x_{j+m} + x_j)² / (2 m² n),  x_j = Σ_{i<j} y_i, n terms
-///   non-overlapping  σ²(m) = Σ_k (ȳ_{k+1} − ȳ_k)² / (2 n)
-/// (NIST SP 1065, eqs. 11 and 7). Records between breaks are pooled, without detrending.
-///
-/// Missing values: a pair of clusters counts if both are complete. If fewer than nine of ten pairs are, a pair
-/// counts if each cluster has three quarters of its values; the mean is then of the values that it has, relative to the
-/// line through the record, and their difference is scaled to the variance of white noise in complete clusters. If the
-/// rate is quantised, the neighbours of a gap count less (AllanPhase).
-///
-/// Cost: one pass over the phase per m; 9 MB; with missing values 50 MB, and 8 bytes per missing value. Errors: tau0
-/// not positive; fewer than three values in every segment without a gap.
-Result<AllanCurve> allan_deviation(const RateSource& rate, double tau0_s, std::span<const std::size_t> cluster_sizes,
-                                   AllanEstimator estimator, const std::string& where);
-/// The same for rates in memory.
-Result<AllanCurve> allan_deviation(std::span<const double> rate, double tau0_s,
-                                   std::span<const std::size_t> cluster_sizes, AllanEstimator estimator,
-                                   const std::string& where);
+/// The deviation at one averaging time; 0 if no pair of clusters counts.
+double allan_deviation(std::vector<double> rate, std::size_t m);
+
+/// The white noise N of a rate in other definitions.
+struct WhiteNoiseDensity {
+  /// N as MATLAB's Allan variance example states it: σ of the line of slope −1/2 at 1 s, in (rad/s)/√Hz. The definition
+  /// is that of IEEE Std 952, only the unit differs.
+  double matlab_rad_per_s_per_sqrt_hz = 0;
+  /// The root of the one-sided power spectral density, as data sheets and spectrum estimates (pwelch) give it: √2 N.
+  double one_sided_deg_per_s_per_sqrt_hz = 0;
+};
+
+/// IEEE Std 952 defines N² as the two-sided density S(f) of the rate.
+WhiteNoiseDensity white_noise_density(double angle_random_walk_deg_per_sqrt_h);
 
 }  // namespace prism::evaluation

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <vector>
 
 namespace prism::evaluation {
 
@@ -34,6 +35,14 @@ void for_each_rate(const RateSource& source, Visit&& visit) {
     source.read(begin, std::span(piece, count));
     for (std::size_t i = 0; i < count; ++i) visit(begin + i, piece[i]);
   }
+}
+
+/// All rates, with room for one more.
+inline std::vector<double> column(const RateSource& source) {
+  std::vector<double> rates;
+  rates.reserve(source.size + 1);
+  for_each_rate(source, [&](std::size_t, double rate) { rates.push_back(rate); });
+  return rates;
 }
 
 }  // namespace prism::evaluation

@@ -1,17 +1,30 @@
 // SPDX-License-Identifier: MIT
-// Allan deviation compared with the published values of NIST SP 1065 (2008), section 12, to their last printed digit.
+// Allan deviations compared with NIST SP 1065 (2008), section 12, and coefficients with a second program.
 #include "compensation/evaluation/allan.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <numbers>
 #include <numeric>
+#include <sstream>
 
+#include "compensation/evaluation/allan_fit.hpp"
 #include "tests/unit/evaluation/random_series.hpp"
 
 namespace prism::evaluation {
 namespace {
+
+using testing::HasSubstr;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+AllanAnalysis analyse(const std::vector<double>& rate) {
+  return analyse_allan(rate, 1, AllanGrid::kOctave, "x").value();
+}
 
 /// The 1 000 frequencies of the standard: n ← 16807 n mod 2147483647 from 1234567890, each divided by the modulus.
 std::vector<double> thousand_frequencies() {
@@ -24,57 +37,72 @@ std::vector<double> thousand_frequencies() {
   return values;
 }
 
-std::vector<std::string> printed(const std::vector<double>& rate, std::vector<std::size_t> sizes,
-                                 AllanEstimator estimator, const char* format) {
-  std::vector<std::string> texts;
-  const auto curve = allan_deviation(rate, 1, sizes, estimator, "test");
-  for (const AllanPoint& point : curve->points) texts.push_back(fmt::format(fmt::runtime(format), point.deviation));
-  return texts;
-}
-
 TEST(Allan, MatchesTheStandardsNineFrequencies) {
   const std::vector<double> nine = {892, 809, 823, 798, 671, 644, 883, 903, 677};
-  EXPECT_EQ(printed(nine, {1, 2}, AllanEstimator::kOverlapping, "{:.5f}"),
-            (std::vector<std::string>{"91.22945", "85.95287"}));
+  EXPECT_EQ(fmt::format("{:.5f}", allan_deviation(nine, 1)), "91.22945");
+  EXPECT_EQ(fmt::format("{:.5f}", allan_deviation(nine, 2)), "85.95287");
 }
 
 TEST(Allan, MatchesTheStandardsThousandFrequencies) {
-  const std::vector<double> thousand = thousand_frequencies();
-  EXPECT_EQ(printed(thousand, {1, 10, 100}, AllanEstimator::kOverlapping, "{:.6e}"),
-            (std::vector<std::string>{"2.922319e-01", "9.159953e-02", "3.241343e-02"}));
-  EXPECT_EQ(printed(thousand, {1, 10, 100}, AllanEstimator::kNonOverlapping, "{:.6e}"),
-            (std::vector<std::string>{"2.922319e-01", "9.965736e-02", "3.897804e-02"}));
+  const AllanAnalysis found = analyse_allan(thousand_frequencies(), 1, AllanGrid::kDecade, "x").value();
+  std::vector<std::string> printed;
+  for (const AllanPoint& point : found.points) {
+    if (point.m == 1 || point.m == 10 || point.m == 100) printed.push_back(fmt::format("{:.6e}", point.deviation));
+  }
+  EXPECT_EQ(printed, (std::vector<std::string>{"2.922319e-01", "9.159953e-02", "3.241343e-02"}));
 }
 
-/// The definition: cluster means and their differences.
-double slow_overlapping(const std::vector<double>& y, std::size_t m) {
+TEST(Allan, UsesTheStandardsDegreesOfFreedom) {
+  // Section 12: 1 000 frequencies of white noise, m = 10. Elsewhere table 5, computed by hand.
+  EXPECT_NEAR(allan_edf(1000, 10, {0, 1, 0, 0}), 146.177, 0.001);
+  EXPECT_NEAR(allan_edf(1000, 10, {1, 0, 0, 0}), 1002.0 * 981 / (2 * 991), 1e-6);
+  EXPECT_NEAR(allan_edf(1000, 10, {0, 0, 1, 0}), 5.0 * 1001 * 1001 / (40 * 1031), 1e-6);
+  EXPECT_NEAR(allan_edf(1000, 100, {0, 0, 0, 1}), 9.99 * (1e6 - 3e5 + 4e4) / (998.0 * 998), 1e-6);
+}
+
+/// The definition: the means of the values that are there, 95 % of them or more. The sum is of its squared differences.
+std::pair<double, std::size_t> slow(const std::vector<double>& y, std::size_t m) {
   double sum = 0;
-  std::size_t terms = 0;
-  for (std::size_t j = 0; j + 2 * m <= y.size(); ++j, ++terms) {
-    const auto at = y.begin() + static_cast<std::ptrdiff_t>(j), mid = at + static_cast<std::ptrdiff_t>(m);
-    const double first = std::accumulate(at, mid, 0.0) / static_cast<double>(m);
-    const double second = std::accumulate(mid, mid + static_cast<std::ptrdiff_t>(m), 0.0) / static_cast<double>(m);
-    sum += (second - first) * (second - first);
+  std::size_t windows = 0;
+  for (std::size_t j = 0; j + 2 * m <= y.size(); ++j) {
+    double means[2] = {}, counts[2] = {};
+    for (std::size_t i = 0; i < 2 * m; ++i) {
+      if (std::isfinite(y[j + i])) means[i / m] += y[j + i], ++counts[i / m];
+    }
+    const double size = static_cast<double>(m);
+    if (std::min(counts[0], counts[1]) < 0.95 * size - 1e-9) continue;
+    const double d = means[1] / counts[1] - means[0] / counts[0];
+    sum += d * d * 2 / (size / counts[0] + size / counts[1]);
+    ++windows;
   }
-  return std::sqrt(sum / (2 * static_cast<double>(terms)));
+  return {std::sqrt(sum / (2 * static_cast<double>(windows))), windows};
 }
 
-TEST(Allan, EqualsItsDefinitionAtEverySize) {
-  const std::vector<double> rate = test::random_walk(157, 1, 2);
-  for (std::size_t m = 1; 2 * m <= rate.size(); ++m) {
-    const std::vector<std::size_t> size = {m};
-    const auto curve = allan_deviation(rate, 1, size, AllanEstimator::kOverlapping, "test");
-    EXPECT_NEAR(curve->points.at(0).deviation, slow_overlapping(rate, m), 1e-12 * slow_overlapping(rate, m)) << m;
+TEST(Allan, EqualsItsDefinitionWithAndWithoutMissingValues) {
+  std::vector<double> rate = test::random_walk(157, 1, 2);
+  for (std::size_t m = 1; 2 * m <= rate.size(); ++m)
+    EXPECT_NEAR(allan_deviation(rate, m), slow(rate, m).first, 1e-12 * slow(rate, m).first) << m;
+  rate = test::with_gaps(test::white_noise(2000, 1, 8), 40);
+  rate[1000] = rate[1001] = rate[1002] = rate[1003] = kUnknown;
+  const AllanAnalysis found = analyse(rate);
+  EXPECT_EQ(found.missing, 44u);
+  EXPECT_EQ(found.holes, 41u);
+  EXPECT_EQ(found.values, 1956u);
+  ASSERT_EQ(found.points.size(), 8u);
+  for (const AllanPoint& point : found.points) {
+    const auto [deviation, windows] = slow(rate, point.m);
+    EXPECT_NEAR(point.deviation, deviation, 1e-4 * deviation) << point.m;  // the line through the series differs
+    EXPECT_EQ(point.windows, windows) << point.m;
   }
+  // The degrees of freedom fall with the pairs that do not count.
+  const AllanAnalysis whole = analyse(test::white_noise(2000, 1, 8));
+  EXPECT_NEAR(found.points[3].edf / whole.points[3].edf, static_cast<double>(found.points[3].windows) / 1985, 0.05);
 }
 
 TEST(Allan, KeepsPrecisionWithAnEarthRate) {
   std::vector<double> rate = test::white_noise(100000, 1e-3, 4), lifted = rate;
   for (double& value : lifted) value += 15.0;
-  const std::vector<std::size_t> sizes = {1, 1000};
-  const auto a = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x");
-  const auto b = allan_deviation(lifted, 1, sizes, AllanEstimator::kOverlapping, "x");
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(b->points[i].deviation / a->points[i].deviation, 1, 1e-8);
+  for (const std::size_t m : {1, 1000}) EXPECT_NEAR(allan_deviation(lifted, m) / allan_deviation(rate, m), 1, 1e-8);
 }
 
 TEST(Allan, PoolsTheRecordsBetweenBreaks) {
@@ -82,129 +110,136 @@ TEST(Allan, PoolsTheRecordsBetweenBreaks) {
   std::vector<double> rate = test::white_noise(4000, 1, 7);
   for (std::size_t i = 2000; i < 4000; ++i) rate[i] += 100;
   rate[2000] = kAllanBreak;
-  const std::vector<std::size_t> sizes = {1, 10};
-  const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x").value();
-  EXPECT_EQ(curve.holes, 1u);
-  EXPECT_EQ(curve.missing, 0u);
-  EXPECT_EQ(curve.runs, 2u);
-  EXPECT_EQ(curve.records, (std::vector<std::size_t>{2000, 1999}));
-  EXPECT_EQ(curve.values, 3999u);
-  EXPECT_NEAR(curve.points[0].deviation, 1, 0.08);
-  EXPECT_NEAR(curve.points[1].deviation, std::sqrt(0.1), 0.05);
+  const AllanAnalysis found = analyse(rate);
+  EXPECT_EQ(found.holes, 1u);
+  EXPECT_EQ(found.missing, 0u);
+  EXPECT_EQ(found.values, 3999u);
+  EXPECT_NEAR(found.points[0].deviation, 1, 0.08);
+  EXPECT_NEAR(found.points[3].deviation, std::sqrt(0.125), 0.05);
+  EXPECT_FALSE(coefficient(*found.coefficients, NoiseType::kRateRandomWalk).value);
 }
 
-/// The values minus their least-squares line; returns its slope.
-double remove_line(std::vector<double>& y) {
-  double n = 0, t = 0, v = 0, tt = 0, tv = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double at = static_cast<double>(i);
-    if (std::isfinite(y[i])) n += 1, t += at, v += y[i], tt += at * at, tv += at * y[i];
-  }
-  const double slope = (tv - t * v / n) / (tt - t * t / n);
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] -= v / n + slope * (static_cast<double>(i) - t / n);
-  return slope;
-}
-
-/// The definition for a record with missing values and without quantisation, with the rules of allan_deviation().
-double slow_with_gaps(std::vector<double> y, std::size_t m) {
-  const double slope = remove_line(y), size = static_cast<double>(m);
-  struct Mean {
-    double sum = 0, values = 0;
+/// allan_reference.py has the same lines.
+std::vector<double> reference_series(std::size_t values, std::uint64_t seed, const std::vector<double>& strength) {
+  std::uint64_t n = 1234567890 + seed;
+  const auto normal = [&] {
+    std::uint64_t total = 0;
+    for (int i = 0; i < 12; ++i) total += n = 16807 * n % 2147483647;
+    return static_cast<double>(total) / 2147483647.0 - 6;
   };
-  std::vector<Mean> before(1);
-  for (const double value : y) {
-    before.push_back(before.back());
-    if (std::isfinite(value)) before.back().sum += value, ++before.back().values;
+  std::vector<double> y;
+  double walk = 0, before = 0, processes[6] = {};
+  for (std::size_t i = 0; i < values; ++i) {
+    const double error = normal();
+    double rate = std::sqrt(strength[0]) * (error - before) + std::sqrt(strength[1]) * normal() +
+                  strength[4] * static_cast<double>(i);
+    before = error;
+    rate += walk += std::sqrt(strength[3]) * normal();
+    double rest = 0.5;
+    for (double& process : processes) {
+      rate += process = (1 - rest) * process + std::sqrt(strength[2] * rest) * normal();
+      rest /= 4;
+    }
+    y.push_back(rate);
   }
-  const auto mean = [&](std::size_t from) {
-    return Mean{before[from + m].sum - before[from].sum, before[from + m].values - before[from].values};
+  return y;
+}
+
+// The reference stops its fit at 1e-3 and its bisection after six steps.
+TEST(Allan, CoefficientsAreThoseOfTheReference) {
+  std::ifstream file(std::string(PRISM_SOURCE_DIR) + "/tests/unit/evaluation/allan_reference.txt");
+  int series = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    std::size_t values = 0;
+    std::uint64_t seed = 0;
+    std::vector<double> strength(5);
+    words >> values >> seed;
+    for (double& each : strength) words >> each;
+    // With a sample of an hour, the units of the coefficients are those of the strengths but for these.
+    const double unit[] = {3600, 1, 1 / std::sqrt(kFlicker), 1, 1};
+    const AllanAnalysis found =
+        analyse_allan(reference_series(values, seed, strength), 3600, AllanGrid::kOctave, "x").value();
+    for (std::size_t k = 0; k < kNoiseTypes; ++k) {
+      const AllanCoefficient& c = (*found.coefficients)[k];
+      const auto in_strengths = [&](double x) { return k == 4 ? x : x * x / (unit[k] * unit[k]); };
+      std::string value;
+      double low = 0, high = 0;
+      words >> value >> low >> high;
+      const std::string what = fmt::format("{} values, seed {}, {}", values, seed, "QNBKR"[k]);
+      ASSERT_EQ(value != "-", c.value.has_value()) << what;
+      if (c.value) {
+        EXPECT_NEAR(in_strengths(*c.value) / std::stod(value), 1, 0.002) << what;
+        EXPECT_NEAR(in_strengths(c.low) / low, 1, 0.01) << what;
+      }
+      EXPECT_NEAR(in_strengths(c.high) / high, 1, 0.01) << what;
+    }
+    ASSERT_TRUE(words) << line;
+    ++series;
+  }
+  EXPECT_EQ(series, 20);
+}
+
+TEST(Allan, AnOscillationIsNoneOfTheFiveNoises) {
+  std::vector<double> rate = test::white_noise(20000, 1, 26);
+  EXPECT_TRUE(analyse(rate).unexplained_s.empty());
+  for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += std::sin(2 * std::numbers::pi * static_cast<double>(i) / 40);
+  const std::vector<double> at = analyse(rate).unexplained_s;
+  EXPECT_THAT(at, testing::Contains(16));  // the Allan deviation of a line is largest at 0.37 of its period
+  std::vector<double> drive = test::white_noise(200000, 0.14, 27), noise = test::white_noise(200000, 0.1, 28);
+  double state = 0;
+  for (std::size_t i = 0; i < noise.size(); ++i) noise[i] += state = 0.99 * state + drive[i];
+  EXPECT_FALSE(analyse(noise).unexplained_s.empty());
+}
+
+TEST(Allan, AStraightLineHasNoNoise) {
+  std::vector<double> rate(2000);
+  std::iota(rate.begin(), rate.end(), 0.0);
+  EXPECT_THAT(analyse(rate).coefficients.error().text(), HasSubstr("x: the rate is a straight line"));
+}
+
+TEST(Allan, RefusesWhatItCannotMeasure) {
+  const auto refused = [](const std::vector<double>& rate, double tau0_s = 1) {
+    return analyse_allan(rate, tau0_s, AllanGrid::kOctave, "log.csv").error().text();
   };
-  for (const std::size_t most : {std::size_t{0}, m / 4}) {
-    double squares = 0, used = 0, every = 0;  // differences from the line
-    std::size_t terms = 0, all = 0;
-    for (std::size_t j = 0; j + 2 * m <= y.size(); ++j, ++all) {
-      const Mean a = mean(j), b = mean(j + m);
-      every += b.sum - a.sum;
-      if (std::min(a.values, b.values) < size - static_cast<double>(most)) continue;
-      const double scale = std::sqrt(2 / (size / a.values + size / b.values));
-      const double d = scale * (size * b.sum / b.values - size * a.sum / a.values);
-      squares += d * d;
-      used += d;
-      ++terms;
+  EXPECT_EQ(refused({}), "log.csv: found 0 values with 0 gaps, expected at least 8 without a gap");
+  const std::vector<double> noise = test::white_noise(100, 1, 1);
+  EXPECT_THAT(refused(noise, 0), HasSubstr("found a sample interval of 0 s"));
+  EXPECT_THAT(refused(noise, kUnknown), HasSubstr("expected a positive number"));
+  EXPECT_THAT(refused(std::vector<double>(100, 0.1)), HasSubstr("found an Allan deviation of 0"));
+  std::vector<double> ridden = noise;
+  for (std::size_t i = 0; i < ridden.size(); i += 2) ridden[i] = kUnknown;
+  EXPECT_THAT(refused(ridden), HasSubstr("found 50 values with 50 gaps"));
+}
+
+// Before, `prismcal evaluate` ended with an exception of Boost on a log of a few 2 s blocks.
+TEST(Allan, ShortSeriesHaveFiniteBoundsOrNoCoefficient) {
+  for (std::size_t values = 1; values < 80; ++values) {
+    for (std::uint64_t seed = 1; seed < 9; ++seed) {
+      std::vector<double> rate =
+          seed % 2 == 0 ? test::random_walk(values, 1e-9, seed) : test::white_noise(values, 1e6, seed);
+      if (seed % 3 == 0 && values > 4) rate = test::with_gaps(rate, 1);
+      if (seed > 4) {
+        for (double& value : rate) value = std::isfinite(value) ? std::round(value) : value;
+      }
+      const auto found = analyse_allan(rate, 1, AllanGrid::kOctave, "x");
+      ASSERT_TRUE(values >= 8 || !found);
+      if (!found) continue;
+      EXPECT_EQ(found->coefficients.has_value(), found->points.size() >= 3) << values;
+      if (!found->coefficients) continue;
+      for (const AllanCoefficient& each : *found->coefficients) {
+        EXPECT_TRUE(std::isfinite(each.high) && each.high >= each.low) << values << " " << seed;
+        EXPECT_TRUE(!each.value || (each.low <= *each.value && *each.value <= each.high)) << values << " " << seed;
+      }
     }
-    if (most == 0 && m >= 4 && 10 * terms < 9 * all) continue;
-    const double n = static_cast<double>(terms), whole = slope * size * size + every / static_cast<double>(all);
-    return std::sqrt((squares - used * used / n + n * whole * whole) / (2 * n)) / size;
   }
-  return 0;
 }
 
-// 1 % of lost rows. Before, a pair of clusters had to be between two gaps: the curve ended at 64 of 3 000 values.
-TEST(Allan, LostValuesDoNotCostTheLongAveragingTimes) {
-  std::vector<double> rate = test::white_noise(3000, 1, 8);
-  for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += 0.01 * static_cast<double>(i);  // a ramp
-  const std::vector<double> whole = rate;
-  for (std::size_t i = 50; i < rate.size(); i += 97 + i % 7) rate[i] = std::nan("");
-  rate[1500] = rate[1501] = rate[1502] = std::nan("");
-  const auto sizes = allan_cluster_sizes(AllanGrid::kOctave, rate.size());
-  const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "x").value();
-  ASSERT_EQ(curve.points.size(), sizes.size());
-  const auto complete = allan_deviation(whole, 1, sizes, AllanEstimator::kOverlapping, "x").value();
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const double slow = slow_with_gaps(rate, sizes[i]);
-    EXPECT_NEAR(curve.points[i].deviation, slow, 1e-9 * slow) << sizes[i];
-    EXPECT_NEAR(curve.points[i].deviation / complete.points[i].deviation, 1, 0.2) << sizes[i];
-  }
-  EXPECT_EQ(curve.points.back().terms, complete.points.back().terms);
-  EXPECT_EQ(curve.missing, 3000u - curve.values);
-}
-
-TEST(Allan, GridsAgreeWithTheirNames) {
-  EXPECT_EQ(allan_cluster_sizes(AllanGrid::kOctave, 30), (std::vector<std::size_t>{1, 2, 4, 8}));
-  EXPECT_EQ(allan_cluster_sizes(AllanGrid::kDecade, 130), (std::vector<std::size_t>{1, 2, 4, 10, 20, 40}));
-  const auto dense = allan_cluster_sizes(AllanGrid::kDense, 3'000'000);
-  EXPECT_EQ(dense.front(), 1u);
-  EXPECT_GT(dense.size(), 75u);
-  EXPECT_LT(dense.size(), 95u);
-  EXPECT_TRUE(allan_cluster_sizes(AllanGrid::kOctave, 2).empty());
-}
-
-TEST(Allan, RejectsShortAndEmptyRecordsAndAnInvalidInterval) {
-  const std::vector<std::size_t> one = {1};
-  EXPECT_EQ(allan_deviation(std::span<const double>(), 1, one, AllanEstimator::kOverlapping, "log.csv").error().text(),
-            "log.csv: found 0 values in 0 segments without a gap, expected at least 3 in one segment");
-  const std::vector<double> ridden = {1, 2, std::nan(""), 1, 2, std::nan(""), 5};
-  EXPECT_FALSE(allan_deviation(ridden, 1, one, AllanEstimator::kOverlapping, "x"));
-  const std::vector<double> good = {1, 2, 3, 4};
-  EXPECT_FALSE(allan_deviation(good, 0, one, AllanEstimator::kOverlapping, "x"));
-  EXPECT_FALSE(allan_deviation(good, std::nan(""), one, AllanEstimator::kOverlapping, "x"));
-}
-
-TEST(Allan, OfAConstantIsZero) {
-  const std::vector<double> constant(100, 0.1);
-  const std::vector<std::size_t> sizes = {1, 4};
-  const auto curve = allan_deviation(constant, 1, sizes, AllanEstimator::kOverlapping, "x").value();
-  for (const AllanPoint& point : curve.points) EXPECT_EQ(point.deviation, 0);
-}
-
-// The phase is computed in pieces, in a window that moves over the record, and large clusters take other pieces.
-TEST(Allan, DoesNotDependOnHowALongRecordIsDivided) {
-  std::vector<double> rate = test::white_noise(1'500'000, 1, 5);
-  const std::vector<std::size_t> sizes = {1, 3, 1000, 262'144, 300'001};
-  for (const bool gaps : {false, true}) {
-    if (gaps) {
-      rate[1] = kAllanBreak;
-      rate[4095] = rate[1'200'000] = rate[1'200'001] = rate.back() = std::nan("");
-    }
-    const auto curve = allan_deviation(rate, 1, sizes, AllanEstimator::kOverlapping, "test").value();
-    ASSERT_EQ(curve.points.size(), sizes.size());
-    const std::vector<double> longest(rate.begin() + (gaps ? 2 : 0), rate.end() - gaps);
-    for (const AllanPoint& point : curve.points) {
-      const double slow = slow_with_gaps(longest, point.m);
-      EXPECT_NEAR(point.deviation, slow, 1e-9 * slow) << point.m;
-    }
-    EXPECT_EQ(curve.points[4].terms, longest.size() - 2 * 300'001 + 1);
-  }
+TEST(Allan, ShowsTheWhiteNoiseInOtherDefinitions) {
+  const WhiteNoiseDensity density = white_noise_density(0.06);  // 0.001 deg/sqrt(s)
+  EXPECT_NEAR(density.matlab_rad_per_s_per_sqrt_hz, 1.745329e-5, 1e-11);
+  EXPECT_NEAR(density.one_sided_deg_per_s_per_sqrt_hz, 1.414214e-3, 1e-9);
 }
 
 }  // namespace

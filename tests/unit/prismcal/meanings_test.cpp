@@ -66,12 +66,12 @@ TEST(Meanings, OfTheAllanDeviation) {
   EXPECT_THAT(allan_curve_meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
               HasSubstr("it makes it worse, most at averages of 10 s"));
   evaluation::AllanCoefficients before, after;
-  before.angle_random_walk_deg_per_sqrt_h = {.value = 0.001};
-  after.angle_random_walk_deg_per_sqrt_h = {.value = 0.00101};
-  after.bias_instability_deg_per_h = {.value = 0.002};
+  before[1].value = 0.001;
+  after[1].value = 0.00101;
+  after[2].value = 0.002;
   EXPECT_THAT(allan_meaning(before, after), HasSubstr("adds no noise"));
   EXPECT_THAT(allan_meaning(before, after), HasSubstr("0.002 deg/h was there before, hidden by the thermal drift"));
-  after.angle_random_walk_deg_per_sqrt_h->value = 0.0012;
+  after[1].value = 0.0012;
   EXPECT_THAT(allan_meaning(before, after), HasSubstr("rises by 20 %"));
 }
 

@@ -49,15 +49,14 @@ std::vector<std::string> measured_names() {
 std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   const evaluation::BiasStability& s = recording.evaluation->stability;
   const auto allan =
-      allan_coefficients(recording.evaluation->corrected_seconds_deg_per_h(*recording.table), recording.table->name);
+      analyse_seconds(recording.evaluation->corrected_seconds_deg_per_h(*recording.table), recording.table->name);
   const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
   std::optional<double> walk, instability;
-  if (allan && allan->angle_random_walk_deg_per_sqrt_h) walk = allan->angle_random_walk_deg_per_sqrt_h->value;
-  // If B has no value, the upper end of its interval is compared instead.
-  if (allan) {
-    instability = allan->bias_instability_deg_per_h
-                      ? allan->bias_instability_deg_per_h->value
-                      : allan->at_most[static_cast<std::size_t>(evaluation::NoiseType::kBiasInstability)];
+  if (allan && allan->coefficients) {
+    walk = coefficient(*allan->coefficients, evaluation::NoiseType::kAngleRandomWalk).value;
+    // If B has no value, its bound is compared instead.
+    const auto& b = coefficient(*allan->coefficients, evaluation::NoiseType::kBiasInstability);
+    instability = b.value.value_or(b.high);
   }
   const double blocks = static_cast<double>(recording.table->size());
   const std::vector<std::optional<double>> values = {

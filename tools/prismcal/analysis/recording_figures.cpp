@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "compensation/evaluation/allan_confidence.hpp"
 #include "compensation/evaluation/correlation.hpp"
 #include "compensation/evaluation/thermal_segments.hpp"
 #include "tools/prismcal/analysis/recording_meanings.hpp"
@@ -72,28 +71,18 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
               of(evaluation::ThermalKind::kCooling))}};
 }
 
-/// A curve of dense points with its confidence band.
-Result<std::vector<Series>> allan_series(const evaluation::RateSource& rate, const char* name, Ink ink,
+/// A curve of octave points with its confidence band.
+Result<std::vector<Series>> allan_series(const evaluation::RateSource& seconds, const char* name, Ink ink,
                                          const std::string& where) {
-  using evaluation::AllanEstimator, evaluation::AllanGrid;
-  const auto points = [&](AllanGrid grid) {
-    return evaluation::allan_deviation(rate, 1, evaluation::allan_cluster_sizes(grid, rate.size),
-                                       AllanEstimator::kOverlapping, where);
-  };
-  const auto octaves = points(AllanGrid::kOctave), curve = points(AllanGrid::kDense);
-  if (!octaves) return tl::unexpected(octaves.error());
-  if (!curve) return tl::unexpected(curve.error());
-  const auto model = evaluation::AllanModel::fit(*octaves, where);
-  if (!model) return tl::unexpected(model.error());
-  const auto intervals = evaluation::allan_confidence(*curve, *model, 0.683);
+  const auto analysis = analyse_seconds(seconds, where);
+  if (!analysis) return tl::unexpected(analysis.error());
   Series band{"", ink, SeriesStyle::kBand}, line{name, ink, SeriesStyle::kLinePoints};
-  for (std::size_t i = 0; i < curve->points.size(); ++i) {
-    if (!intervals[i].determined) continue;
-    band.x.push_back(curve->points[i].tau_s);
-    band.y.push_back(intervals[i].low);
-    band.high.push_back(intervals[i].high);
-    line.x.push_back(curve->points[i].tau_s);
-    line.y.push_back(intervals[i].deviation);
+  for (const evaluation::AllanPoint& point : analysis->points) {
+    band.x.push_back(point.tau_s);
+    band.y.push_back(point.low);
+    band.high.push_back(point.high);
+    line.x.push_back(point.tau_s);
+    line.y.push_back(point.deviation);
   }
   return std::vector<Series>{band, line};
 }
@@ -229,8 +218,8 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   for (const bool after : {false, true}) {
     const auto seconds =
         after ? recording.evaluation->corrected_seconds_deg_per_h(table) : table.second_bias_deg_per_h();
-    const auto series = allan_series(with_breaks(seconds), after ? "after" : "before",
-                                     after ? Ink::kCorrected : Ink::kModel, table.name);
+    const auto series =
+        allan_series(seconds, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, table.name);
     if (!series) return tl::unexpected(series.error());
     panel.series.insert(panel.series.end(), series->begin(), series->end());
   }

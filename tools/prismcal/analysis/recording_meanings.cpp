@@ -11,8 +11,6 @@
 namespace prism::analysis {
 namespace {
 
-using evaluation::AllanCoefficient;
-
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   double width() const { return high > low ? high - low : 0; }
@@ -189,22 +187,23 @@ std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vec
 
 std::string allan_meaning(const evaluation::AllanCoefficients& before, const evaluation::AllanCoefficients& after) {
   constexpr double kSame = 0.05;
-  const auto &n1 = before.angle_random_walk_deg_per_sqrt_h, &n2 = after.angle_random_walk_deg_per_sqrt_h;
+  const auto &n1 = coefficient(before, evaluation::NoiseType::kAngleRandomWalk).value,
+             &n2 = coefficient(after, evaluation::NoiseType::kAngleRandomWalk).value;
   std::string text = "The angle random walk is not determined";
   if (n1 && n2) {
-    const double change = n2->value / n1->value - 1;
+    const double change = *n2 / *n1 - 1;
     text = std::abs(change) <= kSame ? "The model adds no noise: the angle random walk stays the same"
                                      : fmt::format("The angle random walk {} by {:.0f} %",
                                                    change > 0 ? "rises" : "falls", 100 * std::abs(change));
   }
-  const auto &b1 = before.bias_instability_deg_per_h, &b2 = after.bias_instability_deg_per_h;
-  const double most = after.at_most[static_cast<std::size_t>(evaluation::NoiseType::kBiasInstability)];
-  if (b1 && b2)
-    return text + fmt::format("; the bias instability changes from {:.3g} to {:.3g} deg/h.", b1->value, b2->value);
-  if (b2)
+  const auto &b1 = coefficient(before, evaluation::NoiseType::kBiasInstability),
+             &b2 = coefficient(after, evaluation::NoiseType::kBiasInstability);
+  if (b1.value && b2.value)
+    return text + fmt::format("; the bias instability changes from {:.3g} to {:.3g} deg/h.", *b1.value, *b2.value);
+  if (b2.value)
     return text + fmt::format("; the bias instability of {:.3g} deg/h was there before, hidden by the thermal drift.",
-                              b2->value);
-  return text + fmt::format("; the bias instability after the correction is at most {:.3g} deg/h.", most);
+                              *b2.value);
+  return text + fmt::format("; the bias instability after the correction is at most {:.3g} deg/h.", b2.high);
 }
 
 std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/correlation.hpp"
 #include "compensation/evaluation/hysteresis.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/evaluation/hysteresis.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/report/document.hpp"
@@ -26,12 +26,8 @@ struct EvaluatedRecording {
 /// blocks.
 inline constexpr double kHysteresisBin = 5;
 Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias);
-/// A 1 Hz series with evaluation::kAllanBreak in each gap of 60 s or more: the series does not have its true length.
-evaluation::RateSource with_breaks(evaluation::RateSource seconds);
-
-/// Allan coefficients of a 1 Hz series, from octave points.
-Result<evaluation::AllanCoefficients> allan_coefficients(const evaluation::RateSource& seconds,
-                                                         const std::string& where);
+/// Allan analysis of a 1 Hz series. A gap of 60 s or more is a break: the series does not have its true length.
+Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& seconds, const std::string& where);
 
 /// One sentence on the improvement and the share of blocks outside the training range. If `overlap` (see
 /// overlap_text()) is not empty, it states that this is not a test.

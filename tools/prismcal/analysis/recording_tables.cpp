@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "compensation/evaluation/allan_coefficients.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/evaluation/hysteresis.hpp"
+#include "tools/prismcal/analysis/allan_text.hpp"
 #include "tools/prismcal/analysis/recording_meanings.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 
@@ -32,10 +34,9 @@ std::vector<Cell> summary_row(const char* name, const evaluation::SummaryStatist
           fixed_cell(summary.peak_to_peak, 5)};
 }
 
-/// The value, or the upper end of the interval of a coefficient without one.
-Cell coefficient_cell(const std::optional<evaluation::AllanCoefficient>& coefficient, double at_most) {
-  if (coefficient) return general_cell(coefficient->value, 4);
-  return text_cell(fmt::format("≤ {:.4g}", at_most), report::Emphasis::kMuted);
+Cell coefficient_cell(const evaluation::AllanCoefficient& coefficient) {
+  if (coefficient.value) return general_cell(*coefficient.value, 4);
+  return text_cell(fmt::format("≤ {:.4g}", coefficient.high), report::Emphasis::kMuted);
 }
 
 }  // namespace
@@ -49,32 +50,15 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
                                         kept.where_corrected(kinds), kHysteresisBin, data.name);
 }
 
-evaluation::RateSource with_breaks(evaluation::RateSource seconds) {
+Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& seconds, const std::string& where) {
   constexpr std::size_t kLongGap = 60;  // a longer one is cut to this length
-  std::vector<std::size_t> breaks;
+  std::vector<double> rates = evaluation::column(seconds);
   std::size_t gap = 0;
-  evaluation::for_each_rate(seconds, [&](std::size_t i, double rate) {
+  for (double& rate : rates) {
     gap = std::isfinite(rate) ? 0 : gap + 1;
-    if (gap == kLongGap) breaks.push_back(i + 1 - kLongGap);
-  });
-  if (breaks.empty()) return seconds;
-  return {seconds.size, [seconds, breaks](std::size_t first, std::span<double> rates) {
-            seconds.read(first, rates);
-            auto next = std::lower_bound(breaks.begin(), breaks.end(), first);
-            for (; next != breaks.end() && *next < first + rates.size(); ++next)
-              rates[*next - first] = evaluation::kAllanBreak;
-          }};
-}
-
-Result<evaluation::AllanCoefficients> allan_coefficients(const evaluation::RateSource& seconds,
-                                                         const std::string& where) {
-  const evaluation::RateSource rate = with_breaks(seconds);
-  const auto sizes = evaluation::allan_cluster_sizes(evaluation::AllanGrid::kOctave, rate.size);
-  const auto curve = evaluation::allan_deviation(rate, 1, sizes, evaluation::AllanEstimator::kOverlapping, where);
-  if (!curve) return tl::unexpected(curve.error());
-  return evaluation::AllanModel::fit(*curve, where).and_then([&](const evaluation::AllanModel& model) {
-    return evaluation::extract_coefficients(*curve, model, 0.683, where);
-  });
+    if (gap == kLongGap) rate = evaluation::kAllanBreak;
+  }
+  return evaluation::analyse_allan(std::move(rates), 1, evaluation::AllanGrid::kOctave, where);
 }
 
 namespace {
@@ -242,7 +226,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
   table.caption =
       "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
-      "times show the chamber. ≤: too uncertain for a value; upper end of the 68 % interval.";
+      "times show the chamber. ≤: too uncertain for a value; 95 % bound.";
   table.columns = {{"", "", false},
                    {"quantisation", "arcsec"},
                    {"angle random walk", "deg/√h"},
@@ -252,20 +236,22 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
                    {"minimum", "deg/h"},
                    {"at", "s"}};
   std::vector<evaluation::AllanCoefficients> found;
+  std::string unexplained;
   for (const bool after : {false, true}) {
-    const auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h();
-    const auto c = allan_coefficients(seconds, data.name);
-    if (!c) return tl::unexpected(c.error());
-    table.rows.push_back({text_cell(after ? "after" : "before"),
-                          coefficient_cell(c->quantisation_arcsec, c->at_most[0]),
-                          coefficient_cell(c->angle_random_walk_deg_per_sqrt_h, c->at_most[1]),
-                          coefficient_cell(c->bias_instability_deg_per_h, c->at_most[2]),
-                          coefficient_cell(c->rate_random_walk_deg_per_h_sqrt_h, c->at_most[3]),
-                          coefficient_cell(c->rate_ramp_deg_per_h_h, c->at_most[4]),
-                          general_cell(c->floor.minimum_deg_per_h, 4), general_cell(c->floor.tau_s, 6)});
-    found.push_back(*c);
+    const auto analysis = analyse_seconds(
+        after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h(), data.name);
+    if (!analysis) return tl::unexpected(analysis.error());
+    if (!analysis->coefficients) return tl::unexpected(analysis->coefficients.error());
+    std::vector<Cell> row = {text_cell(after ? "after" : "before")};
+    for (const evaluation::AllanCoefficient& each : *analysis->coefficients) row.push_back(coefficient_cell(each));
+    row.push_back(general_cell(analysis->minimum().deviation, 4));
+    row.push_back(general_cell(analysis->minimum().tau_s, 6));
+    table.rows.push_back(std::move(row));
+    if (const std::string text = unexplained_text(*analysis); !text.empty())
+      unexplained += fmt::format(" {}: {}", after ? "After" : "Before", text);
+    found.push_back(*analysis->coefficients);
   }
-  table.meaning = allan_meaning(found[0], found[1]);
+  table.meaning = allan_meaning(found[0], found[1]) + unexplained;
   return table;
 }
 

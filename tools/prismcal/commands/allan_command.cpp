@@ -18,8 +18,6 @@ struct AllanChoice {
   recordings::RateSeriesChoice series;
   double interval_s = 0;
   evaluation::AllanGrid grid = evaluation::AllanGrid::kOctave;
-  evaluation::AllanEstimator estimator = evaluation::AllanEstimator::kOverlapping;
-  double probability = 0.683;
   bool json = false, quiet = false;
 };
 
@@ -29,7 +27,8 @@ int run(const AllanChoice& choice) {
   if (choice.quiet) wanted.table.silence();
   const auto series = recordings::read_rate_series(choice.file, wanted);
   const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
-    return analysis::analyse_allan(s, choice.grid, choice.estimator, choice.probability, choice.file);
+    return evaluation::analyse_allan(evaluation::column(s.rate_deg_per_h.source()), s.interval_s, choice.grid,
+                                     choice.file);
   });
   if (!analysis) return failed(analysis.error());
   for (const std::string& note : series->notes)
@@ -46,11 +45,7 @@ void add_allan_command(CLI::App& app, int& code) {
       app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
   const auto choice = std::make_shared<AllanChoice>();
   const std::map<std::string, evaluation::AllanGrid> grids = {{"octave", evaluation::AllanGrid::kOctave},
-                                                              {"decade", evaluation::AllanGrid::kDecade},
-                                                              {"dense", evaluation::AllanGrid::kDense}};
-  const std::map<std::string, evaluation::AllanEstimator> estimators = {
-      {"overlapping", evaluation::AllanEstimator::kOverlapping},
-      {"non-overlapping", evaluation::AllanEstimator::kNonOverlapping}};
+                                                              {"decade", evaluation::AllanGrid::kDecade}};
   command->add_option("file", choice->file, "prismd's log (file or folder), or any table of evenly spaced rates")
       ->required();
   command->add_option("--column", choice->series.column,
@@ -63,12 +58,8 @@ void add_allan_command(CLI::App& app, int& code) {
   command->add_option("--interval", choice->interval_s, "seconds between rows, if the file has no time")
       ->check(tools::positive());
   add_table_options(*command, choice->series.table);
-  command->add_option("--grid", choice->grid, "averaging times: octave, decade (1, 2, 4, 10, …) or dense")
+  command->add_option("--grid", choice->grid, "averaging times: octave or decade (1, 2, 4, 10, …)")
       ->transform(CLI::CheckedTransformer(grids));
-  command->add_option("--estimator", choice->estimator, "overlapping or non-overlapping")
-      ->transform(CLI::CheckedTransformer(estimators));
-  command->add_option("--confidence", choice->probability, "probability of the intervals, 0.5 to 0.999 (default 0.683)")
-      ->check(tools::within(0.5, 0.999));
   command->add_flag("--json", choice->json, "print JSON");
   command->add_flag("--quiet", choice->quiet, "no remarks on stderr");
   tools::add_examples(*command,
