@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
-#include <tuple>
 #include <utility>
 
 #include "base/plain_text.hpp"
@@ -20,106 +18,96 @@ constexpr std::size_t kFewestClusters = 8;  // the longest averaging time is an 
 constexpr double kLeastEdf = 2, kMissSigma = 4;
 
 struct Record {
-  std::size_t begin = 0, end = 0;  ///< first and last value are not missing
+  std::size_t begin = 0, end = 0;  ///< the first and the last value are not missing
   std::size_t size() const { return end - begin; }
 };
 
 /// The running sum of a series, relative to the line through its first and last third; a missing value is on the line.
-class Phase {
- public:
-  explicit Phase(std::vector<double> rate) : x_(std::move(rate)) {
-    find_records();
-    find_line();
-    if (missing_ > 0) lost_.push_back(0);
-    double sum = 0;
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      const bool known = std::isfinite(x_[i]);
-      const double value = known ? x_[i] - level_ - slope_ * (static_cast<double>(i) - centre_) : 0;
-      if (missing_ > 0) lost_.push_back(lost_.back() + !known);
-      x_[i] = sum;
-      sum += value;
-    }
-    x_.push_back(sum);
-  }
+struct Phase {
+  explicit Phase(std::vector<double> rate);
 
-  std::size_t values() const { return values_; }
-  std::size_t missing() const { return missing_; }
-  std::size_t holes() const { return holes_; }
-  std::size_t size() const { return size_; }  ///< of all records, with their missing values
-  double slope() const { return slope_; }     ///< per sample
-
-  /// At most half of the size.
-  AllanVariance at(std::size_t m) const {
-    const double size = static_cast<double>(m), rise = slope_ * size * size;
-    AllanVariance found{.m = m};
-    for (const Record& record : records_) {
-      for (std::size_t i = record.begin; i + 2 * m <= record.end; ++i) {
-        double d = x_[i + 2 * m] - 2 * x_[i + m] + x_[i];
-        if (!lost_.empty()) {
-          const std::uint32_t first = lost_[i + m] - lost_[i], second = lost_[i + 2 * m] - lost_[i + m];
-          if (20 * std::size_t{std::max(first, second)} > m) continue;
-          const double a = size / (size - first), b = size / (size - second);
-          if (first + second > 0)
-            d = (b * (x_[i + 2 * m] - x_[i + m]) - a * (x_[i + m] - x_[i])) * std::sqrt(2 / (a + b));
-        }
-        found.flat += d * d;
-        found.raw += (d + rise) * (d + rise);
-        ++found.windows;
-      }
-    }
-    const double windows = static_cast<double>(found.windows), divisor = 2 * size * size * std::max(windows, 1.0);
-    found.flat /= divisor;
-    found.raw /= divisor;
-    found.share = windows / static_cast<double>(size_ - 2 * m + 1);
-    return found;
-  }
+  std::vector<double> x;            ///< the sum before each rate, and after the last
+  std::vector<std::uint32_t> lost;  ///< number of missing values before each element of x, if there are any
+  std::vector<Record> records;
+  std::size_t values = 0, missing = 0, holes = 0, size = 0;  ///< size: of all records, with their missing values
+  double slope = 0;                                          ///< per sample
 
  private:
-  void find_records() {
-    Record open;
-    for (std::size_t i = 0; i <= x_.size(); ++i) {
-      const bool known = i < x_.size() && std::isfinite(x_[i]), before = i > 0 && std::isfinite(x_[i - 1]);
-      if (i == x_.size() || std::isinf(x_[i])) {
-        if (open.end > open.begin) records_.push_back(std::exchange(open, {}));
-      } else if (known) {
-        if (open.end == 0) open.begin = i;
-        open.end = i + 1;
-        ++values_;
-      } else {
-        ++missing_;
-      }
-      holes_ += i < x_.size() && !known && (before || i == 0);
-    }
-    for (const Record& record : records_) size_ += record.size();
-  }
-
-  /// The slope between the thirds of the longest record.
-  void find_line() {
-    const auto longest = std::max_element(records_.begin(), records_.end(),
-                                          [](const Record& a, const Record& b) { return a.size() < b.size(); });
-    if (longest == records_.end()) return;
-    const std::size_t third = longest->size() / 3;
-    const auto [first, first_at] = mean(longest->begin, longest->begin + third);
-    const auto [last, last_at] = mean(longest->end - third, longest->end);
-    if (third > 0) slope_ = (last - first) / (last_at - first_at);
-    std::tie(level_, centre_) = mean(0, x_.size());
-  }
-
-  /// Of the values that are there, and of their positions.
+  void find_records();
+  /// Of the rates that are there, and of their positions.
   std::pair<double, double> mean(std::size_t begin, std::size_t end) const {
     double sum = 0, positions = 0, count = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      if (std::isfinite(x_[i])) sum += x_[i], positions += static_cast<double>(i), ++count;
+      if (std::isfinite(x[i])) sum += x[i], positions += static_cast<double>(i), ++count;
     }
     return {sum / count, positions / count};
   }
-
-  std::vector<double> x_;            // the rates, then their running sum: one element more
-  std::vector<std::uint32_t> lost_;  // number of missing values before each element of x_, if there are any
-  std::vector<Record> records_;
-  std::size_t values_ = 0, missing_ = 0, holes_ = 0, size_ = 0;
-  double level_ = 0, centre_ = 0, slope_ = 0;
 };
+
+void Phase::find_records() {
+  Record open;
+  for (std::size_t i = 0; i <= x.size(); ++i) {
+    if (i == x.size() || std::isinf(x[i])) {
+      if (open.end > 0) records.push_back(std::exchange(open, {}));
+    } else if (std::isfinite(x[i])) {
+      if (open.end == 0) open.begin = i;
+      open.end = i + 1;
+      ++values;
+    } else {
+      ++missing;
+    }
+    holes += i < x.size() && !std::isfinite(x[i]) && (i == 0 || std::isfinite(x[i - 1]));
+  }
+  for (const Record& record : records) size += record.size();
+}
+
+Phase::Phase(std::vector<double> rate) : x(std::move(rate)) {
+  find_records();
+  const auto longest = std::max_element(records.begin(), records.end(),
+                                        [](const Record& a, const Record& b) { return a.size() < b.size(); });
+  if (const std::size_t third = records.empty() ? 0 : longest->size() / 3; third > 0) {
+    const auto [first, first_at] = mean(longest->begin, longest->begin + third);
+    const auto [last, last_at] = mean(longest->end - third, longest->end);
+    slope = (last - first) / (last_at - first_at);
+  }
+  const auto [level, centre] = mean(0, x.size());
+  if (missing > 0) lost.push_back(0);
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const bool known = std::isfinite(x[i]);
+    const double value = known ? x[i] - level - slope * (static_cast<double>(i) - centre) : 0;
+    if (missing > 0) lost.push_back(lost.back() + !known);
+    x[i] = sum;
+    sum += value;
+  }
+  x.push_back(sum);
+}
+
+/// m: at most half of the size.
+AllanVariance variance_at(const Phase& phase, std::size_t m) {
+  const double size = static_cast<double>(m), rise = phase.slope * size * size;
+  AllanVariance found{.m = m};
+  for (const Record& record : phase.records) {
+    for (std::size_t i = record.begin; i + 2 * m <= record.end; ++i) {
+      const double first = phase.x[i + m] - phase.x[i], second = phase.x[i + 2 * m] - phase.x[i + m];
+      double d = second - first;
+      if (!phase.lost.empty()) {
+        const double a = size - (phase.lost[i + m] - phase.lost[i]),
+                     b = size - (phase.lost[i + 2 * m] - phase.lost[i + m]);
+        if (20 * std::min(a, b) < 19 * size) continue;
+        if (a + b < 2 * size) d = (second / b - first / a) * size * std::sqrt(2 / (size / a + size / b));
+      }
+      found.flat += d * d;
+      found.raw += (d + rise) * (d + rise);
+      ++found.windows;
+    }
+  }
+  const double windows = static_cast<double>(found.windows), divisor = 2 * size * size * std::max(windows, 1.0);
+  found.flat /= divisor;
+  found.raw /= divisor;
+  found.share = windows / static_cast<double>(phase.size - 2 * m + 1);
+  return found;
+}
 
 std::vector<std::size_t> cluster_sizes(AllanGrid grid, std::size_t values) {
   std::vector<std::size_t> sizes;
@@ -135,36 +123,34 @@ std::vector<std::size_t> cluster_sizes(AllanGrid grid, std::size_t values) {
 /// The variances that have enough pairs of clusters.
 std::vector<AllanVariance> measure(const Phase& phase, AllanGrid grid) {
   std::vector<AllanVariance> all;
-  for (const std::size_t m : cluster_sizes(grid, phase.size())) {
-    const AllanVariance found = phase.at(m);
-    if (found.share * allan_edf(phase.size(), m, {0, 0, 0, 1}) >= kLeastEdf) all.push_back(found);
+  for (const std::size_t m : cluster_sizes(grid, phase.size)) {
+    const AllanVariance found = variance_at(phase, m);
+    if (found.share * allan_edf(phase.size, m, {0, 0, 0, 1}) >= kLeastEdf) all.push_back(found);
   }
   return all;
 }
 
-/// Coefficients of strengths: per sample to the units of AllanCoefficients.
-AllanCoefficients coefficients_of(const AllanFit& fit, double tau0_s) {
+/// From strengths per sample to the units of AllanCoefficients.
+AllanCoefficients in_units(AllanCoefficients all, double tau0_s) {
   const double h = tau0_s / 3600;
   const double unit[] = {tau0_s, std::sqrt(h), 1 / std::sqrt(kFlicker), 1 / std::sqrt(h), 1 / h};
-  AllanCoefficients all;
   for (std::size_t k = 0; k < kNoiseTypes; ++k) {
-    const bool ramp = k == static_cast<std::size_t>(NoiseType::kRateRamp);
-    const StrengthInterval& found = ramp ? fit.slope : fit.strengths[k];
-    const auto in_units = [&](double strength) { return unit[k] * (ramp ? strength : std::sqrt(strength)); };
-    if (found.given) all[k].value = in_units(found.value);
-    all[k].low = in_units(std::max(found.low, 0.0));
-    all[k].high = in_units(found.high);
+    const auto scaled = [&](double strength) {
+      return unit[k] * (k < kNoiseTypes - 1 ? std::sqrt(strength) : strength);
+    };
+    all[k] = {all[k].value ? std::optional(scaled(*all[k].value)) : std::nullopt, scaled(all[k].low),
+              scaled(all[k].high)};
   }
   return all;
 }
 
-/// A point with the interval that follows from the strengths. A ramp has no part in the width of the interval.
+/// A ramp has no part in the width of a point's interval.
 AllanPoint point_of(const AllanVariance& found, const Phase& phase, double tau0_s, const NoiseStrengths& noise,
                     bool ramp) {
-  const double size = static_cast<double>(found.m), rise = ramp ? phase.slope() * size : 0;
+  const double size = static_cast<double>(found.m), rise = ramp ? phase.slope * size : 0;
   const double random = ramp ? found.flat : found.raw, fixed = found.raw - random;
   AllanPoint point{.m = found.m, .tau_s = size * tau0_s, .deviation = std::sqrt(found.raw), .windows = found.windows};
-  point.edf = found.share * allan_edf(phase.size(), found.m, noise);
+  point.edf = found.share * allan_edf(phase.size, found.m, noise);
   // Quantiles of a chi-square of ±1 standard deviation (Wilson and Hilferty 1931).
   const auto limit = [&](double z) {
     const double a = 2 / (9 * point.edf);
@@ -198,20 +184,21 @@ Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, All
   const std::vector<AllanVariance> octaves = measure(phase, AllanGrid::kOctave);
   if (octaves.empty()) {
     return make_error(where, fmt::format("found {} values with {} gaps, expected at least {} without a gap",
-                                         phase.values(), phase.holes(), kFewestClusters));
+                                         phase.values, phase.holes, kFewestClusters));
   }
   double raw = 0, flat = 0;  // the largest
   for (const AllanVariance& each : octaves) {
     raw = std::max(raw, each.raw);
     flat = std::max(flat, each.flat);
   }
-  if (!(raw > 0)) return make_error(where, "found an Allan deviation of 0, expected a rate that varies");
+  if (!(raw > 0) || !std::isfinite(raw))
+    return make_error(where, fmt::format("found an Allan deviation of {}, expected a rate that varies", raw));
 
   AllanAnalysis result;
   result.tau0_s = tau0_s;
-  result.values = phase.values();
-  result.missing = phase.missing();
-  result.holes = phase.holes();
+  result.values = phase.values;
+  result.missing = phase.missing;
+  result.holes = phase.holes;
   AllanFit fit;
   fit.noise[1] = raw;  // white noise, for the intervals of the points
   if (octaves.size() < 3) {
@@ -220,23 +207,21 @@ Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, All
   } else if (flat < 1e-20 * raw) {
     result.coefficients = make_error(where, "the rate is a straight line, without noise");
   } else {
-    fit = fit_allan(phase.size(), phase.slope(), octaves);
-    result.coefficients = coefficients_of(fit, tau0_s);
+    fit = fit_allan(phase.size, phase.slope, octaves);
+    result.coefficients = in_units(fit.strengths, tau0_s);
     for (std::size_t i = 0; i < octaves.size(); ++i) {
       if (std::abs(fit.misses[i]) > kMissSigma)
         result.unexplained_s.push_back(static_cast<double>(octaves[i].m) * tau0_s);
     }
   }
   for (const AllanVariance& found : grid == AllanGrid::kOctave ? octaves : measure(phase, grid))
-    result.points.push_back(point_of(found, phase, tau0_s, fit.noise, fit.slope.given));
+    result.points.push_back(
+        point_of(found, phase, tau0_s, fit.noise, coefficient(fit.strengths, NoiseType::kRateRamp).value.has_value()));
   return result;
 }
 
-double allan_deviation(std::vector<double> rate, std::size_t m) { return std::sqrt(Phase(std::move(rate)).at(m).raw); }
-
-WhiteNoiseDensity white_noise_density(double angle_random_walk_deg_per_sqrt_h) {
-  const double deg_per_sqrt_s = angle_random_walk_deg_per_sqrt_h / 60;
-  return {deg_per_sqrt_s * std::numbers::pi / 180, std::numbers::sqrt2 * deg_per_sqrt_s};
+double allan_deviation(std::vector<double> rate, std::size_t m) {
+  return std::sqrt(variance_at(Phase(std::move(rate)), m).raw);
 }
 
 }  // namespace prism::evaluation

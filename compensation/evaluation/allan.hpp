@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,15 @@ const char* noise_type_text(NoiseType type);
 
 /// The Allan variance of a bias instability B is B² · kFlicker.
 inline constexpr double kFlicker = 0.4412712003;  // 2 ln 2 / pi
+
+/// Other definitions of the white noise N, whose two-sided density is N² (IEEE Std 952). MATLAB's example reads the
+/// same N from the Allan deviation at 1 s, in (rad/s)/√Hz; data sheets and pwelch give the one-sided density, √2 N.
+inline double matlab_rad_per_s_per_sqrt_hz(double n_deg_per_sqrt_h) {
+  return n_deg_per_sqrt_h / 60 * std::numbers::pi / 180;
+}
+inline double one_sided_deg_per_s_per_sqrt_hz(double n_deg_per_sqrt_h) {
+  return n_deg_per_sqrt_h / 60 * std::numbers::sqrt2;
+}
 
 /// One averaging time. tau_s = m · tau0.
 struct AllanPoint {
@@ -84,17 +94,5 @@ Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, All
 
 /// The deviation at one averaging time; 0 if no pair of clusters counts.
 double allan_deviation(std::vector<double> rate, std::size_t m);
-
-/// The white noise N of a rate in other definitions.
-struct WhiteNoiseDensity {
-  /// N as MATLAB's Allan variance example states it: σ of the line of slope −1/2 at 1 s, in (rad/s)/√Hz. The definition
-  /// is that of IEEE Std 952, only the unit differs.
-  double matlab_rad_per_s_per_sqrt_hz = 0;
-  /// The root of the one-sided power spectral density, as data sheets and spectrum estimates (pwelch) give it: √2 N.
-  double one_sided_deg_per_s_per_sqrt_hz = 0;
-};
-
-/// IEEE Std 952 defines N² as the two-sided density S(f) of the rate.
-WhiteNoiseDensity white_noise_density(double angle_random_walk_deg_per_sqrt_h);
 
 }  // namespace prism::evaluation

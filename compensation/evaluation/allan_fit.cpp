@@ -32,17 +32,10 @@ Strengths pure_edf(double n, double m) {
 /// Correlation of two points of a pure noise by their distance in octaves, from the exact covariances of 4 096 values
 /// (Greenhall and Riley 2003).
 double correlation(Index noise, std::size_t distance) {
-  static constexpr double kWhite[] = {1, 0.52, 0.19, 0.07, 0.02}, kFlicker[] = {1, 0.68, 0.31, 0.12, 0.04, 0.015};
-  switch (noise) {
-    case kQ:
-      return distance == 0 ? 1 : distance == 1 ? 0.41 : 0.5;
-    case kN:
-      return distance < std::size(kWhite) ? kWhite[distance] : 0;
-    case kB:
-      return distance < std::size(kFlicker) ? kFlicker[distance] : 0;
-    default:
-      return distance == 0 ? 1 : 0.88 * std::pow(0.75, static_cast<double>(distance) - 1);
-  }
+  static const std::vector<double> kByDistance[] = {
+      {1, 0.41, 0.5}, {1, 0.52, 0.19, 0.07, 0.02, 0}, {1, 0.68, 0.31, 0.12, 0.04, 0.015, 0}};  // the last: and further
+  if (noise == kK) return distance == 0 ? 1 : 0.88 * std::pow(0.75, static_cast<double>(distance) - 1);
+  return kByDistance[noise][std::min(distance, kByDistance[noise].size() - 1)];
 }
 
 /// Minimises |A x − y| with x >= 0: every set of the `free` columns (bits) is tried.
@@ -82,28 +75,25 @@ double slope_variance(double n, const Strengths& noise) {
   return std::max(sum / (third * third), 0.0) / (4 * third * third);
 }
 
-/// The octaves' variances, and what they should be for given strengths.
+/// The octaves' variances, raw or flat, divided by `scale`, and what they should be for given strengths.
 class Curve {
  public:
-  Curve(std::size_t n, const std::vector<AllanVariance>& octaves) {
-    const Index count = static_cast<Index>(octaves.size());
-    unit_.resize(count, 4);
-    relative_.resize(count, 4);
-    for (Eigen::MatrixXd& rho : rho_) rho.resize(count, count);
-    for (Index i = 0; i < count; ++i) {
-      const auto& [m, raw, flat, windows, share] = octaves[static_cast<std::size_t>(i)];
-      unit_.row(i) = unit_variances(static_cast<double>(m));
-      relative_.row(i) = (2 / share / pure_edf(static_cast<double>(n), static_cast<double>(m)).array()).sqrt().matrix();
-      for (Index j = 0; j < count; ++j) {
-        const double ratio = static_cast<double>(m) / static_cast<double>(octaves[static_cast<std::size_t>(j)].m);
-        const auto distance = static_cast<std::size_t>(std::lround(std::abs(std::log2(ratio))));
-        for (Index k = 0; k < 4; ++k) rho_[k](i, j) = correlation(k, distance);
-      }
+  Curve(std::size_t n, const std::vector<AllanVariance>& octaves, double AllanVariance::*variance, double scale)
+      : unit_(octaves.size(), 4), relative_(octaves.size(), 4), variances_(octaves.size()) {
+    for (std::size_t i = 0; i < octaves.size(); ++i) {
+      const double m = static_cast<double>(octaves[i].m);
+      unit_.row(static_cast<Index>(i)) = unit_variances(m);
+      relative_.row(static_cast<Index>(i)) =
+          (2 / octaves[i].share / pure_edf(static_cast<double>(n), m).array()).sqrt().matrix();
+      // A variance of 0 is a rate of few different values.
+      variances_(static_cast<Index>(i)) = std::max(octaves[i].*variance / scale, 1e-15);
+    }
+    for (Index k = 0; k < 4; ++k) {
+      rho_[k] = Eigen::MatrixXd::NullaryExpr(unit_.rows(), unit_.rows(), [&](Index i, Index j) {
+        return correlation(k, static_cast<std::size_t>(std::lround(std::abs(std::log2(unit_(i, kN) / unit_(j, kN))))));
+      });
     }
   }
-
-  /// `variances`: those that the other functions compare with the strengths.
-  void set(const Eigen::VectorXd& variances) { variances_ = variances; }
 
   bool positive(const Strengths& noise) const { return ((unit_ * noise).array() > 0).all(); }
 
@@ -122,19 +112,15 @@ class Curve {
   /// The most likely strengths, or those if the strength of one noise k >= 0 is `value`.
   Strengths fit(Index k = -1, double value = 0, const Strengths* start = nullptr) const {
     const unsigned free = k < 0 ? 15 : 15 & ~(1u << k);
-    Strengths noise;
-    if (start != nullptr) {
-      noise = *start;
-    } else {
-      const Eigen::ArrayXd weight = relative_.col(kN).array().inverse();
-      noise = non_negative((unit_.array().colwise() * (weight / variances_.array())).matrix(), weight.matrix(), free);
-    }
+    const Eigen::VectorXd weight = relative_.col(kN).cwiseInverse();
+    Strengths noise =
+        start != nullptr ? *start : non_negative(weight.cwiseQuotient(variances_).asDiagonal() * unit_, weight, free);
     if (k >= 0) noise(k) = value;
     for (int i = 0; i < 25; ++i) {
       const Linear at = linear(noise);
-      Strengths held = noise;
-      for (Index j = 0; j < 4; ++j) held(j) *= j != k;
-      Strengths next = non_negative(at.columns, at.columns * held + at.residual, free);
+      Strengths next = noise;
+      if (k >= 0) next(k) = 0;
+      next = non_negative(at.columns, at.columns * next + at.residual, free);
       if (k >= 0) next(k) = value;
       if (i > 1) next = (next + noise) / 2;  // else it may alternate
       const bool done = ((next - noise).array().abs() <= 1e-3 * noise.array() + 1e-5 * noise.maxCoeff()).all();
@@ -190,7 +176,10 @@ class Curve {
       const Eigen::VectorXd root = parts.col(k).cwiseQuotient(sum).cwiseSqrt();
       covariance += (root * root.transpose()).cwiseProduct(rho_[k]);
     }
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+    Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+    // The rounded correlations of a random walk are not those of any noise from nine octaves on.
+    if (factor.info() != Eigen::Success || factor.matrixLLT().diagonal().minCoeff() < 0.01)
+      factor.compute(covariance + 0.01 * Eigen::MatrixXd::Identity(sum.size(), sum.size()));
     return {factor.matrixL().solve(sum.cwiseInverse().asDiagonal() * unit_), factor.matrixL().solve(misses(noise))};
   }
 
@@ -225,39 +214,27 @@ class Curve {
 }  // namespace
 
 AllanFit fit_allan(std::size_t n, double slope, const std::vector<AllanVariance>& octaves) {
-  Eigen::VectorXd raw(octaves.size()), flat(octaves.size());
-  for (std::size_t i = 0; i < octaves.size(); ++i) {
-    raw(static_cast<Index>(i)) = octaves[i].raw;
-    flat(static_cast<Index>(i)) = octaves[i].flat;
-  }
-  // In units of the largest variance. A variance of 0 is a rate of few different values.
-  const double scale = flat.maxCoeff();
-  raw = (raw / scale).cwiseMax(1e-15);
-  flat = (flat / scale).cwiseMax(1e-15);
-  const double rate_scale = std::sqrt(scale), steepness = std::abs(slope) / rate_scale, values = static_cast<double>(n);
-
-  Curve curve(n, octaves);
-  curve.set(flat);
-  Strengths best = curve.fit(), wide = best;
-  wide(kK) = curve.end(kK, -kAtMost, best);
-  const double sd = std::sqrt(slope_variance(values, best)), most = std::sqrt(slope_variance(values, wide));
-  const bool ramp = steepness > kRampSigma * most, doubtful = !ramp && steepness > kRampSigma * sd;
+  double scale = 0;  // the fit is in units of the largest variance
+  for (const AllanVariance& each : octaves) scale = std::max(scale, each.flat);
+  const Curve flat(n, octaves, &AllanVariance::flat, scale), raw(n, octaves, &AllanVariance::raw, scale);
+  Strengths best = flat.fit(), wide = best;
+  wide(kK) = flat.end(kK, -kAtMost, best);
+  const double sd = std::sqrt(scale * slope_variance(static_cast<double>(n), best)),
+               most = std::sqrt(scale * slope_variance(static_cast<double>(n), wide)), steep = std::abs(slope);
+  const bool ramp = steep > kRampSigma * most, doubtful = !ramp && steep > kRampSigma * sd;
+  const Curve& curve = ramp ? flat : raw;
+  if (!ramp) best = raw.fit();
   AllanFit result;
-  result.slope =
-      ramp ? StrengthInterval{true, std::abs(slope), (steepness - sd) * rate_scale, (steepness + sd) * rate_scale}
-           : StrengthInterval{false, 0, 0, (steepness + kAtMost * most) * rate_scale};
-  if (!ramp) {
-    curve.set(raw);
-    best = curve.fit();
-  }
   for (Index k = 0; k < 4; ++k) {
-    result.noise[static_cast<std::size_t>(k)] = best(k) * scale;
     const bool given =
         best(k) > 0 && curve.share(k, best) >= kGivenShare && !(k == kK && doubtful) && curve.score(k, 0) > kGivenSigma;
-    result.strengths[static_cast<std::size_t>(k)] =
-        given ? StrengthInterval{true, best(k) * scale, curve.end(k, 1, best) * scale, curve.end(k, -1, best) * scale}
-              : StrengthInterval{false, 0, 0, curve.end(k, -kAtMost, best) * scale};
+    AllanCoefficient& found = result.strengths[static_cast<std::size_t>(k)];
+    if (given) found = {best(k) * scale, curve.end(k, 1, best) * scale, 0};
+    found.high = curve.end(k, given ? -1 : -kAtMost, best) * scale;
+    result.noise[static_cast<std::size_t>(k)] = best(k) * scale;
   }
+  result.strengths[4] = ramp ? AllanCoefficient{steep, std::max(steep - sd, 0.0), steep + sd}
+                             : AllanCoefficient{std::nullopt, 0, steep + kAtMost * most};
   const Eigen::VectorXd misses = curve.misses(best);
   result.misses.assign(misses.begin(), misses.end());
   return result;

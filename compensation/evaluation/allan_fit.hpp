@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "compensation/evaluation/allan.hpp"
+
 namespace prism::evaluation {
 
 /// The Allan variance of a series at clusters of m values.
@@ -20,16 +22,10 @@ struct AllanVariance {
 /// Variance at cluster size m: 3 q / m² + s / m + b + k m / 3, in squares of the rate's unit, time in samples.
 using NoiseStrengths = std::array<double, 4>;
 
-struct StrengthInterval {
-  bool given = false;  ///< else the strength is at most `high` (95 %)
-  double value = 0, low = 0, high = 0;
-};
-
 struct AllanFit {
-  NoiseStrengths noise{};                     ///< the best fit
-  std::array<StrengthInterval, 4> strengths;  ///< intervals of 68 %, or bounds
-  StrengthInterval slope;                     ///< of the rate, per sample
-  std::vector<double> misses;                 ///< each octave's distance from the fit, in standard deviations
+  NoiseStrengths noise{};       ///< the best fit
+  AllanCoefficients strengths;  ///< intervals or bounds of q, s, b, k, and of the rate's slope per sample
+  std::vector<double> misses;   ///< each octave's distance from the fit, in standard deviations
 };
 
 /// Fits the four noises to the octaves (m is a power of two) and decides whether the slope is a ramp or a random walk.

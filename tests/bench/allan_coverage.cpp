@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How often the intervals (68 %) and bounds (95 %) of Allan coefficients hold the truth, and how often a coefficient is
-// given that the rate does not have: eight noises, with and without missing values.
+// given that the rate does not have: nine noises, with and without missing values.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -58,7 +58,8 @@ constexpr Kind kKinds[] = {{"white",
                             [](double n) -> Truth {
                               return {0, 1, 0, at(n / 15), 0};
                             }},
-                           {"weak flicker", [](double n) -> Truth {
+                           {"walk", [](double) -> Truth { return {0, 0, 0, 1, 0}; }},
+    {"weak flicker", [](double n) -> Truth {
                               return {0, 1, 30 / n, 0, 0};
                             }}};
 

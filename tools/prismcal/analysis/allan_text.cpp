@@ -35,12 +35,11 @@ std::string coefficient_text(const Entry& entry, const AllanCoefficient& c) {
 }
 
 std::string definitions_text(double walk) {
-  const evaluation::WhiteNoiseDensity density = evaluation::white_noise_density(walk);
   return fmt::format(
       "  N of IEEE Std 952     {:.4g} deg/sqrt(h): S(f) = N^2, two-sided\n"
       "  N of MATLAB           {:.4g} (rad/s)/sqrt(Hz): the same, read from the Allan deviation at 1 s\n"
       "  one-sided density     {:.4g} (deg/s)/sqrt(Hz) = sqrt(2) N: data sheets, pwelch\n",
-      walk, density.matlab_rad_per_s_per_sqrt_hz, density.one_sided_deg_per_s_per_sqrt_hz);
+      walk, evaluation::matlab_rad_per_s_per_sqrt_hz(walk), evaluation::one_sided_deg_per_s_per_sqrt_hz(walk));
 }
 
 std::string minimum_text(const AllanAnalysis& analysis) {
@@ -54,18 +53,12 @@ Json coefficients_json(const AllanAnalysis& analysis) {
   Json json = Json::object(), most = Json::object();
   for (std::size_t k = 0; k < evaluation::kNoiseTypes; ++k) {
     const AllanCoefficient& c = (*analysis.coefficients)[k];
-    if (!c.value) {
-      json[kEntries[k].key] = nullptr;
-      most[kEntries[k].key] = c.high;
-      continue;
-    }
-    Json found = {{"value", *c.value}, {"low", c.low}, {"high", c.high}};
-    if (k == kWalk) {
-      const evaluation::WhiteNoiseDensity density = evaluation::white_noise_density(*c.value);
-      found["matlab_rad_per_s_per_sqrt_hz"] = density.matlab_rad_per_s_per_sqrt_hz;
-      found["one_sided_deg_per_s_per_sqrt_hz"] = density.one_sided_deg_per_s_per_sqrt_hz;
-    }
-    json[kEntries[k].key] = found;
+    Json& found = json[kEntries[k].key] = nullptr;
+    if (c.value) found = {{"value", *c.value}, {"low", c.low}, {"high", c.high}};
+    if (!c.value) most[kEntries[k].key] = c.high;
+    if (!c.value || k != kWalk) continue;
+    found["matlab_rad_per_s_per_sqrt_hz"] = evaluation::matlab_rad_per_s_per_sqrt_hz(*c.value);
+    found["one_sided_deg_per_s_per_sqrt_hz"] = evaluation::one_sided_deg_per_s_per_sqrt_hz(*c.value);
   }
   json["at_most"] = most;
   json["unexplained_tau_s"] = analysis.unexplained_s;
@@ -116,7 +109,6 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
                       {"windows", p.windows},
                       {"noise", evaluation::noise_type_text(p.noise)}});
   }
-  const AllanPoint& least = analysis.minimum();
   Json json = {{"file", where},
                {"column", series.column},
                {"unit", series.unit},
@@ -125,18 +117,9 @@ std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeri
                {"missing", analysis.missing},
                {"tau0_s", analysis.tau0_s},
                {"tau0_source", series.interval_source},
-               {"points", points},
-               {"minimum",
-                {{"deviation_deg_per_h", least.deviation},
-                 {"low_deg_per_h", least.low},
-                 {"high_deg_per_h", least.high},
-                 {"tau_s", least.tau_s}}}};
-  if (analysis.coefficients) {
-    json["coefficients"] = coefficients_json(analysis);
-  } else {
-    json["coefficients"] = nullptr;
-    json["no_coefficients_because"] = analysis.coefficients.error().text();
-  }
+               {"points", points}};
+  json["coefficients"] = analysis.coefficients ? coefficients_json(analysis) : Json(nullptr);
+  if (!analysis.coefficients) json["no_coefficients_because"] = analysis.coefficients.error().text();
   return json_text(json, 1) + "\n";
 }
 
