@@ -31,20 +31,9 @@ struct Phase {
   std::vector<Record> records;
   std::size_t values = 0, missing = 0, holes = 0, size = 0;  ///< size: of all records, with their missing values
   double slope = 0;                                          ///< per sample
-
- private:
-  void find_records();
-  /// Of the rates that are there, and of their positions.
-  std::pair<double, double> mean(std::size_t begin, std::size_t end) const {
-    double sum = 0, positions = 0, count = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (std::isfinite(x[i])) sum += x[i], positions += static_cast<double>(i), ++count;
-    }
-    return {sum / count, positions / count};
-  }
 };
 
-void Phase::find_records() {
+Phase::Phase(std::vector<double> rate) : x(std::move(rate)) {
   Record open;
   for (std::size_t i = 0; i <= x.size(); ++i) {
     if (i == x.size() || std::isinf(x[i])) {
@@ -58,16 +47,22 @@ void Phase::find_records() {
     }
     holes += i < x.size() && !std::isfinite(x[i]) && (i == 0 || std::isfinite(x[i - 1]));
   }
-  for (const Record& record : records) size += record.size();
-}
-
-Phase::Phase(std::vector<double> rate) : x(std::move(rate)) {
-  find_records();
-  const auto longest = std::max_element(records.begin(), records.end(),
-                                        [](const Record& a, const Record& b) { return a.size() < b.size(); });
-  if (const std::size_t third = records.empty() ? 0 : longest->size() / 3; third > 0) {
-    const auto [first, first_at] = mean(longest->begin, longest->begin + third);
-    const auto [last, last_at] = mean(longest->end - third, longest->end);
+  Record longest;
+  for (const Record& record : records) {
+    size += record.size();
+    if (record.size() > longest.size()) longest = record;
+  }
+  // Of the rates that are there, and of their positions.
+  const auto mean = [&](std::size_t begin, std::size_t end) {
+    double sum = 0, positions = 0, count = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (std::isfinite(x[i])) sum += x[i], positions += static_cast<double>(i), ++count;
+    }
+    return std::pair(sum / count, positions / count);
+  };
+  if (const std::size_t third = longest.size() / 3; third > 0) {
+    const auto [first, first_at] = mean(longest.begin, longest.begin + third);
+    const auto [last, last_at] = mean(longest.end - third, longest.end);
     slope = (last - first) / (last_at - first_at);
   }
   const auto [level, centre] = mean(0, x.size());

@@ -102,11 +102,28 @@ class Curve {
     return (unit_.col(k) * noise(k)).cwiseQuotient(unit_ * noise).maxCoeff();
   }
 
-  /// Distances of the points from the strengths, in standard deviations of each point.
-  Eigen::VectorXd misses(const Strengths& noise) const {
-    const Eigen::ArrayXd expected = unit_ * noise, sd = relative_sd(noise);
+  struct Linear {
+    Eigen::VectorXd misses;    ///< distances of the points from the strengths, in standard deviations of each point
+    Columns columns;           ///< whitened derivatives of `misses`
+    Eigen::VectorXd residual;  ///< `misses`, whitened
+  };
+
+  Linear linear(const Strengths& noise) const {
+    const Columns parts = (unit_ * noise.asDiagonal()).cwiseProduct(relative_);
+    const Eigen::VectorXd sum = parts.rowwise().sum();
+    Eigen::MatrixXd covariance = 1e-9 * Eigen::MatrixXd::Identity(sum.size(), sum.size());
+    for (Index k = 0; k < 4; ++k) {
+      const Eigen::VectorXd root = parts.col(k).cwiseQuotient(sum).cwiseSqrt();
+      covariance += (root * root.transpose()).cwiseProduct(rho_[k]);
+    }
+    Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+    // The rounded correlations of a random walk are not those of any noise from nine octaves on.
+    if (factor.info() != Eigen::Success || factor.matrixLLT().diagonal().minCoeff() < 0.01)
+      factor.compute(covariance + 0.01 * Eigen::MatrixXd::Identity(sum.size(), sum.size()));
     // The mean of the cube root of a chi-square with 2 / sd² degrees of freedom, relative: 1 − sd² / 9.
-    return ((variances_.array() / expected).pow(1.0 / 3) - 1 + sd.square() / 9) * 3 / sd;
+    const Eigen::ArrayXd expected = unit_ * noise, sd = sum.array() / expected;
+    const Eigen::VectorXd misses = ((variances_.array() / expected).pow(1.0 / 3) - 1 + sd.square() / 9) * 3 / sd;
+    return {misses, factor.matrixL().solve(sum.cwiseInverse().asDiagonal() * unit_), factor.matrixL().solve(misses)};
   }
 
   /// The most likely strengths, or those if the strength of one noise k >= 0 is `value`.
@@ -159,30 +176,6 @@ class Curve {
   }
 
  private:
-  struct Linear {
-    Columns columns;           ///< whitened derivatives of the cube roots, times 3 / sd
-    Eigen::VectorXd residual;  ///< whitened distances
-  };
-
-  Eigen::ArrayXd relative_sd(const Strengths& noise) const {
-    return (unit_ * noise.asDiagonal()).cwiseProduct(relative_).rowwise().sum().cwiseQuotient(unit_ * noise);
-  }
-
-  Linear linear(const Strengths& noise) const {
-    const Columns parts = (unit_ * noise.asDiagonal()).cwiseProduct(relative_);
-    const Eigen::VectorXd sum = parts.rowwise().sum();
-    Eigen::MatrixXd covariance = 1e-9 * Eigen::MatrixXd::Identity(sum.size(), sum.size());
-    for (Index k = 0; k < 4; ++k) {
-      const Eigen::VectorXd root = parts.col(k).cwiseQuotient(sum).cwiseSqrt();
-      covariance += (root * root.transpose()).cwiseProduct(rho_[k]);
-    }
-    Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-    // The rounded correlations of a random walk are not those of any noise from nine octaves on.
-    if (factor.info() != Eigen::Success || factor.matrixLLT().diagonal().minCoeff() < 0.01)
-      factor.compute(covariance + 0.01 * Eigen::MatrixXd::Identity(sum.size(), sum.size()));
-    return {factor.matrixL().solve(sum.cwiseInverse().asDiagonal() * unit_), factor.matrixL().solve(misses(noise))};
-  }
-
   /// Of the fit of strength k; finite also if the points do not determine it.
   double standard_deviation(Index k, const Strengths& noise) const {
     Columns used = linear(noise).columns;
@@ -235,7 +228,7 @@ AllanFit fit_allan(std::size_t n, double slope, const std::vector<AllanVariance>
   }
   result.strengths[4] = ramp ? AllanCoefficient{steep, std::max(steep - sd, 0.0), steep + sd}
                              : AllanCoefficient{std::nullopt, 0, steep + kAtMost * most};
-  const Eigen::VectorXd misses = curve.misses(best);
+  const Eigen::VectorXd misses = curve.linear(best).misses;
   result.misses.assign(misses.begin(), misses.end());
   return result;
 }

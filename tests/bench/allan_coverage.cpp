@@ -58,8 +58,11 @@ constexpr Kind kKinds[] = {{"white",
                             [](double n) -> Truth {
                               return {0, 1, 0, at(n / 15), 0};
                             }},
-                           {"walk", [](double) -> Truth { return {0, 0, 0, 1, 0}; }},
-    {"weak flicker", [](double n) -> Truth {
+                           {"walk",
+                            [](double) -> Truth {
+                              return {0, 0, 0, 1, 0};
+                            }},
+                           {"weak flicker", [](double n) -> Truth {
                               return {0, 1, 30 / n, 0, 0};
                             }}};
 
