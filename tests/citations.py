@@ -5,7 +5,7 @@ import os
 import re
 
 CODE = (".cpp", ".hpp", ".js", ".mjs")
-SKIPPED = re.compile(r"^CHANGELOG\.md$|^LICENSE$|^tests/golden/|^tests/house_rules_cases\.py$")
+SKIPPED = re.compile(r"^CHANGELOG\.md$|^LICENSE$|^tests/golden/")
 # examples, paths of a web server, and files of other projects
 NOT_FILES = {"a.cpp", "line.sh", "lib/charts.js", "docs/spec.md", "NAME.SECTION.scd"}
 OTHER_LIBRARIES = ("sqlite3_", "pthread_", "sd_", "std", "boost", "steady_clock", "now")

@@ -198,16 +198,6 @@ def check_first_lines(path, text):
         yield at + 2, "expected one line with the purpose of the header"
 
 
-def check_words(path, text):
-    if not (is_code(path) or is_script(path, text)):
-        return
-    for match in re.finditer(r"\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b", text):
-        yield line_of(text, match.start()), f"'{match.group()}' belongs in an issue, not in a comment"
-    if is_code(path):
-        for match in re.finditer(r"\busing\s+namespace\s+std\b", without_comments_and_texts(text)):
-            yield line_of(text, match.start()), "'using namespace std' imports every name"
-
-
 # Examples of 0.2: prismctl's rows and prismweb's archive.
 BY_MESSAGE = re.compile(r"(?:\btext\(\)|\bwhat)\.(?:find|starts_with|ends_with|compare)\(")
 
@@ -272,16 +262,6 @@ def check_waiting(path, text):
             yield line, "a brace in the statement of a co_await: name it first"
 
 
-def check_executable(path, text, mode):
-    if not path.startswith(("tools/", "tests/", ".ci/")):
-        return
-    executable = bool(mode & 0o100)
-    if text.startswith("#!") and not executable:
-        yield 1, "a script that is not executable: chmod +x"
-    if executable and not text.startswith("#!"):
-        yield 1, "an executable file without '#!'"
-
-
 def check_traps(path, text):
     """A trap in a test replaces the one of lib.sh, and its commands change the exit code: the test could not fail."""
     if re.match(r"tests/(?:system|faults)/\d", path):
@@ -322,7 +302,7 @@ class UniqueTypes:
 
 
 RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
-         check_words, check_decisions, check_waiting, check_traps, check_pipes, check_names]
+         check_decisions, check_waiting, check_traps, check_pipes, check_names]
 
 
 def files_of(root):
@@ -339,21 +319,51 @@ def breaches(root):
     files = []
     for path, full in files_of(root):
         with open(full, "rb") as file:
-            files.append((path, full, file.read().decode("utf-8", errors="replace")))
-    texts = [(path, text) for path, _, text in files]
-    rules = RULES + [UniqueTypes(), citations.Citations(texts), frame_path.FramePath(texts)]
-    for path, full, text in files:
-        found = [breach for rule in rules for breach in rule(path, text)]
-        found += check_executable(path, text, os.stat(full).st_mode)
-        for line, what in sorted(found):
+            files.append((path, file.read().decode("utf-8", errors="replace")))
+    rules = RULES + [UniqueTypes(), citations.Citations(files), frame_path.FramePath(files)]
+    for path, text in files:
+        for line, what in sorted(breach for rule in rules for breach in rule(path, text)):
             yield f"{path}:{line}: {what}"
+
+
+CASES = os.path.join(ROOT, "tests", "house_rules_cases.txt")
+HEADS = {".cpp": f"// {SPDX}\n", ".hpp": f"// {SPDX}\n// A header with its purpose.\n#pragma once\n", ".md": "", ".js": "", "": f"#!/bin/sh\n# {SPDX}\n"}
+
+
+def plant(folder, block):
+    """Writes the files of a block of cases; returns the path and the expected message of the first."""
+    files = re.findall(r"(?m)^([!+]?)(\S+)(?: \| (.*))?\n((?:  .*\n)*)", block + "\n")
+    for mark, path, _, content in files:
+        full = os.path.join(folder, path)
+        os.makedirs(os.path.dirname(full), exist_ok=True)
+        with open(full, "w", encoding="utf-8") as file:
+            file.write("" if mark == "!" else HEADS.get(os.path.splitext(path)[1], f"# {SPDX}\n"))
+            file.write(re.sub("(?m)^  ", "", content))
+    return files[0][1:3]
+
+
+def self_test():
+    with open(CASES, encoding="utf-8") as file:
+        blocks = re.sub(r"(?m)^#.*\n", "", file.read()).strip("\n").split("\n\n")
+    failures = []
+    with tempfile.TemporaryDirectory() as sound:
+        for block in blocks:
+            with tempfile.TemporaryDirectory() as folder:
+                path, expected = plant(folder, block)
+                found = list(breaches(folder))
+            if not expected:
+                plant(sound, block)
+            elif len(found) != 1 or expected not in found[0] or not found[0].startswith(path + ":"):
+                failures.append(f"expected one '{expected}', found {found}:\n{block}")
+        failures += [f"correct code was rejected: {line}" for line in breaches(sound)]
+        correct = len(list(files_of(sound)))
+    print(*failures, f"code rules, self-test: {len(failures)} failures in {len(blocks)} cases, {correct} of correct files", sep="\n")
+    return 1 if failures or correct < 10 else 0
 
 
 def main(arguments):
     if arguments == ["--self-test"]:
-        import house_rules_cases
-
-        return house_rules_cases.run(sys.modules[__name__], tempfile)
+        return self_test()
     if arguments:
         print("usage: house_rules.py [--self-test]", file=sys.stderr)
         return 64
