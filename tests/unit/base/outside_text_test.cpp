@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/escape.hpp"
+#include "tests/support/blocks.hpp"
 
 namespace prism {
 namespace {
@@ -85,21 +86,8 @@ TEST(Escape, EscapesMarkupForHtml) {
 }
 
 TEST(Escape, PreventsFormulasInCells) {
-  const std::vector<std::pair<std::string, std::string>> cells = {{"x", "x"},
-                                                                  {"-1.5e-3", "-1.5e-3"},
-                                                                  {"+2", "+2"},
-                                                                  {"a,b", "\"a,b\""},
-                                                                  {"a\"b", "\"a\"\"b\""},
-                                                                  {"=1+1", "'=1+1"},
-                                                                  {"-x", "'-x"},
-                                                                  {"+cmd|' /C calc'!A0", "'+cmd|' /C calc'!A0"},
-                                                                  {"@SUM(1)", "'@SUM(1)"},
-                                                                  {"\t=1", "\"'\t=1\""},
-                                                                  {"=a,b", "\"'=a,b\""},
-                                                                  {"-", "'-"},
-                                                                  {"", ""},
-                                                                  {"a\xff", "a\xef\xbf\xbd"}};
-  for (const auto& [text, cell] : cells) EXPECT_EQ(csv_cell(text), cell) << text;
+  for (const test::Block& row : test::blocks("base/csv_cells.txt", 2))
+    EXPECT_EQ(csv_cell(row.text(0)), row.text(1)) << row.where;
 }
 
 TEST(Escape, AWordForAShellIsInQuotesIfItNeedsThem) {

@@ -10,6 +10,8 @@
 #include <random>
 #include <string>
 
+#include "tests/support/blocks.hpp"
+
 namespace prism::compensation {
 namespace {
 
@@ -135,42 +137,10 @@ std::string with_field(std::size_t index, const std::string& field, std::string 
 }
 
 TEST(Csv, AnInvalidFieldIsReportedByItsColumn) {
-  struct Row {
-    std::size_t field;
-    const char *text, *refusal;
-  };
-  // clang-format off
-  const Row rows[] = {
-      {1, "", R"(g.csv:7: column time_s: found "", expected a valid value)"},
-      {1, "1.5", R"(g.csv:7: column time_s: found "1.5", expected a valid value)"},
-      {1, "-9223372036854775808", R"(g.csv:7: column time_s: found "-9223372036854775808", expected a valid value)"},
-      {1, "9223372036854775807", R"(g.csv:7: column time_s: found "9223372036854775807", expected a valid value)"},
-      {2, "-1", R"(g.csv:7: column samples: found "-1", expected a valid value)"},
-      {2, "4294967296", R"(g.csv:7: column samples: found "4294967296", expected a valid value)"},
-      {4, "nan", R"(g.csv:7: column rate_deg_per_h: found "nan", expected a valid value)"},
-      {4, "-nan", R"(g.csv:7: column rate_deg_per_h: found "-nan", expected a valid value)"},
-      {5, "inf", R"(g.csv:7: column temperature_degc: found "inf", expected a valid value)"},
-      {6, "1e999", R"(g.csv:7: column uhfo_v: found "1e999", expected a valid value)"},
-      {12, "0.1 ", R"(g.csv:7: column bias_deg_per_h: found "0.1 ", expected a valid value)"},
-      {12, "+0.1", R"(g.csv:7: column bias_deg_per_h: found "+0.1", expected a valid value)"},
-      {14, "0x1", R"(g.csv:7: column corrected_deg_per_h: found "0x1", expected a valid value)"},
-      {16, "", R"(g.csv:7: column quality: found "", expected a valid value)"},
-      {16, "goo", R"(g.csv:7: column quality: found "goo", expected a valid value)"},
-      {16, "extrapolating+sett", R"(g.csv:7: column quality: found "extrapolating+sett", expected a valid value)"},
-      {16, "good+warming", R"(g.csv:7: column quality: found "good+warming", expected a valid value)"},
-      {14, "\n\xff", R"(g.csv:7: column corrected_deg_per_h: found "??", expected a valid value)"},
-      {19, "0,0", R"(g.csv:7: found 21 columns, expected 20)"},
-      {17, "nan", R"(g.csv:7: column sd_mean_deg_per_h: found "nan", expected a valid value)"},
-      {18, "-1", R"(g.csv:7: column arrival_s: found "-1", expected a valid value)"},
-      {18, "1e12", R"(g.csv:7: column arrival_s: found "1e12", expected a valid value)"},
-      {19, "", R"(g.csv:7: column partial: found "", expected a valid value)"},
-      {19, "2", R"(g.csv:7: column partial: found "2", expected a valid value)"},
-  };
-  // clang-format on
-  for (const Row& row : rows) {
-    const auto read = parse_csv(with_field(row.field, row.text), "g.csv:7");
-    ASSERT_FALSE(read) << row.text;
-    EXPECT_EQ(read.error().text(), row.refusal);
+  for (const test::Block& row : test::blocks("compensation/row_errors.txt", 3)) {
+    const auto read = parse_csv(with_field(std::stoul(row[0]), row.text(1)), "g.csv:7");
+    ASSERT_FALSE(read) << row.where;
+    EXPECT_EQ(read.error().text(), row[2]) << row.where;
   }
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "compensation/polynomial_model.hpp"
+#include "tests/support/blocks.hpp"
 #include "tests/support/models.hpp"
 #include "tests/support/shared_files.hpp"
 
@@ -37,79 +38,19 @@ std::string refusal_after(void (*change)(json&)) {
 
 const PolynomialModel& polynomial(const ModelPtr& model) { return dynamic_cast<const PolynomialModel&>(*model); }
 
-struct Damage {
-  void (*change)(json& file);
-  const char* refusal;
-};
-
-// clang-format off
-const Damage kDamages[] = {
-    {[](json& f) { f["format"] = "prism-frame"; }, R"(m.json:/format: found "prism-frame", expected "prism-model": a model made by prismcal train)"},
-    {[](json& f) { f["format"] = 1; }, R"(m.json:/format: found 1, expected a string in quotes)"},
-    {[](json& f) { f.erase("format"); }, R"(m.json: "format" is missing)"},
-    {[](json& f) { f["version"] = 3, f["novelty"] = 1; },
-     R"(m.json:/version: found 3, expected at most 2: made by a newer prism)"},
-    {[](json& f) { f["version"] = 0; }, R"(m.json:/version: found 0, expected an integer within 1 to 1000000000)"},
-    {[](json& f) { f["version"] = "1"; },
-     R"(m.json:/version: found "1", expected an integer within 1 to 1000000000)"},
-    {[](json& f) { f.erase("version"); }, R"(m.json: "version" is missing)"},
-    {[](json& f) { f["id"] = std::string(64, '0'); },
-     R"(m.json:/id: found "000000000000000000000000000000000000..., but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},
-    {[](json& f) { f["id"] = "3b5d"; },
-     R"(m.json:/id: found "3b5d", but the content gives "3b5d2cf2e79d...": it was changed or damaged)"},
-    {[](json& f) { f.erase("id"); }, R"(m.json: "id" is missing)"},
-    {[](json& f) { f["extra"] = 1; },
-     R"(m.json:/extra: unknown key in line 1; expected one of features, format, gyro, id, inputs, kind, name, provenance, sd_deg_per_h, spread, table, terms, version)"},
-    {[](json& f) { f["features"]["extra"] = 1; }, 
-     R"(m.json:/features/extra: unknown key in line 1; expected one of end_mean_s, lag_time_constants_s, length_s, max_gap_s, sensors, slope)"},
-    {[](json& f) { f["inputs"][1]["extra"] = 1; }, 
-     R"(m.json:/inputs/1/extra: unknown key in line 1; expected one of max, min, name, unit)"},
-    {[](json& f) { f["terms"][5]["extra"] = 1; }, 
-     R"(m.json:/terms/5/extra: unknown key in line 1; expected one of coefficient, powers)"},
-    {[](json& f) { f["gyro"]["extra"] = 1; }, R"(m.json:/gyro/extra: unknown key in line 1; expected one of axis, serial)"},
-    {[](json& f) { f.erase("kind"); }, R"(m.json: "kind" is missing)"},
-    {[](json& f) { f.erase("features"); }, R"(m.json: "features" is missing)"},
-    {[](json& f) { f["features"].erase("length_s"); }, R"(m.json:/features: "length_s" is missing)"},
-    {[](json& f) { f["features"]["length_s"] = 0; }, R"(m.json:/features/length_s: found 0, expected an integer within 1 to 3600)"},
-    {[](json& f) { f["features"]["length_s"] = 3601; }, R"(m.json:/features/length_s: found 3601, expected an integer within 1 to 3600)"},
-    {[](json& f) { f["features"]["end_mean_s"] = 101; }, R"(m.json:/features/end_mean_s: found 101, expected an integer within 1 to 100)"},
-    {[](json& f) { f["features"]["max_gap_s"] = -1; }, R"(m.json:/features/max_gap_s: found -1, expected an integer within 0 to 3600)"},
-    {[](json& f) { f["features"]["slope"] = "spline"; },
-     R"(m.json:/features/slope: found "spline", expected "difference" or "least_squares")"},
-    {[](json& f) { f["features"]["lag_time_constants_s"] = {1500, 0}; },
-     R"(m.json:/features/lag_time_constants_s/1: found 0, expected a number within 1 to 10000000)"},
-    {[](json& f) { f.erase("inputs"); }, R"(m.json: "inputs" is missing)"},
-    {[](json& f) { f["inputs"] = json::array(); }, R"(m.json:/inputs: found none, expected at least one input)"},
-    {[](json& f) { f["inputs"][0]["name"] = "lag1"; },
-     R"(m.json:/inputs/0/name: found "lag1", expected T, dTdt, U, a lag or a sensor's that features define)"},
-    {[](json& f) { f["inputs"][1] = f["inputs"][0]; }, R"(m.json:/inputs/1/name: "T" is given twice)"},
-    {[](json& f) { f["inputs"][1]["unit"] = "degC/min"; },
-     R"(m.json:/inputs/1/unit: found "degC/min", expected "degC/s")"},
-    {[](json& f) { f["inputs"][0]["min"] = 5; }, R"(m.json:/inputs/0: "max" is missing)"},
-    {[](json& f) { f["inputs"][0]["min"] = 5, f["inputs"][0]["max"] = 4; },
-     R"(m.json:/inputs/0/max: 4 is less than min, 5)"},
-    {[](json& f) { f["inputs"][0]["min"] = 4, f["inputs"][0]["max"] = 5; },
-     R"(m.json:/inputs: found min and max of 1 of 2 inputs, expected them of all or of none)"},
-    {[](json& f) { f.erase("terms"); }, R"(m.json: "terms" is missing)"},
-    {[](json& f) { f["terms"][2]["coefficient"] = "1"; },
-     R"(m.json:/terms/2/coefficient: found "1", expected a number within -1.797693135e+308 to 1.797693135e+308)"},
-    {[](json& f) { f["terms"][2].erase("coefficient"); }, R"(m.json:/terms/2: "coefficient" is missing)"},
-    {[](json& f) { f["terms"][2]["powers"] = {1}; },
-     R"(m.json:/terms/2/powers: found 1 powers, expected 2: one per input)"},
-    {[](json& f) { f["terms"][2]["powers"] = {1, 0.5}; }, R"(m.json:/terms/2/powers: found 0.5, expected integers)"},
-    {[](json& f) { f["terms"][2]["powers"] = {1, 10}; },
-     R"(m.json:/terms/2/powers/1: found 10, expected a number within 0 to 9)"},
-    {[](json& f) { f["sd_deg_per_h"] = -1; }, R"(m.json:/sd_deg_per_h: found -1, expected a number within 0 to 1000000000)"},
-    {[](json& f) { f["provenance"] = "by hand"; }, R"(m.json:/provenance: found "by hand", expected an object {...})"},
-};
-// clang-format on
-
 TEST(ModelText, EveryErrorHasItsOwnMessage) {
   ASSERT_EQ(refusal_after([](json&) {}), "");
-  for (const Damage& damage : kDamages) {
+  for (const test::Block& row : test::blocks("compensation/model_errors.txt", -2)) {
     json file = json::parse(shipped_text());
-    damage.change(file);
-    EXPECT_EQ(refusal(file.dump()), damage.refusal);
+    for (std::size_t i = 0; i + 1 < row.lines.size(); ++i) {
+      const std::size_t blank = std::min(row[i].find(' '), row[i].size());
+      const json::json_pointer at(row[i].substr(0, blank));
+      if (blank < row[i].size())
+        file[at] = json::parse(row[i].substr(blank));
+      else
+        file.at(at.parent_pointer()).erase(at.back());
+    }
+    EXPECT_EQ(refusal(file.dump()), "m.json" + row.lines.back()) << row.where;
   }
 }
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/blocks.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace prism::config {
@@ -121,57 +122,9 @@ TEST(Config, ReadsNetworkLines) {
   EXPECT_EQ(udp.sensor_lines[0].line.device, "tcp moxa:4002");
 }
 
-struct Refused {
-  const char* text;
-  const char* message;
-};
-
 TEST(Config, ReportsPositionFoundAndExpected) {
-  const Refused table[] = {
-      {R"({"lime": {}})", "/etc/prism/gyro1.json:/lime: unknown key in line 1; did you mean \"line\"?"},
-      {R"({"line": {"bauds": 1}})", "/etc/prism/gyro1.json:/line/bauds: unknown key in line 1; did you mean \"baud\"?"},
-      {R"({"line": {"baud": "fast"}})",
-       "/etc/prism/gyro1.json:/line/baud: found \"fast\", expected an integer within 50 to 20000000"},
-      {R"({"line": {"baud": 7}})",
-       "/etc/prism/gyro1.json:/line/baud: found 7, expected an integer within 50 to 20000000"},
-      {R"({"line": {"silence_s": 0}})",
-       "/etc/prism/gyro1.json:/line/silence_s: found 0, expected a number within 0.1 to 3600"},
-      {R"({"line": {"retry_min_s": 3, "retry_max_s": 1}})",
-       "/etc/prism/gyro1.json:/line/retry_max_s: found 1, expected a number within 3 to 600"},
-      {R"({"line": {"parity": "mark"}})",
-       "/etc/prism/gyro1.json:/line/parity: found \"mark\", expected \"none\" or \"even\" or \"odd\""},
-      {R"({"line": {"tcp": {"address": "moxa"}}})",
-       "/etc/prism/gyro1.json:/line/tcp/address: found \"moxa\" without a port, expected HOST:PORT"},
-      {R"({"line": {"tcp": {}}})", "/etc/prism/gyro1.json:/line/tcp: \"address\" is missing"},
-      {R"({"line": {"tcp": {"address": "moxa:4001", "listen": "[::1]:4001"}}})",
-       "/etc/prism/gyro1.json:/line/tcp/address: given together with \"listen\"; expected one of them"},
-      {R"({"line": {"device": "/dev/ttyS0", "tcp": {"address": "moxa:4001"}}})",
-       "/etc/prism/gyro1.json:/line/tcp: given together with \"device\"; expected one of them"},
-      {R"({"line": {"tcp": {"address": "moxa:4001"}, "udp": {"listen": "0.0.0.0:4002"}}})",
-       "/etc/prism/gyro1.json:/line/udp: given together with \"tcp\"; expected one of them"},
-      {R"({"line": {"udp": {"listen": "0.0.0.0:4002", "from": "gyro"}}})",
-       "/etc/prism/gyro1.json:/line/udp/from: found \"gyro\", expected an IP address"},
-      {R"({"line": 5})", "/etc/prism/gyro1.json:/line: found 5, expected an object {...}"},
-      {R"({"gyro": {"sign": 0}})", "/etc/prism/gyro1.json:/gyro/sign: found 0, expected 1 or -1"},
-      {R"({"name": "a/b"})",
-       "/etc/prism/gyro1.json:/name: found \"a/b\", expected 1 to 90 bytes of printable text without '/', no '.' "
-       "first, no blank at either end"},
-      {R"({"name": "a\nb"})",
-       "/etc/prism/gyro1.json:/name: found \"a\\nb\", expected 1 to 90 bytes of printable text without '/', no '.' "
-       "first, no blank at either end"},
-      {R"({"name": "a\u0000b"})",
-       "/etc/prism/gyro1.json:/name: found \"a\\u0000b\", expected 1 to 90 bytes of printable text without '/', no '.' "
-       "first, no blank at either end"},
-      {R"({"gyro": {"serial": "70\r1"}})",
-       "/etc/prism/gyro1.json:/gyro/serial: found \"70\\r1\", expected at most 128 bytes of printable text, no blank "
-       "at either end"},
-      {R"({"socket": {"mode": "rw"}})",
-       "/etc/prism/gyro1.json:/socket/mode: found \"rw\", expected an octal mode such as \"0660\""},
-      {R"({"write_log": false, "log": {}})", "/etc/prism/gyro1.json:/log: given although \"write_log\" is false"},
-      {R"({"clock": "host", "clock": "device"})", "/etc/prism/gyro1.json: the key \"clock\" is given twice"},
-      {R"([])", "/etc/prism/gyro1.json: found [], expected a JSON object"},
-  };
-  for (const Refused& row : table) EXPECT_EQ(refusal(row.text), row.message);
+  for (const test::Block& row : test::blocks("config/config_errors.txt", 2))
+    EXPECT_EQ(refusal(row[0]), "/etc/prism/gyro1.json" + row[1]) << row.where;
 }
 
 TEST(Config, ReportsInvalidJsonWithLineAndColumn) {

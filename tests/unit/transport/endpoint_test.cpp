@@ -6,6 +6,8 @@
 
 #include <string>
 
+#include "tests/support/blocks.hpp"
+
 namespace prism::transport {
 namespace {
 
@@ -15,26 +17,9 @@ std::string read(const char* text) {
 }
 
 TEST(Endpoint, HostAndPort) {
-  const std::pair<const char*, const char*> table[] = {
-      {"device-server:4001", "device-server 4001"},
-      {"192.0.2.7:1", "192.0.2.7 1"},
-      {"[2001:db8::7]:65535", "2001:db8::7 65535"},
-      {"[fe80::1%eth0]:4001", "fe80::1%eth0 4001"},
-      {"", "is empty, expected HOST:PORT"},
-      {"device-server", "found \"device-server\" without a port, expected HOST:PORT"},
-      {"device-server:", "found \"device-server:\" without a port, expected HOST:PORT"},
-      {":4001", "found \":4001\" without a host, expected HOST:PORT"},
-      {"[]:4001", "found \"[]:4001\" without a host, expected HOST:PORT"},
-      {"[::1]", "found \"[::1]\" without a port, expected HOST:PORT"},
-      {"[::1]4001", "found \"[::1]4001\" without a port, expected HOST:PORT"},
-      {"[::1:4001", "found \"[::1:4001\" without \"]\", expected [ADDRESS]:PORT"},
-      {"::1:4001", "found \"::1:4001\", an IPv6 address without brackets; expected [ADDRESS]:PORT"},
-      {"gyro:0", "found \"gyro:0\" with the port \"0\", expected 1 to 65535"},
-      {"gyro:65536", "found \"gyro:65536\" with the port \"65536\", expected 1 to 65535"},
-      {"gyro:telnet", "found \"gyro:telnet\" with the port \"telnet\", expected 1 to 65535"},
-      {"gy ro:4001", "found \"gy ro:4001\" with the host \"gy ro\", expected a name or an address"},
-  };
-  for (const auto& [text, expected] : table) EXPECT_EQ(read(text), expected);
+  for (const test::Block& row : test::blocks("transport/endpoint.txt", 2))
+    EXPECT_EQ(read(row[0].c_str()), row[1]) << row.where;
+  EXPECT_EQ(read(""), "is empty, expected HOST:PORT");
 }
 
 TEST(Endpoint, NumericWithOrWithoutAPort) {

@@ -15,6 +15,7 @@
 #include "base/json_document.hpp"
 #include "drivers/poller.hpp"
 #include "drivers/start_up.hpp"
+#include "tests/support/blocks.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::drivers {
@@ -66,24 +67,8 @@ TEST(Commands, AreReadFromJson) {
 }
 
 TEST(Commands, MistakesAreReported) {
-  const std::pair<const char*, const char*> table[] = {
-      {R"({"start": [{}]})",
-       "x.json:/start/0: found no command, expected \"send\", \"send_hex\", \"expect\" or \"wait_ms\""},
-      {R"({"start": [{"send": "A", "send_hex": "41"}]})",
-       "x.json:/start/0/send_hex: given together with \"send\"; expected one of them"},
-      {R"({"start": [{"send": ""}]})", "x.json:/start/0/send: is empty, expected 1 to 1024 bytes"},
-      {R"({"start": [{"send": "A", "within_ms": 5}]})", "x.json:/start/0/within_ms: given without \"expect\""},
-      {R"({"start": [{"send": "A", "expect": "B", "wait_ms": 5}]})",
-       "x.json:/start/0/wait_ms: given together with \"expect\"; expected a step of its own"},
-      {R"({"start": [{"send": "A", "until": "B"}]})", "x.json:/start/0/until: unknown key in line 1"},
-      {R"({"poll": {"every_ms": 1000}})", "x.json:/poll: found no request, expected \"send\" or \"send_hex\""},
-      {R"({"poll": {"every_ms": 1, "send": "A"}})",
-       "x.json:/poll/every_ms: found 1, expected an integer within 10 to 3600000"},
-      {R"({"poll": {"requests": []}})", "x.json:/poll/requests: found 0, expected an array of 1 to 64"},
-      {R"({"poll": {"send": "A", "requests": [{"send": "B"}]}})",
-       "x.json:/poll/send: given together with \"requests\"; expected one of them"},
-  };
-  for (const auto& [json, expected] : table) EXPECT_THAT(read(json).error, testing::StartsWith(expected));
+  for (const test::Block& row : test::blocks("wire/command_errors.txt", 2))
+    EXPECT_THAT(read(row[0]).error, testing::StartsWith(row[1])) << row.where;
 }
 
 TEST(Commands, OfAConfigurationReplaceThoseOfTheDescription) {

@@ -3,11 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/wire/descriptions.hpp"
+#include "tests/support/blocks.hpp"
 
 namespace prism::wire {
 namespace {
 
-// A small good description; each row of the table below breaks it in one place.
+// A small good description; each block of description_errors.txt breaks it in one place.
 constexpr const char* kGood = R"({
   "format": "prism-frames", "version": 1, "name": "small", "line": {"baud": 9600}, "rate_hz": 10,
   "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 12,
@@ -54,102 +55,10 @@ TEST(Description, CompilesAGoodDescription) {
   EXPECT_EQ(d.kinds[0].check_bits, 16);
 }
 
-struct Slip {
-  const char* from;
-  const char* to;
-  const char* message;
-};
-
-class Refusals : public testing::TestWithParam<Slip> {};
-
-TEST_P(Refusals, ReportPositionFoundAndExpected) {
-  EXPECT_EQ(refusal(GetParam().from, GetParam().to), GetParam().message);
+TEST(Description, EveryErrorReportsPositionFoundAndExpected) {
+  for (const test::Block& slip : test::blocks("wire/description_errors.txt", 3))
+    EXPECT_EQ(refusal(slip[0], slip[1]), slip[2]) << slip.where;
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    Slips, Refusals,
-    testing::Values(
-        Slip{"\"version\": 1", "\"version\": 2", "f.json:/version: found 2, expected 1"},
-        Slip{"\"length\": 12,",
-             "\"length\": 12, \"items\": {\"from\": 2, \"to\": -2}, \"blocks\": {\"from\": 2, \"mask\": \"flags\", "
-             "\"sizes\": [1]},",
-             "f.json:/kinds/0: has more than one of \"text\", \"items\", \"blocks\"; expected at most one"},
-        Slip{"\"baud\": 9600", "\"baud\": 9600, \"bauds\": 1",
-             "f.json:/line/bauds: unknown key in line 2; did you mean \"baud\"?"},
-        Slip{"\"version\": 1", "\"version\": 1, \"version\": 1", "f.json: the key \"version\" is given twice"},
-        Slip{"\"gyro\"", "\"giro\"", "f.json: \"gyro\" is missing; found \"giro\" in line 7"},
-        Slip{"\"baud\": 9600", "\"baud\": \"fast\"",
-             "f.json:/line/baud: found \"fast\", expected an integer within 50 to 20000000"},
-        Slip{"\"rate_hz\": 10", "\"rate_hz\": 1000",
-             "f.json:/rate_hz: 1000 frames/s of 12 bytes need 1250 % of a line of 9600 baud; expected at most 100 %"},
-        Slip{"\"AB CD\"", "\"AB C\"",
-             "f.json:/kinds/0/sync/bytes: found \"AB C\", expected bytes in hex like \"A5 5A\""},
-        Slip{"\"bytes\": \"AB CD\"", "\"bytes\": \"AB CD\", \"mask\": \"FF\"",
-             "f.json:/kinds/0/sync/mask: found 1 bytes; expected 2 as in \"bytes\""},
-        Slip{"{\"bytes\": \"AB CD\"}", "[{\"bytes\": \"AB\"}, {\"bytes\": \"CD\"}]",
-             "f.json:/kinds/0/sync: sets byte 0 twice"},
-        Slip{"{\"bytes\": \"AB CD\"}", "{\"at\": 20, \"bytes\": \"AB\"}",
-             "f.json:/kinds/0/sync: byte 20 is outside the frame of 12 bytes"},
-        Slip{"\"length\": 12", "\"length\": {\"at\": 1, \"type\": \"u8\", \"min\": 9, \"max\": 8}",
-             "f.json:/kinds/0/length/max: 8 is below min 9"},
-        Slip{"\"to\": -2, \"at\": -2", "\"to\": 0, \"at\": -2",
-             "f.json:/kinds/0/checks: the CRC at -2 is inside the bytes 0 to 0 that it covers"},
-        Slip{"\"to\": -2, \"at\": -2", "\"to\": -2, \"at\": 11",
-             "f.json:/kinds/0/checks: a check of 2 bytes at 11 is outside the frame of 12 bytes"},
-        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 10", "f.json:/kinds/0/fields/n: overlaps a check"},
-        Slip{"\"n\": {\"at\": 9", "\"n\": {\"at\": 12",
-             "f.json:/kinds/0/fields/n: bytes 12 to 12 are outside its 12 bytes"},
-        Slip{"\"flags\": {\"at\": 6, \"type\": \"u8\"}", "\"flags\": {\"at\": 5, \"type\": \"u16\"}",
-             "f.json:/kinds/0/fields/flags: overlaps a part of \"rate\"; expected none of it or all"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"int32\"",
-             "f.json:/kinds/0/fields/rate/type: found \"int32\", expected one of u1 to u64, s2 to s64, f32, f64, "
-             "digits, "
-             "decimal, hex"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"order\": [0, 1, 2, 2]",
-             "f.json:/kinds/0/fields/rate/order: found [0,1,2,2], expected an order of the bytes 0 to 3, the most "
-             "significant first"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": \"1/0\"",
-             "f.json:/kinds/0/fields/rate/scale: found \"1/0\", expected a number, or a text such as \"1/16777216\", "
-             "\"2^-24\", \"250/2^23\""},
-        Slip{"\"axes\": {\"z\"", "\"valid\": {\"field\": \"flags\", \"mask\": 2, \"value\": 1}, \"axes\": {\"z\"",
-             "f.json:/gyro/valid/value: found 1, expected bits of the mask 2: (field & mask) is compared"},
-        Slip{"\"type\": \"s32\"", "\"type\": \"s32\", \"scale\": 0",
-             "f.json:/kinds/0/fields/rate/scale: 0 makes every value the same; expected another number"},
-        Slip{"\"field\": \"low\"", "\"field\": \"n\"",
-             "f.json:/kinds/0/fields/t/when/field: no field \"n\" before this one"},
-        Slip{"{\"z\": \"rate\"}", "{\"z\": \"speed\"}", "f.json:/gyro/axes/z: no message type has a field \"speed\""},
-        Slip{"{\"z\": \"rate\"}", "{}", "f.json:/gyro/axes: found none, expected at least one axis"},
-        Slip{"\"unit\": \"deg/h\"", "\"unit\": \"deg\"",
-             "f.json:/gyro/unit: found \"deg\", expected \"deg/h\" or \"arcsec/s\" or \"deg/s\" or \"rad/s\" or "
-             "\"pulse/s\""},
-        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"modulus\": 512}",
-             "f.json:/counter/modulus: 512 is more than the field's 256"},
-        Slip{"{\"field\": \"n\"}", "{\"field\": \"n\", \"step\": 300}",
-             "f.json:/counter/modulus: 256 is not above the step of 300 ticks a frame"},
-        Slip{"\"rate_hz\"", "\"stuffing\": \"slip\", \"rate_hz\"",
-             "f.json:/stuffing: removed in prism 0.4 (line 2); no description of prism is of stuffed frames"},
-        Slip{"\"length\": 12", "\"length\": {\"at\": 2, \"type\": \"u8\", \"multiply\": 2, \"max\": 12}",
-             "f.json:/kinds/0/length/multiply: removed in prism 0.4 (line 3); a length field counts bytes"},
-        Slip{
-            "\"to\": -2", "\"to\": -2, \"word_order\": \"big\"",
-            "f.json:/kinds/0/checks/word_order: removed in prism 0.4 (line 4); words are added in the \"order\" of the "
-            "check"},
-        Slip{"\"to\": -2", "\"to\": -2, \"covers_mark\": true",
-             "f.json:/kinds/0/checks/covers_mark: removed in prism 0.4 (line 4); the covered bytes end before the "
-             "\"mark\""},
-        Slip{
-            "\"type\": \"s32\"",
-            "\"type\": \"s32\", \"convert\": [{\"step\": \"polynomial\", \"coefficients\": [0, 2]}]",
-            "f.json:/kinds/0/fields/rate/convert/0/coefficients: removed in prism 0.4 (line 5); use the step \"table\" "
-            "with points of the polynomial"},
-        Slip{
-            "{\"field\": \"t\"}",
-            "{\"high\": \"n\", \"low\": \"low\", \"convert\": [{\"step\": \"thermistor\", \"a\": 0.1, \"b\": 0.1}]}",
-            "f.json:/temperature/convert/0/a: removed in prism 0.4 (line 8); use the step \"table\" with points of the "
-            "thermistor"},
-        Slip{"{\"field\": \"t\"}", "{\"field\": \"t\", \"high\": \"n\"}",
-             "f.json:/temperature/high: only valid for halves (\"high\", \"low\"); with \"field\" set it in "
-             "the field"}));
 
 TEST(Description, ReportsInvalidJsonWithItsLine) {
   const auto parsed = parse_frame_description("{\n  \"format\": \"prism-frames\",\n  oops\n}", "f.json");
