@@ -3,6 +3,7 @@
 #include "base/outside_text.hpp"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "base/escape.hpp"
+#include "base/plain_text.hpp"
 #include "tests/support/blocks.hpp"
 
 namespace prism {
@@ -102,6 +104,44 @@ TEST(Escape, AWordForAShellIsInQuotesIfItNeedsThem) {
 
 TEST(Escape, JsonNeverThrows) {
   EXPECT_EQ(json_text(nlohmann::json{{"a\xff", "b\xc3"}}), "{\"a\xef\xbf\xbd\":\"b\xef\xbf\xbd\"}");
+}
+
+TEST(PlainText, LeavesPrintableAsciiAsItIs) { EXPECT_EQ(plain_text(" azAZ09~\"\\"), " azAZ09~\"\\"); }
+
+TEST(PlainText, ShowsEveryOtherByteAsAQuestionMark) {
+  EXPECT_EQ(plain_text("a\nb\tc\x7f\xff"), "a?b?c??");
+  EXPECT_EQ(plain_text(std::string_view("\0", 1)), "?");
+}
+
+TEST(PlainText, MarksTruncation) {
+  EXPECT_EQ(plain_text("12345", 5), "12345");
+  EXPECT_EQ(plain_text("123456", 5), "12345...");
+  EXPECT_EQ(plain_text(std::string(1000, 'x')).size(), 43u);
+}
+
+TEST(Counted, AddsThePluralS) {
+  EXPECT_EQ(counted(0, "row"), "0 rows");
+  EXPECT_EQ(counted(1, "row"), "1 row");
+  EXPECT_EQ(counted(2, "row"), "2 rows");
+}
+
+const std::vector<std::string> kNames = {"baud", "data_bits", "parity", "stop_bits", "retry_min_s", "retry_max_s"};
+
+TEST(NearestName, FindsTheIntendedName) {
+  EXPECT_EQ(nearest_name("buad", kNames), "baud") << "two letters swapped";
+  EXPECT_EQ(nearest_name("bauds", kNames), "baud") << "one too many";
+  EXPECT_EQ(nearest_name("pariy", kNames), "parity") << "one left out";
+  EXPECT_EQ(nearest_name("stop-bits", kNames), "stop_bits") << "one changed";
+  EXPECT_EQ(nearest_name("retry_max", kNames), "retry_max_s") << "its beginning";
+  EXPECT_EQ(nearest_name("baudrate", kNames), "baud") << "more behind it";
+}
+
+TEST(NearestName, IsEmptyWithoutASimilarName) {
+  EXPECT_EQ(nearest_name("colour", kNames), "");
+  EXPECT_EQ(nearest_name("b", kNames), "") << "one letter tells nothing";
+  EXPECT_EQ(nearest_name("", kNames), "");
+  EXPECT_EQ(nearest_name("baud", {}), "");
+  EXPECT_EQ(nearest_name(std::string(100'000, 'b'), kNames), "");
 }
 
 }  // namespace

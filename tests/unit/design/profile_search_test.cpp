@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search finds profiles within the limits of the chamber, the same ones every time.
+// Profiles of the chamber: its limits, the inputs of a profile, the search for the best.
 #include "tools/prismcal/design/profile_search.hpp"
 
 #include <gtest/gtest.h>
@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "tools/prismcal/design/chamber.hpp"
+#include "tools/prismcal/design/gyro_inputs.hpp"
 #include "tools/prismcal/design/plan.hpp"
 #include "tools/prismcal/design/stated_prior.hpp"
+#include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 namespace prism::design {
 namespace {
@@ -66,6 +69,128 @@ TEST(Plan, IsBetterThanSimpleProfilesOfTheSameLength) {
   EXPECT_NEAR(next->before_deg_per_h, plan->after_deg_per_h, 1e-12);
   EXPECT_LE(next->after_deg_per_h, next->repeated_deg_per_h);
   EXPECT_LT(next->repeated_deg_per_h, next->before_deg_per_h);
+}
+
+TEST(ChamberLimits, AreReadFromText) {
+  const auto limits = parse_chamber("rate<=2 degC/min, T=-45:65", 25);
+  ASSERT_TRUE(limits) << limits.error().text();
+  EXPECT_EQ(limits->rate_degc_per_min, 2);
+  EXPECT_EQ(limits->low_degc, -45);
+  EXPECT_EQ(limits->high_degc, 65);
+  EXPECT_EQ(parse_chamber("rate<=0.05 degC/s", 25)->rate_degc_per_min, 3);
+  EXPECT_EQ(parse_chamber("", 25)->high_degc, 70);
+}
+
+TEST(ChamberLimits, NameWhatIsWrong) {
+  const auto error = [](const char* text) { return parse_chamber(text, 25).error().text(); };
+  EXPECT_EQ(error("T=65:-45"), "--chamber: T: found 65:-45, expected the lower limit first");
+  EXPECT_EQ(error("speed<=2"), "--chamber: found \"speed\", expected \"rate<=2 degC/min\" or \"T=-45:65\"");
+  EXPECT_EQ(error("rate<=2 K/min"), "--chamber: found unit \"K/min\", expected degC/min or degC/s");
+  EXPECT_EQ(error("rate<=0"), "--chamber: found a rate of 0 degC/min, expected a positive one");
+  EXPECT_EQ(error("rate=2"), "--chamber: found \"rate=2\", expected \"rate<=2 degC/min\" or \"T=-45:65\"");
+  EXPECT_EQ(error("T=-500:60000"), "--chamber: T: found -500:60000, expected limits within -200 to 300 degC");
+  EXPECT_EQ(error("T=30:40"), "--start: found 25 degC, expected 30 to 40, the limits of the chamber");
+}
+
+TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
+  const auto domain = parse_domain("T=-40:60, dTdt=-1.2:0.6 degC/min");
+  ASSERT_TRUE(domain) << domain.error().text();
+  ASSERT_EQ(domain->size(), 2U);
+  EXPECT_EQ((*domain)[0].input, "T");
+  EXPECT_EQ((*domain)[0].low, -40);
+  EXPECT_DOUBLE_EQ((*domain)[1].low, -0.02);
+  EXPECT_DOUBLE_EQ((*domain)[1].high, 0.01);
+}
+
+TEST(Domain, NamesWhatIsWrong) {
+  const auto error = [](const char* text) { return parse_domain(text).error().text(); };
+  EXPECT_EQ(error("dTdt=-1:1"), "--domain: dTdt: found unit \"\", expected degC/min or degC/s");
+  EXPECT_EQ(error("T=-40:60, T=0:1"), "--domain: found T twice, expected it once");
+  EXPECT_EQ(error("T<=60"), "--domain: T: found <=, expected T=LOW:HIGH");
+  EXPECT_EQ(error(""), "--domain: found \"\", expected NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
+  EXPECT_EQ(error("T=nan:60").substr(0, 28), "--domain: found \"T=nan:60\", ");
+}
+
+TEST(ChamberProfiles, StayWithinTheLimits) {
+  const ChamberLimits limits{-30, 60, 2, 20};
+  std::vector<simulation::ChamberProfile> all = simple_profiles(limits, 8);
+  for (const auto& profile : all) EXPECT_NEAR(profile.duration_s(), 8 * 3600, 60) << profile.name;
+  all.push_back(paper_within(limits));
+  for (const auto& profile : all) {
+    double from = profile.start_degc;
+    for (const auto& segment : profile.segments) {
+      EXPECT_GE(segment.end_degc, -30) << profile.name;
+      EXPECT_LE(segment.end_degc, 60) << profile.name;
+      EXPECT_LE(std::abs(segment.end_degc - from) / (segment.duration_s / 60), 2 + 1e-9) << profile.name;
+      from = segment.end_degc;
+    }
+  }
+}
+
+TEST(ChamberProfiles, AreWrittenAsSetPoints) {
+  EXPECT_EQ(set_points_csv({"x", 25, {{600, -5}, {1800, -5}}}),
+            "time_s,temperature_degc\n0,25.0\n600,-5.0\n2400,-5.0\n");
+}
+
+const simulation::ChamberProfile kProfile{"test", 25, {{3600, -40}, {7200, -40}, {3600, 60}, {3600, 60}}};
+
+TEST(GyroInputs, FollowTheSimulatedGyro) {
+  compensation::FeatureDefinition features;
+  features.lag_time_constants_s = {1800};
+  const auto inputs = GyroInputs::make({"T", "dTdt", "lag1"}, features, {}, {});
+  ASSERT_TRUE(inputs) << inputs.error().text();
+  const RecordedInputs recorded = inputs->on(kProfile);
+  ASSERT_EQ(recorded.inputs.cols(), 180);
+  simulation::SimulatedGyro gyro(kProfile, 1);
+  double mean = 0, before = gyro.truth().body_degc, lagged = before;
+  for (Eigen::Index i = 0; i < recorded.inputs.cols(); ++i) {
+    mean = 0;
+    for (int s = 0; s < 100; ++s) {
+      const double body = gyro.step(1).body_degc;
+      mean += body / 100;
+      lagged -= (body - lagged) * std::expm1(-1.0 / 1800);
+    }
+    const double body = gyro.truth().body_degc;
+    EXPECT_NEAR(recorded.inputs(0, i), mean, 0.1) << i;  // the mean of both ends, in steps of 10 s
+    EXPECT_NEAR(recorded.inputs(1, i), (body - before) / 100, 2e-4) << i;
+    EXPECT_NEAR(recorded.inputs(2, i), body - lagged, 0.1) << i;
+    EXPECT_NEAR(recorded.time_h[i], static_cast<double>(i + 1) / 36, 1e-9);
+    before = body;
+  }
+}
+
+TEST(GyroInputs, WithoutLagTheGyroIsAtTheChamber) {
+  const auto inputs = GyroInputs::make({"T"}, {}, {0, 0}, {});
+  const RecordedInputs recorded = inputs->on({"soak", 25, {{1000, 25}}}, 2);
+  ASSERT_EQ(recorded.inputs.cols(), 5);
+  EXPECT_EQ(recorded.inputs(0, 4), 25);
+}
+
+TEST(GyroInputs, OtherInputsFollowTheTemperatureAsRecorded) {
+  RecordedInputs recorded;
+  recorded.inputs.resize(2, 100);
+  recorded.time_h = Eigen::VectorXd::LinSpaced(100, 0, 3);
+  recorded.inputs.row(0) = Eigen::RowVectorXd::LinSpaced(100, -20, 50);
+  recorded.inputs.row(1) = 5.4 - 0.003 * recorded.inputs.row(0).array();
+  const auto inputs = GyroInputs::make({"T", "U"}, {}, {}, {recorded});
+  ASSERT_TRUE(inputs) << inputs.error().text();
+  const Eigen::MatrixXd x = inputs->on(kProfile).inputs;
+  for (Eigen::Index i = 0; i < x.cols(); ++i) EXPECT_NEAR(x(1, i), 5.4 - 0.003 * x(0, i), 0.01) << i;
+  const auto points = inputs->over({{"T", -10, 40}}, 50);
+  ASSERT_TRUE(points);
+  EXPECT_GE(points->row(0).minCoeff(), -10);
+  EXPECT_LE(points->row(0).maxCoeff(), 40);
+  EXPECT_GT(points->row(0).maxCoeff() - points->row(0).minCoeff(), 45);
+}
+
+TEST(GyroInputs, NameWhatIsMissing) {
+  EXPECT_EQ(GyroInputs::make({"dTdt"}, {}, {}, {}).error().text(), "inputs: found dTdt, expected T among them");
+  EXPECT_EQ(
+      GyroInputs::make({"T", "U"}, {}, {}, {}).error().text(),
+      "inputs: U does not follow from the chamber's temperature: design needs a model with its recordings, or --prior");
+  const auto inputs = GyroInputs::make({"T"}, {}, {}, {});
+  EXPECT_EQ(inputs->over({{"dTdt", 0, 1}}, 5).error().text(), "--domain: found dTdt, expected inputs of the model: T");
+  EXPECT_EQ(inputs->over({}, 5).error().text(), "--domain: found no range of T, expected one");
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A line that receives and gives no rate: the alarm names the stage, with an example, and ends when rates come.
+// Reported once when it begins and once when it ends: stages without output, wrong rates, implausible sensors.
 #include "daemon/pipeline/stage_monitor.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -9,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/pipeline/plausibility_alarm.hpp"
+#include "daemon/pipeline/rate_monitor.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace prism::pipeline {
@@ -107,6 +110,107 @@ TEST_F(StageMonitorTest, IsSilentWhileRatesComeAndWithoutData) {
   EXPECT_TRUE(run("# 1.25", 20).empty());
   monitor.begin();
   EXPECT_TRUE(run("# 1.25", 20).empty());
+}
+
+int told_of(RateMonitor& watch, int seconds, std::uint32_t samples) {
+  int told = 0;
+  for (int i = 0; i < seconds; ++i) told += watch.push(samples).has_value();
+  return told;
+}
+
+TEST(RateMonitor, TellsAWrongRateOnce) {
+  RateMonitor watch(10);
+  EXPECT_EQ(told_of(watch, 29, 20), 0);
+  EXPECT_EQ(watch.push(20),
+            "found 20 gyro frames a second by their time stamps, expected 10 (rate_hz): rate_hz is wrong, or frames "
+            "are lost all the time");
+  EXPECT_EQ(told_of(watch, 100, 20), 0);
+}
+
+TEST(RateMonitor, ARateWithinATenthIsTheGyros) {
+  RateMonitor watch(200);
+  EXPECT_EQ(told_of(watch, 1000, 200), 0);
+  EXPECT_EQ(told_of(watch, 1000, 185), 0);
+  EXPECT_EQ(told_of(watch, 60, 150), 1);
+}
+
+TEST(RateMonitor, LossesNowAndThenAreNoWrongRate) {
+  RateMonitor watch(200);
+  for (std::uint32_t second = 0; second < 3000; ++second) EXPECT_FALSE(watch.push(second * 7 % 190)) << second;
+}
+
+TEST(RateMonitor, OneFrameASecondMoreOrLessIsNothing) {
+  RateMonitor slow(4), slower(1);
+  EXPECT_EQ(told_of(slow, 100, 5), 0);
+  EXPECT_EQ(told_of(slower, 100, 20), 0);
+}
+
+TEST(RateMonitor, SecondsBeforeANewSessionDoNotCount) {
+  RateMonitor watch(10);
+  for (int session = 0; session < 10; ++session) {
+    EXPECT_EQ(told_of(watch, 20, 20), 0);
+    watch.begin();
+  }
+}
+
+using compensation::CompensatedWindow;
+using compensation::Rejection;
+
+CompensatedWindow watched_row(double degc, bool implausible) {
+  CompensatedWindow made;
+  made.window.second_mean.rate_deg_per_h = 8;
+  made.window.second_mean.temperature_degc = degc;
+  made.window.second_mean.implausible.temperature = implausible;
+  if (implausible) made.rejections.temperature = {Rejection::Reason::kOutsideLimits, degc, -90, 200};
+  return made;
+}
+
+std::vector<std::string> told(PlausibilityAlarm& watch, int rows, double degc, bool implausible) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < rows; ++i) {
+    for (const auto& notice : watch.push(watched_row(degc, implausible)))
+      texts.push_back((notice.begins ? "in: " : "out: ") + notice.text);
+  }
+  return texts;
+}
+
+TEST(PlausibilityAlarm, TellsOnceInAndOnceOut) {
+  PlausibilityAlarm watch;
+  EXPECT_THAT(told(watch, 100, 25, false), testing::IsEmpty());
+  EXPECT_THAT(told(watch, 100, -273, true),
+              testing::ElementsAre("in: temperature is implausible: found -273 degC, expected -90 to 200"));
+  EXPECT_THAT(told(watch, 29, 25, false), testing::IsEmpty());
+  EXPECT_THAT(told(watch, 100, 25, false),
+              testing::ElementsAre("out: temperature is plausible again: 25 degC after 100 implausible seconds"));
+  EXPECT_EQ(told(watch, 1, 1000, true).size(), 1u);
+}
+
+TEST(PlausibilityAlarm, ASensorThatFlickersIsOneFault) {
+  PlausibilityAlarm watch;
+  std::size_t notices = 0;
+  for (int i = 0; i < 1000; ++i) {
+    notices += told(watch, 1, 1000, true).size();
+    notices += told(watch, 3, 25, false).size();
+  }
+  EXPECT_EQ(notices, 1u);
+}
+
+TEST(PlausibilityAlarm, EachSensorHasItsOwn) {
+  PlausibilityAlarm watch;
+  EXPECT_EQ(told(watch, 10, -273, true).size(), 1u);
+  CompensatedWindow both = watched_row(-273, true);
+  both.window.second_mean.implausible.rate = true;
+  both.rejections.rate = {Rejection::Reason::kOutsideLimits, 3.4e38, -3.6e7, 3.6e7};
+  const auto notices = watch.push(both);
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0].text, "rate is implausible: found 3.4e+38 deg/h, expected -3.6e+07 to 3.6e+07");
+}
+
+// A thermometer without data has not recovered.
+TEST(PlausibilityAlarm, SilenceIsNoReturn) {
+  PlausibilityAlarm watch;
+  told(watch, 10, -273, true);
+  EXPECT_THAT(told(watch, 100, kUnknown, false), testing::IsEmpty());
 }
 
 }  // namespace

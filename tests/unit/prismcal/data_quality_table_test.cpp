@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The data-quality check of a recording: its errors and their advice.
+// The data-quality check and the doubts about a faulty recording: errors and their advice.
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
+#include "tools/prismcal/analysis/recording_doubts.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
+#include "tools/prismcal/recordings/unit_check.hpp"
 
-namespace prism::prismcal {
+namespace prism::analysis {
 namespace {
 
 using testing::HasSubstr;
@@ -41,5 +43,86 @@ TEST(DataQualityTable, AdvisesToLeaveOutEverySecondAfterAMove) {
   }
 }
 
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+std::vector<std::string> doubts_of(const std::vector<compensation::SecondMean>& day) {
+  const auto table = recordings::make_block_table(day, {}, test::kDayEarthRate, "day").value();
+  const auto evaluated =
+      evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kNMinus1).value();
+  return recording_doubts(table, evaluated, {});
+}
+
+TEST(RecordingDoubts, ThereAreNoneOfAGoodDay) {
+  auto day = test::simulated_day(24000, 0.01, 1);
+  EXPECT_THAT(doubts_of(day), IsEmpty());
+  for (auto& second : day) second.rate_deg_per_h += 0.3;  // a turn-on offset
+  EXPECT_THAT(doubts_of(day), IsEmpty());
+}
+
+TEST(RecordingDoubts, NameAStep) {
+  auto day = test::simulated_day(24000, 0.01, 1);
+  for (std::size_t i = 12000; i < day.size(); ++i) day[i].rate_deg_per_h += 0.2;
+  EXPECT_THAT(doubts_of(day), ElementsAre(HasSubstr("was the gyro moved")));
+}
+
+TEST(RecordingDoubts, NameTheOtherSign) {
+  auto day = test::simulated_day(24000, 0.01, 1);
+  for (auto& second : day) second.rate_deg_per_h = -second.rate_deg_per_h;
+  EXPECT_THAT(doubts_of(day), ElementsAre(HasSubstr("the opposite of the model's (correlation -1.00)"),
+                                          HasSubstr("with the other sign of the rate it would be 0.007")));
+}
+
+TEST(RecordingDoubts, NameAnotherMean) {
+  auto day = test::simulated_day(24000, 0.01, 1);
+  for (auto& second : day) second.rate_deg_per_h -= 2 * test::kDayEarthRate;
+  EXPECT_THAT(
+      doubts_of(day),
+      ElementsAre(HasSubstr(
+          "with the other sign of the rate it would be -0.007444, with that of the Earth rate (elevation) 0.007")));
+  for (auto& second : day) second.rate_deg_per_h += test::kDayEarthRate;
+  EXPECT_THAT(doubts_of(day), ElementsAre(HasSubstr("unit and sign those of the training?")));
+}
+
+TEST(DataQualityOfBlocks, NamesARateThatIsRoundedMoreCoarselyThanItsNoise) {
+  auto day = test::simulated_day(24000, 0.01, 1);
+  const auto quantised = [&] {
+    const auto quality = check_blocks(recordings::make_block_table(day, {}, 0, "day").value()).value();
+    return data_quality_error(quality);
+  };
+  EXPECT_EQ(quantised(), "");
+  for (auto& second : day) {
+    const double drift = 200 * (second.rate_deg_per_h - test::kDayEarthRate);
+    second.rate_deg_per_h = std::round(0.2 * drift);  // 2 deg/h of drift in steps of 1
+  }
+  EXPECT_THAT(quantised(), HasSubstr("not usable for training: quantised 1 deg/h; the rate changes in steps"));
+}
+
+TEST(UnitCheck, NamesTheUnitInWhichTheMeanIsTheEarthRate) {
+  constexpr double kEarth = 8.4652, kRadPerS = 206264.80625;
+  EXPECT_EQ(recordings::likely_unit(kEarth / kRadPerS, kEarth), "rad/s");
+  EXPECT_EQ(recordings::likely_unit(1.2 * kEarth / 3600, kEarth), "deg/s");
+  EXPECT_EQ(recordings::likely_unit(-kEarth / 3600, -kEarth), "deg/s");
+  EXPECT_EQ(recordings::likely_unit(0.9 * kEarth * 3600, kEarth), "deg/h");
+  EXPECT_EQ(recordings::likely_unit(-kEarth * kRadPerS, -kEarth), "deg/h");
+  for (const double plausible : {kEarth, 0.8 * kEarth, 1.25 * kEarth, 120.0, -300.0, 0.0, 20'000.0})
+    EXPECT_FALSE(recordings::likely_unit(plausible, kEarth)) << plausible;
+  EXPECT_FALSE(recordings::likely_unit(0.1 / kRadPerS, 0.1)) << "the bias may be larger than this Earth rate";
+}
+
+TEST(SignQuestion, IsAskedIfTheMeanIsTheEarthRateWithTheOtherSign) {
+  auto day = test::simulated_day(2000, 0.07, 1);
+  const auto question = [&] {
+    return sign_question(recordings::make_block_table(day, {}, test::kDayEarthRate, "day").value());
+  };
+  EXPECT_EQ(question(), "");
+  for (auto& second : day) second.rate_deg_per_h = -second.rate_deg_per_h;
+  EXPECT_EQ(
+      question(),
+      "the mean rate is -8.48 deg/h, the site's Earth rate 8.47 deg/h: has the rate or the elevation the wrong sign?");
+  for (auto& second : day) second.rate_deg_per_h -= 3;  // so large a bias explains any mean
+  EXPECT_EQ(question(), "");
+}
+
 }  // namespace
-}  // namespace prism::prismcal
+}  // namespace prism::analysis

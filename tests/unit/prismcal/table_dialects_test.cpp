@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -16,8 +17,9 @@
 
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/time_format.hpp"
 
-namespace prism::prismcal {
+namespace prism::tables {
 namespace {
 
 using Random = std::mt19937;
@@ -184,5 +186,21 @@ TEST_F(TableDialects, DamageNeverSwapsColumns) {
   }
 }
 
+TEST(TimeFormat, RejectsTimesBeyond285Years) {
+  TimeFormat format;
+  format.kind = TimeKind::kGps;
+  format.second = 1;
+  EXPECT_EQ(format.parse("2307", "5.5"), 1711238405'500'000'000);
+  for (const auto& [week, second] : {std::pair{"23550", "0"}, {"-99999", "0"}, {"2307", "1e10"}, {"1e300", "-1e300"}})
+    EXPECT_FALSE(format.parse(week, second)) << week << " " << second;
+  format.second.reset();
+  for (const TimeKind kind :
+       {TimeKind::kNumber, TimeKind::kUnix, TimeKind::kExcel, TimeKind::kDatenum, TimeKind::kLabview}) {
+    format.kind = kind;
+    EXPECT_FALSE(format.from_number(1e17, 0));
+    EXPECT_FALSE(format.from_number(std::numeric_limits<double>::quiet_NaN(), 0));
+  }
+}
+
 }  // namespace
-}  // namespace prism::prismcal
+}  // namespace prism::tables

@@ -2,11 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "tests/support/temporary_folder.hpp"
 #include "tools/prismweb/api.hpp"
+#include "tools/prismweb/json_text.hpp"
 #include "tools/prismweb/methods.hpp"
+#include "tools/prismweb/static_files.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -80,6 +85,53 @@ TEST(Errors, AreMembersOfAResponse) {
   EXPECT_EQ(answer["error"]["code"], -32601);
   EXPECT_EQ(answer["error"]["message"], "a \"b\"\n<script>");
 }
+
+TEST(StaticFiles, ATargetIsAFileOfThePage) {
+  EXPECT_EQ(file_of_target("/"), "index.html");
+  EXPECT_EQ(file_of_target("/page.js"), "page.js");
+  EXPECT_EQ(file_of_target("/page.js?x=1"), "page.js");
+  EXPECT_EQ(file_of_target("/charts/strip.js"), "charts/strip.js");
+}
+
+TEST(StaticFiles, OtherTargetsAreNotServed) {
+  for (const char* target :
+       {"", "page.js", "//page.js", "/../page.js", "/charts/../../etc/passwd.txt", "/%2e%2e/page.js", "/.hidden.js",
+        "/charts/.hidden.js", "/a/b/page.js", "/page.cpp", "/page", "/charts/", "/a\\b.js", "/a b.js", "/./page.js"})
+    EXPECT_EQ(file_of_target(target), "") << target;
+}
+
+TEST(StaticFiles, HaveATypeAndAnETagThatChangesWithTheFile) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.file("page.js");
+  std::ofstream(path) << "let a;\n";
+  const StaticFile first = read_static(folder.file(""), "/page.js");
+  EXPECT_EQ(first.status, 200);
+  EXPECT_EQ(first.body, "let a;\n");
+  EXPECT_EQ(first.media_type, "text/javascript; charset=utf-8");
+  EXPECT_EQ(read_static(folder.file(""), "/page.js").etag, first.etag);
+  std::ofstream(path) << "let b, c;\n";
+  EXPECT_NE(read_static(folder.file(""), "/page.js").etag, first.etag);
+}
+
+TEST(StaticFiles, DirectoriesAndMissingFilesAreNotFound) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder.file("folder.js"));
+  EXPECT_EQ(read_static(folder.file(""), "/folder.js").status, 404);
+  EXPECT_EQ(read_static(folder.file(""), "/none.js").status, 404);
+  EXPECT_EQ(read_static("", "/index.html").status, 404);
+}
+
+// Copying and writing a value are recursive: each level needs stack.
+TEST(Messages, AreLimitedTo32Levels) {
+  const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  EXPECT_TRUE(parse_message(nested(32)).is_array());
+  EXPECT_TRUE(parse_message(nested(33)).is_null());
+  EXPECT_TRUE(parse_message(nested(30000)).is_null());
+  EXPECT_TRUE(parse_message("[").is_null());
+  EXPECT_EQ(parse_message(R"({"token":"a"})").dump(), R"({"token":"a"})");
+}
+
+TEST(JsonTexts, AreValidUtf8) { EXPECT_EQ(json_text({{"a", "\xff"}}), "{\"a\":\"\xef\xbf\xbd\"}"); }
 
 }  // namespace
 }  // namespace prism::prismweb

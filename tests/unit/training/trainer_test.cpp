@@ -2,13 +2,17 @@
 // From samples to a model: every method finds a simulated truth and a valid standard deviation.
 #include "compensation/training/trainer.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/methods.hpp"
+#include "compensation/training/summary.hpp"
 
 namespace prism::training {
 namespace {
@@ -161,6 +165,35 @@ TEST(ResourcePlan, RejectsTooLargeTrainingsBeforeTheyStart) {
   EXPECT_NE(huge.error().text().find("use fewer samples"), std::string::npos);
   settings.method = find_method("svr");
   EXPECT_FALSE(plan_resources(100000, 3, settings));
+}
+
+using testing::HasSubstr;
+
+TEST(Methods, HaveCompleteRowsUnderTheirOwnNames) {
+  for (const Method* method : methods()) {
+    EXPECT_EQ(find_method(method->name), method);
+    EXPECT_TRUE(method->plan && method->train && method->describe) << method->name;
+    EXPECT_THAT(method_help(), HasSubstr(method->name));
+    EXPECT_THAT(parse_method("unknown").error().text(), HasSubstr(method->name));
+  }
+  EXPECT_EQ(find_method("unknown"), nullptr);
+}
+
+TEST(Methods, AreListedByWhatTheyUse) {
+  EXPECT_EQ(method_names(kTuning, " and "), "lssvm, ir-lssvm and svr");
+  EXPECT_EQ(method_names(kSiblings, " or "), "composite");
+}
+
+TEST(Methods, OfPolynomialsReportNoKernelParameters) {
+  TrainingData data{{"T"}, Eigen::MatrixXd::Random(1, 50), Eigen::VectorXd::Random(50), {}, {}};
+  TrainingSettings settings;
+  settings.method = find_method("ls");
+  settings.terms = cubic_terms();
+  const auto trained = train(data, {}, settings);
+  ASSERT_TRUE(trained) << trained.error().text();
+  const MethodSummary summary = settings.method->describe(*trained, settings, data.names);
+  EXPECT_FALSE(summary.json.contains("c") || summary.json.contains("sigma2"));
+  EXPECT_THAT(summary.text, HasSubstr("  residual "));
 }
 
 }  // namespace

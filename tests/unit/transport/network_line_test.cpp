@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Lines through TCP and UDP on the loopback interface: open in steps, never wait, report why they failed.
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -15,13 +17,47 @@
 
 #include "base/file.hpp"
 #include "drivers/transport/transport.hpp"
-#include "tests/unit/transport/far_end.hpp"
 
 namespace prism::transport {
 namespace {
 
 using Kind = Received::Kind;
 using testing::HasSubstr, testing::IsEmpty, testing::StartsWith;
+
+/// A socket of the device's or a reader's end.
+class Far {
+ public:
+  explicit Far(int type) : socket_(::socket(AF_INET, type | SOCK_CLOEXEC, 0)) {
+    sockaddr_in any = at(0);
+    ::bind(fd(), reinterpret_cast<sockaddr*>(&any), sizeof any);
+  }
+  int fd() const { return socket_.get(); }
+  int port() const {
+    sockaddr_in own{};
+    socklen_t size = sizeof own;
+    ::getsockname(fd(), reinterpret_cast<sockaddr*>(&own), &size);
+    return ntohs(own.sin_port);
+  }
+  void listen() const { ::listen(fd(), 1); }
+  Descriptor accept() const { return Descriptor(::accept(fd(), nullptr, nullptr)); }
+  bool connect(int port) const {
+    sockaddr_in to = at(port);
+    return ::connect(fd(), reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
+  }
+  void close() { socket_.reset(); }
+
+ private:
+  static sockaddr_in at(int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    return address;
+  }
+  Descriptor socket_;
+};
+
+int free_port(int type) { return Far(type).port(); }
 
 void put(int fd, const std::string& text) {
   ASSERT_EQ(::write(fd, text.data(), text.size()), static_cast<ssize_t>(text.size()));

@@ -2,8 +2,8 @@
 // Every error in a description is reported in one line: position, found, expected.
 #include <gtest/gtest.h>
 
-#include "tests/unit/wire/descriptions.hpp"
 #include "tests/support/blocks.hpp"
+#include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {
 namespace {

@@ -4,10 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "base/json_document.hpp"
+#include "drivers/wire/description/conversion.hpp"
 #include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {
@@ -80,6 +82,54 @@ TEST(Field, LimitsNumbersToItsRange) {
     store_number(field, &byte, number);
     EXPECT_EQ(static_cast<std::int8_t>(byte), expected);
   }
+}
+
+// IEC 60751, table 1 (PT100), printed to 0.01 ohm; the middle three to 0.0001 ohm.
+TEST(Platinum, MatchesTheTableOfIec60751) {
+  EXPECT_NEAR(platinum_ohm(-200, 100), 18.52, 0.005);
+  EXPECT_NEAR(platinum_ohm(-100, 100), 60.26, 0.005);
+  EXPECT_NEAR(platinum_ohm(-40, 100), 84.2707, 5e-5);
+  EXPECT_NEAR(platinum_ohm(0, 100), 100, 1e-12);
+  EXPECT_NEAR(platinum_ohm(25, 100), 109.7347, 5e-5);
+  EXPECT_NEAR(platinum_ohm(70, 100), 127.0751, 5e-5);
+  EXPECT_NEAR(platinum_ohm(850, 100), 390.48, 0.005);
+}
+
+TEST(Platinum, IsInvertedToAMicrokelvinOverItsRange) {
+  for (double t = -199.9; t < 850; t += 0.37) {
+    ASSERT_NEAR(platinum_degc(platinum_ohm(t, 100), 100), t, 1e-6) << t;
+    ASSERT_NEAR(platinum_degc(platinum_ohm(t, 1000), 1000), t, 1e-6) << t;
+  }
+  EXPECT_TRUE(std::isnan(platinum_degc(10, 100))) << "below -200 degC";
+  EXPECT_TRUE(std::isnan(platinum_degc(400, 100))) << "above 850 degC";
+}
+
+TEST(Bridge, IsTheRatioOfItsArms) {
+  const ConversionStep bridge = BridgeStep{32767, 10000};
+  EXPECT_DOUBLE_EQ(convert(bridge, 16383.5), 10000);
+  EXPECT_NEAR(convert_back(bridge, 10000), 16383.5, 1e-9);
+  EXPECT_TRUE(std::isnan(convert(bridge, 32767))) << "an open bridge";
+  EXPECT_TRUE(std::isnan(convert(bridge, -1)));
+}
+
+TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
+  const ConversionStep table = TableStep{{0, 10, 20}, {100, 50, 40}};
+  EXPECT_DOUBLE_EQ(convert(table, 0), 100);
+  EXPECT_DOUBLE_EQ(convert(table, 5), 75);
+  EXPECT_DOUBLE_EQ(convert(table, 15), 45);
+  EXPECT_DOUBLE_EQ(convert(table, 20), 40);
+  EXPECT_DOUBLE_EQ(convert_back(table, 45), 15);
+  EXPECT_TRUE(std::isnan(convert(table, 20.1)));
+  EXPECT_TRUE(std::isnan(convert(table, std::nan(""))));
+}
+
+TEST(Conversion, AppliesAndInvertsItsSteps) {
+  const Conversion scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
+  EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
+  EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);
+  EXPECT_TRUE(scaling.admits(25));
+  EXPECT_FALSE(scaling.admits(151));
+  EXPECT_FALSE(scaling.admits(std::nan("")));
 }
 
 }  // namespace
