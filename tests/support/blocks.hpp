@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -54,7 +55,8 @@ inline std::vector<Block> blocks(const std::string& name, int lines) {
   std::erase_if(all, [lines](const Block& block) {
     const int found = static_cast<int>(block.lines.size());
     const bool wrong = lines < 0 ? found < -lines : found != lines;
-    EXPECT_FALSE(wrong) << block.where << ": a block of " << found << " lines, expected " << lines;
+    EXPECT_FALSE(wrong) << block.where << ": a block of " << found << " lines, expected "
+                        << (lines < 0 ? "at least " : "") << std::abs(lines);
     return wrong;
   });
   return all;

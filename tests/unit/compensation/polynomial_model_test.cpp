@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Polynomial models compared with hand calculations: the paper's equations as shipped, and small ones.
+// Models compared with hand calculations: bias, standard deviation, guard, policies, and their files.
 #include "compensation/polynomial_model.hpp"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <random>
 
+#include "compensation/extrapolation.hpp"
+#include "compensation/lssvm_model.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/models.hpp"
 #include "tests/support/shared_files.hpp"
@@ -105,6 +111,206 @@ TEST(GatherInputs, ReturnsThemInTheOrderOfTheModelOrNothing) {
   EXPECT_TRUE(gather_inputs(*model, window).empty());
   window.uhfo_v = 5.25;
   EXPECT_EQ(gather_inputs(*model, window), (std::vector<double>{5.25, 25}));
+}
+
+// A prediction of 5 over a mean of 1, of a model without uncertainty at this point.
+Prediction predicted(double skill, double overlap) {
+  Prediction p;
+  p.bias_deg_per_h = 5;
+  p.mean_deg_per_h = 1;
+  p.knowledge = {0, 4, skill, 0, {}, true, overlap, PredictiveUncertainty::Edge{5, 0}};
+  return p;
+}
+
+TEST(Shrunk, DistinguishesHalvesThatAgreeDisagreeAndDoNotOverlap) {
+  EXPECT_EQ(shrunk(predicted(0.7, 1)).bias_deg_per_h, 5) << "overlap and agree";
+  EXPECT_EQ(shrunk(predicted(0.05, 1)).bias_deg_per_h, 1) << "overlap and disagree";
+  EXPECT_EQ(shrunk(predicted(-3, 0.5)).bias_deg_per_h, 1) << "what overlaps disagrees";
+  EXPECT_NEAR(shrunk(predicted(0.05, 0.5)).bias_deg_per_h, 1 + 4 * (0.05 + 0.45 - 0.1) / 0.5, 1e-12)
+      << "do not overlap: no evidence against the model";
+  EXPECT_GT(shrunk(predicted(0.05, 0.5)).sd_deg_per_h, shrunk(predicted(0.7, 1)).sd_deg_per_h);
+}
+
+TEST(Shrunk, KeepsTheBiasOfTheEdgeBeyondIt) {
+  Prediction far = predicted(1, 1);
+  far.knowledge->edge = PredictiveUncertainty::Edge{3, 0};
+  far.knowledge->excess = 10;
+  far.knowledge->model_variance = 40;  // ten times the target's
+  const double e = 9.85 * 9.85, at_edge = 1 / (1 + 5 + e / 2), beyond = 1 / (1 + 10 + 10 * e);
+  EXPECT_NEAR(shrunk(far).bias_deg_per_h, 1 + at_edge * 2 + beyond * 2, 1e-12);
+  far.knowledge->excess = 0.15;  // near: the edge's own certainty counts
+  EXPECT_NEAR(shrunk(far).bias_deg_per_h, 1 + 2 / 6.0 + 2 / 11.0, 1e-12);
+  Prediction inside = predicted(1, 1);
+  EXPECT_GT(shrunk(far).sd_deg_per_h, shrunk(inside).sd_deg_per_h);
+}
+
+// Models of version 0.2 have no edge: their policy stays.
+TEST(Shrunk, ServesOlderModelsAsBefore) {
+  Prediction old = predicted(0.35, 1);
+  old.knowledge->edge.reset();
+  old.knowledge->excess = 0.65;
+  old.knowledge->model_variance = 2;
+  const double w = 0.5 / (1 + 0.5 + 20 * 0.25);
+  const Prediction p = shrunk(old);
+  EXPECT_NEAR(p.bias_deg_per_h, 1 + 4 * w, 1e-12);
+  EXPECT_NEAR(p.sd_deg_per_h, std::sqrt(1.25 * (2 + (1 - w) * (4 + 16))), 1e-12);
+}
+
+ModelInfo info_of(Eigen::Index inputs) {
+  ModelInfo info;
+  info.kind = "ir_lssvm";
+  info.provenance_json = "{}";
+  const char* names[] = {"T", "dTdt", "U"};
+  for (Eigen::Index i = 0; i < inputs; ++i) info.inputs.push_back(names[i]);
+  return info;
+}
+
+LssvmParameters random_parameters(Eigen::Index d, Eigen::Index n) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  LssvmParameters p;
+  p.centres = Eigen::MatrixXd::NullaryExpr(d, n, [&] { return normal(random); });
+  p.alpha = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
+  p.alpha.array() -= p.alpha.mean();
+  p.weight = Eigen::VectorXd::NullaryExpr(n, [&] { return 0.1 + 0.9 * std::fabs(std::sin(normal(random))); });
+  p.b = 0.3;
+  p.c = 20;
+  p.sigma2 = 0.7;
+  p.normalisation.input_shift = Eigen::VectorXd::LinSpaced(d, 1, 2);
+  p.normalisation.input_scale = Eigen::VectorXd::LinSpaced(d, 3, 4);
+  p.normalisation.target_shift = 0.01;
+  p.normalisation.target_scale = 0.02;
+  p.uncertainty = LssvmUncertainty{2.5, 1.5, 0.3, {}};
+  return p;
+}
+
+ModelPtr made(ModelInfo info, LssvmParameters p) {
+  auto model = LssvmModel::make(std::move(info), std::move(p));
+  EXPECT_TRUE(model) << model.error().text();
+  return *model;
+}
+
+// Var = s_f² (1 − qᵀ A⁻¹ q) with the bordered matrix of eq. 14, computed directly.
+TEST(LssvmModel, BiasAndVarianceEqualTheBorderedSystem) {
+  const Eigen::Index d = 3, n = 40;
+  const LssvmParameters p = random_parameters(d, n);
+  const ModelPtr model = made(info_of(d), p);
+  Eigen::MatrixXd bordered = Eigen::MatrixXd::Ones(n + 1, n + 1);
+  bordered(0, 0) = 0;
+  bordered.bottomRightCorner(n, n) = kernel_matrix(p.centres, {p.sigma2});
+  bordered.diagonal().tail(n).array() += 1 / (p.c * p.weight.array());
+  for (const double at : {-1.0, 0.0, 2.0, 30.0}) {
+    const Eigen::VectorXd x = Eigen::VectorXd::Constant(d, at);
+    const Eigen::VectorXd point = (x - p.normalisation.input_shift).cwiseQuotient(p.normalisation.input_scale);
+    Eigen::VectorXd q = Eigen::VectorXd::Ones(n + 1);
+    for (Eigen::Index k = 0; k < n; ++k)
+      q[k + 1] = std::exp(-(p.centres.col(k) - point).squaredNorm() / (2 * p.sigma2));
+    const Prediction found = model->predict({x.data(), static_cast<std::size_t>(d)});
+    const double fraction = 1 - q.dot(bordered.partialPivLu().solve(q));
+    EXPECT_NEAR(found.bias_deg_per_h, (q.tail(n).dot(p.alpha) + p.b) * 0.02 + 0.01, 1e-15);
+    EXPECT_NEAR(found.sd_deg_per_h, std::sqrt(2.5 * fraction) * 1.5 * 0.02, 1e-12);
+    EXPECT_EQ(found.extrapolating, fraction > 0.3);
+  }
+}
+
+// A log must not depend on the machine: bias and standard deviation have the same bits at every microarchitecture level
+// and in any build. The inputs use no log() or sin() of a library.
+TEST(LssvmModel, EveryMachineReturnsTheSamePrediction) {
+#if !defined(__x86_64__)
+  GTEST_SKIP() << "Eigen fuses multiply and add on this processor, so the last bits differ (x86-64)";
+#endif
+  std::mt19937_64 random(15);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  LssvmParameters dense = random_parameters(3, 150);
+  dense.centres = Eigen::MatrixXd::NullaryExpr(3, 150, uniform);
+  dense.alpha = Eigen::VectorXd::NullaryExpr(150, uniform);
+  dense.weight = Eigen::VectorXd::NullaryExpr(150, uniform).cwiseAbs().array() + 0.1;
+  LssvmParameters sparse = dense;
+  const Eigen::MatrixXd features = Eigen::MatrixXd::NullaryExpr(151, 151, uniform);
+  sparse.uncertainty->gram = features.lazyProduct(features.transpose());
+  sparse.uncertainty->gram.diagonal().array() += 1;
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  const auto add = [&](double value) { hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211u; };
+  for (const LssvmParameters& p : {dense, sparse}) {
+    const ModelPtr model = made(info_of(3), p);
+    for (int i = 0; i < 200; ++i) {
+      const std::vector<double> x = {1 + 3 * uniform(), 1.5 + 4 * uniform(), 2 + 4 * uniform()};
+      const Prediction found = model->predict(x);
+      add(found.bias_deg_per_h);
+      add(found.sd_deg_per_h);
+    }
+  }
+  EXPECT_EQ(hash, 3729465316386388363u);
+}
+
+TEST(LssvmModel, FarFromTheDataTheVarianceIsThePriorAndTheShrunkPredictionIsTheMean) {
+  ModelInfo info = info_of(2);
+  info.domain = {{0, 0}, {2, 3}};
+  const ModelPtr model = made(info, random_parameters(2, 30));
+  const std::vector<double> far = {1e3, 1e3};
+  for (const Extrapolation as_it_is : {Extrapolation::kPreset, Extrapolation::kFlag}) {
+    const Prediction flagged = predict_within(*model, far, as_it_is);
+    EXPECT_TRUE(flagged.extrapolating);
+    EXPECT_NEAR(flagged.bias_deg_per_h, 0.3 * 0.02 + 0.01, 1e-15);
+  }
+  EXPECT_NEAR(predict_within(*model, far, Extrapolation::kShrink).bias_deg_per_h, 0.01, 1e-6);
+}
+
+TEST(LssvmModel, ClampingEvaluatesAtTheEdgeOfTheBox) {
+  ModelInfo info = info_of(2);
+  info.domain = {{0, 0}, {2, 3}};
+  const ModelPtr model = made(info, random_parameters(2, 30));
+  const Prediction edge = model->predict(std::vector<double>{2, 1});
+  const Prediction clamped = predict_within(*model, std::vector<double>{7, 1}, Extrapolation::kClamp);
+  EXPECT_EQ(clamped.bias_deg_per_h, edge.bias_deg_per_h);
+  EXPECT_TRUE(clamped.extrapolating);
+  EXPECT_GE(clamped.sd_deg_per_h, edge.sd_deg_per_h);
+}
+
+TEST(LssvmModel, ItsFileReadsBackAsTheSameModel) {
+  LssvmParameters p = random_parameters(3, 25);
+  p.linear = Eigen::VectorXd::LinSpaced(3, -1, 1) / 3;
+  const ModelPtr model = made(info_of(3), p);
+  const std::string text = format_model(*model);
+  const auto read = parse_model(text, "m.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(format_model(**read), text);
+  EXPECT_EQ((*read)->info().id, model->info().id);
+  const std::vector<double> x = {1, 2, 3};
+  EXPECT_EQ((*read)->predict(x).bias_deg_per_h, model->predict(x).bias_deg_per_h);
+  EXPECT_EQ((*read)->predict(x).sd_deg_per_h, model->predict(x).sd_deg_per_h);
+}
+
+TEST(LssvmModel, AChangedAlphaIsRejectedByItsId) {
+  std::string text = format_model(*made(info_of(1), random_parameters(1, 5)));
+  const std::size_t digit = text.find('.', text.find("\"alpha\"")) + 1;
+  text[digit] = text[digit] == '7' ? '8' : '7';
+  const auto read = parse_model(text, "m.json");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().text().find("m.json:/id"), std::string::npos) << read.error().text();
+}
+
+TEST(LssvmModel, RejectsRepeatedCentresWithALargeC) {
+  LssvmParameters p = random_parameters(1, 4);
+  p.centres.setZero();
+  p.c = 1e300;
+  const auto model = LssvmModel::make(info_of(1), p);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().what.find("not positive definite"), std::string::npos);
+}
+
+TEST(LssvmModel, RejectsInconsistentShapes) {
+  LssvmParameters p = random_parameters(2, 6);
+  p.alpha.conservativeResize(5);
+  EXPECT_EQ(LssvmModel::make(info_of(2), p).error().what, "found 5 alphas, expected 6");
+  p = random_parameters(2, 6);
+  EXPECT_FALSE(LssvmModel::make(info_of(3), p));
+  p.uncertainty->gram = Eigen::MatrixXd::Identity(6, 6);
+  EXPECT_EQ(LssvmModel::make(info_of(2), p).error().what, "gram has 6 rows, expected 7");
+  p = random_parameters(2, 6);
+  p.centres.resize(2, 0);
+  p.alpha.resize(0);
+  EXPECT_FALSE(LssvmModel::make(info_of(2), p));
 }
 
 }  // namespace

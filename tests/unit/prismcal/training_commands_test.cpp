@@ -32,24 +32,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Prismcal : public testing::Test {
- protected:
+struct Prismcal : testing::Test {
   std::string path(const std::string& name) const { return folder_.file(name); }
   void write(const std::string& name, const std::string& text) { ASSERT_TRUE(write_text_file(path(name), text)); }
 
   // Runs a command line; its output is in out_ and err_.
-  int run(std::vector<std::string> arguments) {
+  int run(const std::string& line) {
     CLI::App app("prismcal");
     int code = 0;
-    commands::add_train_command(app, code);
-    commands::add_fit_command(app, code);
-    commands::add_cv_command(app, code);
-    commands::add_predict_command(app, code);
-    std::reverse(arguments.begin(), arguments.end());
+    for (const auto add : {add_train_command, add_fit_command, add_cv_command, add_predict_command, add_design_command,
+                           add_verify_command})
+      add(app, code);
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     try {
-      app.parse(arguments);
+      app.parse(line);
     } catch (const CLI::ParseError& error) {
       code = 64;
     }
@@ -70,16 +67,16 @@ Result<std::vector<double>> column_of(const std::string& path, const std::string
 
 TEST_F(Prismcal, FitAndPredictMatchTheReference) {
   const fs::path dir = test::golden_dir("sinc150");
-  ASSERT_EQ(
-      run({"fit",      dir / "train.csv", "--inputs",      "x1",          "--target", "y",   "--normalise", "none",
-           "--weight", "huber",           "--c",           "10",          "--sigma2", "0.5", "--beta",      "1.345",
-           "--out",    path("m.json"),    "--diagnostics", path("d.csv"), "--json"}),
-      0)
+  ASSERT_EQ(run("fit " + (dir / "train.csv").string() +
+                " --inputs x1 --target y --normalise none --weight huber --c 10 --sigma2 0.5 --beta 1.345 --out " +
+                path("m.json") + " --diagnostics " + path("d.csv") + " --json"),
+            0)
       << err_;
   const auto summary = nlohmann::json::parse(out_);
   EXPECT_EQ(summary["reweighting"]["solves"], 11);
   EXPECT_EQ(summary["beta"], 1.345);
-  ASSERT_EQ(run({"predict", path("m.json"), dir / "test.csv", "--out", path("p.csv")}), 0) << err_;
+  ASSERT_EQ(run("predict " + path("m.json") + " " + (dir / "test.csv").string() + " --out " + path("p.csv")), 0)
+      << err_;
   const auto found = column_of(path("p.csv"), "prediction"), expected = column_of(dir / "A_test.csv", "pred_huber");
   ASSERT_TRUE(found && expected);
   for (std::size_t i = 0; i < found->size(); ++i) EXPECT_NEAR((*found)[i], (*expected)[i], 1e-9);
@@ -93,9 +90,10 @@ TEST_F(Prismcal, FitAndPredictMatchTheReference) {
 TEST_F(Prismcal, CvPrintsTheCostOfEachFold) {
   const fs::path dir = test::golden_dir("sinc150");
   const auto expected = nlohmann::json::parse(test::read_file(dir / "A.json"));
-  ASSERT_EQ(run({"cv", dir / "train.csv", "--inputs", "x1", "--target", "y", "--normalise", "none", "--fold-column",
-                 "fold", "--weight", "hampel", "--c", "10", "--sigma2", "0.5", "--json"}),
-            0)
+  ASSERT_EQ(
+      run("cv " + (dir / "train.csv").string() +
+          " --inputs x1 --target y --normalise none --fold-column fold --weight hampel --c 10 --sigma2 0.5 --json"),
+      0)
       << err_;
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["unweighted"]["mse"], expected["unweighted"]["cv_mse"], 1e-7);
@@ -105,10 +103,7 @@ TEST_F(Prismcal, CvPrintsTheCostOfEachFold) {
 
 TEST_F(Prismcal, StepwisePrintsCoefficientsAndPath) {
   write("t.csv", "a,b,y\n1,5,2.1\n2,3,4.0\n3,8,6.1\n4,1,8.0\n5,9,9.9\n6,2,12.1\n7,7,14.0\n");
-  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "a,b", "--target", "y", "--method", "stepwise", "--start", "none",
-                 "--json"}),
-            0)
-      << err_;
+  ASSERT_EQ(run("fit " + path("t.csv") + " --inputs a,b --target y --method stepwise --start none --json"), 0) << err_;
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["coefficients"]["a"], 2, 0.05);
   EXPECT_FALSE(found["coefficients"].contains("b"));
@@ -118,14 +113,14 @@ TEST_F(Prismcal, StepwisePrintsCoefficientsAndPath) {
 
 TEST_F(Prismcal, ErrorsAreOneLineWithFileAndLine) {
   write("t.csv", "a,y\n1,2\n# a remark\n2,three\n");
-  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y"}), 1);
+  EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a --target y"), 1);
   EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ":4: column y: found \"three\", expected a number\n");
-  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a,z", "--target", "y"}), 1);
+  EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a,z --target y"), 1);
   EXPECT_EQ(err_,
             "prismcal: " + path("t.csv") + ": found no column \"z\", expected a number from 1 to 2 or one of a, y\n");
-  EXPECT_EQ(run({"fit", path("t.csv"), "--inputs", "a", "--target", "y", "--method", "magic"}), 64);
+  EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a --target y --method magic"), 64);
   write("r.csv", "a,y\n1,2,3\n");
-  EXPECT_EQ(run({"fit", path("r.csv"), "--inputs", "a", "--target", "y"}), 1);
+  EXPECT_EQ(run("fit " + path("r.csv") + " --inputs a --target y"), 1);
   EXPECT_EQ(err_, "prismcal: " + path("r.csv") + ":2: found 3 fields, expected 2 as in the names of line 1\n");
 }
 
@@ -141,9 +136,10 @@ std::string mapped_csv() {
 
 TEST_F(Prismcal, TrainsAUsableModelOnAMappedCsv) {
   write("mapped.csv", mapped_csv());
-  ASSERT_EQ(run({"train", path("mapped.csv"), "--map", "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms", "--inputs",
-                 "T,dTdt", "--weight", "huber", "--c", "100", "--sigma2", "1", "--no-earth-rate", "--serial", "X1",
-                 "--out", path("m.json"), "--quiet"}),
+  ASSERT_EQ(run("train " + path("mapped.csv") +
+                " --map rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms --inputs T,dTdt --weight huber --c 100 "
+                "--sigma2 1 --no-earth-rate --serial X1 --out " +
+                path("m.json") + " --quiet"),
             0)
       << err_;
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
@@ -159,12 +155,11 @@ TEST_F(Prismcal, TrainsAUsableModelOnAMappedCsv) {
 
 TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
   write("mapped.csv", mapped_csv());
-  std::vector<std::string> arguments = {
-      "train",        path("mapped.csv"), "--map",           "rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms",
-      "--inputs",     "T,dTdt",           "--method",        "stepwise",
-      "--hold-out",   "blocks:600",       "--no-earth-rate", "--out",
-      path("m.json"), "--quiet"};
-  ASSERT_EQ(run(arguments), 0) << err_;
+  const std::string arguments = "train " + path("mapped.csv") +
+                                " --map rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms --inputs T,dTdt --method "
+                                "stepwise --no-earth-rate --quiet --out " +
+                                path("m.json") + " --hold-out blocks:";
+  ASSERT_EQ(run(arguments + "600"), 0) << err_;
   EXPECT_TRUE(out_.starts_with("not ready: trained without the held-out part: ")) << out_;
   EXPECT_NE(out_.find("held out, every second 600 s of"), std::string::npos) << out_;
   EXPECT_NE(out_.find("train again without --hold-out"), std::string::npos);
@@ -174,8 +169,7 @@ TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
   const auto& held_out = provenance["training"]["held_out"].at(0);
   EXPECT_GT(held_out["blocks"], 30);
   EXPECT_GT(held_out["improvement_percent"], 90);
-  *std::find(arguments.begin(), arguments.end(), "blocks:600") = "blocks:200";
-  EXPECT_EQ(run(arguments), 1);
+  EXPECT_EQ(run(arguments + "200"), 1);
   EXPECT_EQ(err_,
             "prismcal: --hold-out: found segments of 200 s, expected 300 s or more: held-out and training "
             "blocks must be 100 s apart\n");
@@ -183,9 +177,9 @@ TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
 
 TEST_F(Prismcal, RejectsAModelOfATableInTheEngine) {
   write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
-  ASSERT_EQ(run({"fit", path("t.csv"), "--inputs", "T", "--target", "y", "--method", "lssvm", "--c", "10", "--sigma2",
-                 "1", "--out", path("m.json")}),
-            0)
+  ASSERT_EQ(
+      run("fit " + path("t.csv") + " --inputs T --target y --method lssvm --c 10 --sigma2 1 --out " + path("m.json")),
+      0)
       << err_;
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
@@ -224,42 +218,16 @@ TEST_F(Prismcal, ScalesAndShiftsMappedColumns) {
   EXPECT_NE(test::collected(path("raw.csv"), options).error().text().find("--map"), std::string::npos);
 }
 
-class DesignCommand : public testing::Test {
- protected:
-  int run(std::vector<std::string> arguments) {
-    CLI::App app("prismcal");
-    int code = 0;
-    commands::add_design_command(app, code);
-    arguments.insert(arguments.begin(), "design");
-    arguments.insert(arguments.end(), {"--out", out_file_});
-    std::reverse(arguments.begin(), arguments.end());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    try {
-      app.parse(arguments);
-    } catch (const CLI::ParseError& error) {
-      code = 64;
-    }
-    out_ = testing::internal::GetCapturedStdout();
-    err_ = testing::internal::GetCapturedStderr();
-    return code;
+struct DesignCommand : Prismcal {
+  int design(const std::string& options) { return run("design " + options + " --out " + path("cycle.csv")); }
+  int design_stated(const std::string& options) {
+    return design("--bias-sd 0.02 --noise 0.0064 --domain 'T=-30:60, dTdt=-0.5:0.5 degC/min' " + options);
   }
-
-  std::vector<std::string> stated(std::vector<std::string> more) const {
-    std::vector<std::string> all = {"--bias-sd", "0.02",     "--noise",
-                                    "0.0064",    "--domain", "T=-30:60, dTdt=-0.5:0.5 degC/min"};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-
-  const test::TemporaryFolder folder_;
-  const std::string out_file_ = folder_.file("cycle.csv");
-  std::string out_, err_;
 };
 
 TEST_F(DesignCommand, WritesSetPointsWithinTheLimits) {
-  ASSERT_EQ(run(stated({"--chamber", "rate<=2 degC/min, T=-35:55", "--hours", "4", "--quiet"})), 0) << err_;
-  const auto text = read_text_file(out_file_);
+  ASSERT_EQ(design_stated("--chamber 'rate<=2 degC/min, T=-35:55' --hours 4 --quiet"), 0) << err_;
+  const auto text = read_text_file(path("cycle.csv"));
   ASSERT_TRUE(text);
   std::istringstream lines(*text);
   std::string line;
@@ -284,7 +252,7 @@ TEST_F(DesignCommand, WritesSetPointsWithinTheLimits) {
 }
 
 TEST_F(DesignCommand, PrintsTheSameAsJson) {
-  ASSERT_EQ(run(stated({"--hours", "3", "--json", "--quiet"})), 0) << err_;
+  ASSERT_EQ(design_stated("--hours 3 --json --quiet"), 0) << err_;
   const auto json = nlohmann::json::parse(out_);
   const auto& rows = json["tables"]["worth"]["rows"];
   ASSERT_EQ(rows.size(), 6U);
@@ -307,23 +275,23 @@ TEST_F(DesignCommand, PrintsTheSameAsJson) {
 }
 
 TEST_F(DesignCommand, NamesWhatIsMissing) {
-  EXPECT_EQ(run({"--domain", "T=-30:60"}), 1);
+  EXPECT_EQ(design("--domain T=-30:60"), 1);
   EXPECT_EQ(err_, "prismcal: design: found no model and no --prior; expected one of them, or --bias-sd and --noise\n");
-  EXPECT_EQ(run({"--bias-sd", "0.02", "--noise", "0.006"}), 1);
+  EXPECT_EQ(design("--bias-sd 0.02 --noise 0.006"), 1);
   EXPECT_EQ(err_, "prismcal: design: expected --domain or --mission, one of them\n");
-  EXPECT_EQ(run(stated({"--chamber", "T=30:40"})), 1);
+  EXPECT_EQ(design_stated("--chamber T=30:40"), 1);
   EXPECT_EQ(err_, "prismcal: --start: found 25 degC, expected 30 to 40, the limits of the chamber\n");
-  EXPECT_EQ(run(stated({"--hours", "0.5", "--chamber", "rate<=0.1 degC/min"})), 1);
+  EXPECT_EQ(design_stated("--hours 0.5 --chamber 'rate<=0.1 degC/min'"), 1);
   EXPECT_EQ(err_.substr(0, 45), "prismcal: --hours: found 0.5 h, too short for");
-  EXPECT_EQ(run({"--bias-sd", "0.02", "--noise", "0.006", "--domain", "T=-40:600"}), 1);
+  EXPECT_EQ(design("--bias-sd 0.02 --noise 0.006 --domain T=-40:600"), 1);
   EXPECT_EQ(err_, "prismcal: --domain: T: found -40:600, expected limits within -200 to 300 degC\n");
-  EXPECT_EQ(run({"--bias-sd", "0.02", "--noise", "0.006", "--domain", "T=233:333 K"}), 1);
+  EXPECT_EQ(design("--bias-sd 0.02 --noise 0.006 --domain 'T=233:333 K'"), 1);
   EXPECT_EQ(err_, "prismcal: --domain: T: found unit \"K\", expected degC\n");
-  const std::string model = folder_.file("line.json");
+  const std::string model = path("line.json");
   ASSERT_TRUE(write_text_file(model, compensation::format_model(*test::linear_model(1e-4))));
-  EXPECT_EQ(run({model, "--domain", "T=-30:60"}), 1);
+  EXPECT_EQ(design(model + " --domain T=-30:60"), 1);
   EXPECT_EQ(err_, "prismcal: line: found a model of type polynomial, expected composite, made by prismcal train\n");
-  EXPECT_EQ(run({"--mission", folder_.file("log"), model}), 1);
+  EXPECT_EQ(design("--mission " + path("log") + " " + model), 1);
   EXPECT_EQ(err_, "prismcal: --mission: " + model +
                       " is a model, expected recordings; put the model first: prismcal design " + model +
                       " --mission RECORDING\n");
@@ -331,41 +299,23 @@ TEST_F(DesignCommand, NamesWhatIsMissing) {
 
 using testing::HasSubstr;
 
-struct VerifyCommand : testing::Test {
+struct VerifyCommand : Prismcal {
   const std::string format1 = std::string(PRISM_SOURCE_DIR) + "/tests/recordings/format1";
   const std::string whole = format1 + "/gyro1-20261122T041303Z.csv";
-  std::string out, err;
-
-  int run(std::vector<std::string> arguments) {
-    CLI::App app("prismcal");
-    int code = 0;
-    add_verify_command(app, code);
-    std::reverse(arguments.begin(), arguments.end());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    try {
-      app.parse(arguments);
-    } catch (const CLI::ParseError&) {
-      code = 64;
-    }
-    out = testing::internal::GetCapturedStdout();
-    err = testing::internal::GetCapturedStderr();
-    return code;
-  }
 };
 
 TEST_F(VerifyCommand, ReturnsOneIfAFileHasAFault) {
-  EXPECT_EQ(run({"verify", whole}), 0);
-  EXPECT_THAT(out, HasSubstr("faults: 0; intact files: 1"));
-  EXPECT_EQ(run({"verify", whole, format1}), 1);
-  EXPECT_THAT(out, HasSubstr(": torn: "));
-  EXPECT_THAT(out, HasSubstr("faults: 1; intact files: 5"));
-  EXPECT_EQ(run({"verify"}), 64);
+  EXPECT_EQ(run("verify " + whole), 0);
+  EXPECT_THAT(out_, HasSubstr("faults: 0; intact files: 1"));
+  EXPECT_EQ(run("verify " + whole + " " + format1), 1);
+  EXPECT_THAT(out_, HasSubstr(": torn: "));
+  EXPECT_THAT(out_, HasSubstr("faults: 1; intact files: 5"));
+  EXPECT_EQ(run("verify"), 64);
 }
 
 TEST_F(VerifyCommand, PrintsTheSameAsJson) {
-  EXPECT_EQ(run({"verify", format1, "--json"}), 1);
-  const auto json = nlohmann::json::parse(out);
+  EXPECT_EQ(run("verify " + format1 + " --json"), 1);
+  const auto json = nlohmann::json::parse(out_);
   EXPECT_EQ(json["faults"], 1);
   EXPECT_EQ(json["findings"].size(), 5u);
   EXPECT_EQ(json["sessions"].size(), 4u);

@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
 #include <vector>
 
-#include "tests/support/shared_files.hpp"
+#include "tests/support/blocks.hpp"
 
 namespace prism::prismsim {
 namespace {
@@ -18,9 +20,12 @@ struct Parsed {
   std::string complaint;
 };
 
-Parsed parse(std::vector<std::string> words, const std::string& frames = "trplg") {
-  words.insert(words.begin(), "prismsim");
-  words.insert(words.end(), {"--frames", std::string(PRISM_SOURCE_DIR) + "/config/frames/" + frames + ".json"});
+/// Parses words that are separated by blanks; the description is a shipped one, or a file.
+Parsed parse(const std::string& line, const std::string& frames = "trplg") {
+  const std::string file =
+      frames[0] == '/' ? frames : std::string(PRISM_SOURCE_DIR) + "/config/frames/" + frames + ".json";
+  std::istringstream in("prismsim " + line + " --frames " + file);
+  std::vector<std::string> words(std::istream_iterator<std::string>(in), {});
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   Parsed parsed;
@@ -31,7 +36,7 @@ Parsed parse(std::vector<std::string> words, const std::string& frames = "trplg"
 }
 
 TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
-  const Parsed parsed = parse({"--out", "a.pcap"});
+  const Parsed parsed = parse("--out a.pcap");
   ASSERT_FALSE(parsed.code) << parsed.complaint;
   EXPECT_EQ(parsed.options.simulation.profile.name, "paper");
   EXPECT_EQ(parsed.options.simulation.rate_hz, 200);
@@ -44,29 +49,28 @@ TEST(SimOptions, DefaultToOnePaperCycleAtTheDescribedRateInXian) {
 // Regression: five of six messages of this device have no delta angle. Sent at 100 per second in total, they changed
 // 8.5 deg/h to 51, because the message counter runs at 600 per second.
 TEST(SimOptions, UseTheRateOfFramesWithGyroData) {
-  EXPECT_EQ(parse({"--out", "a.pcap"}, "hg4930").options.simulation.rate_hz, 600);
+  EXPECT_EQ(parse("--out a.pcap", "hg4930").options.simulation.rate_hz, 600);
 }
 
 // Regression: at 10 frames/s, time tags advanced as at 1000, and prismd rejected the capture.
 TEST(SimOptions, ScaleACounterOfTimeToTheRateSent) {
-  const auto step = [](const char* rate, const char* frames) {
-    const Parsed parsed = parse({"--out", "a.pcap", "--rate", rate}, frames);
+  const auto step = [](const std::string& rate, const char* frames) {
+    const Parsed parsed = parse("--out a.pcap --rate " + rate, frames);
     return parsed.code ? -1 : parsed.options.frames->counter->ticks_per_frame;
   };
   EXPECT_EQ(step("10", "stim300"), 200);
   EXPECT_EQ(step("1000", "stim300"), 2);
   EXPECT_EQ(step("10", "trplg"), 1) << "counts frames";
-  const Parsed slow = parse({"--out", "a.pcap", "--rate", "5"}, "stim300");
+  const Parsed slow = parse("--out a.pcap --rate 5", "stim300");
   EXPECT_EQ(slow.code, 64);
   EXPECT_THAT(slow.complaint, testing::HasSubstr("--rate: found 5, expected more than 7.8125: the counter of "
                                                  "\"stim300\" begins again after 256 ticks, 2000 a second"));
 }
 
 TEST(SimOptions, ReadTheBiasComponents) {
-  const Parsed parsed =
-      parse({"--out", "a.pcap",    "--profile", "warm-up",   "--smooth", "--sensor-lag", "300", "--hysteresis",
-             "1",     "--turn-on", "2",         "--warm-up", "3",        "--flicker",    "4",   "--mode-hops",
-             "5",     "--ageing",  "6",         "--tilt",    "7"});
+  const Parsed parsed = parse(
+      "--out a.pcap --profile warm-up --smooth --sensor-lag 300 --hysteresis 1 --turn-on 2 --warm-up 3 --flicker 4 "
+      "--mode-hops 5 --ageing 6 --tilt 7");
   ASSERT_FALSE(parsed.code) << parsed.complaint;
   const simulation::BiasModelSettings& truth = parsed.options.simulation.truth;
   EXPECT_EQ(parsed.options.simulation.profile.name, "warm-up");
@@ -75,13 +79,13 @@ TEST(SimOptions, ReadTheBiasComponents) {
                          truth.warm_up_deg_per_h, truth.flicker_deg_per_h, truth.mode_hops_deg_per_h,
                          truth.ageing_deg_per_h_per_day, truth.tilt_deg_per_h}),
             (std::vector<double>{300, 1, 2, 3, 4, 5, 6, 7}));
-  EXPECT_EQ(parse({"--out", "a.pcap", "--flicker", "-1"}).code, 64);
+  EXPECT_EQ(parse("--out a.pcap --flicker -1").code, 64);
 }
 
 TEST(SimOptions, ReadDurationFaultsAndSite) {
-  const Parsed parsed =
-      parse({"--link", "gyro", "--speed", "max", "--hours", "0.5", "--rate", "1000", "--elevation", "-90", "--outliers",
-             "3", "--lose-frames", "0.25", "--drop-bytes", "1e-3", "--damage-bytes", "1e-4"});
+  const Parsed parsed = parse(
+      "--link gyro --speed max --hours 0.5 --rate 1000 --elevation -90 --outliers 3 --lose-frames 0.25 --drop-bytes "
+      "1e-3 --damage-bytes 1e-4");
   ASSERT_FALSE(parsed.code) << parsed.complaint;
   const simulation::SimulationSettings& simulation = parsed.options.simulation;
   EXPECT_TRUE(parsed.options.terminal);
@@ -92,44 +96,22 @@ TEST(SimOptions, ReadDurationFaultsAndSite) {
   EXPECT_EQ(simulation.lose_frames, 0.25);
   EXPECT_EQ(simulation.drop_bytes, 1e-3);
   EXPECT_EQ(simulation.damage_bytes, 1e-4);
-  EXPECT_EQ(parse({"--out", "a", "--cycles", "2"}).options.duration_s, 2 * 92400);
+  EXPECT_EQ(parse("--out a --cycles 2").options.duration_s, 2 * 92400);
 }
 
 TEST(SimOptions, ReportErrorsInOneLine) {
-  const auto refused = [](std::vector<std::string> words, int code, const std::string& complaint) {
-    const Parsed parsed = parse(std::move(words));
-    EXPECT_EQ(parsed.code, code) << complaint;
-    EXPECT_EQ(parsed.complaint, "prismsim: " + complaint + "\n");
-  };
-  const std::string where =
-      "expected one of --out FILE (a capture), --pty (a pseudo-terminal), --tcp, --tcp-listen and --udp; see prismsim "
-      "--help";
-  refused({}, 64, where);
-  refused({"--out", "a", "--pty"}, 64, where);
-  refused({"--out", "a", "--profile", "fourth"}, 64,
-          "--profile: found profile \"fourth\", expected one of paper, second, third, beyond, fast, steady, warm-up");
-  refused({"--pty", "--speed", "fast"}, 64, "--speed: found \"fast\", expected max or a number within 0.001 to 1e6");
-  refused({"--pty", "--speed", "0"}, 64, "--speed: found \"0\", expected max or a number within 0.001 to 1e6");
-  refused({"--pty", "--speed", "nan"}, 64, "--speed: found \"nan\", expected max or a number within 0.001 to 1e6");
-  refused({"--out", "a", "--hours", "1", "--cycles", "2"}, 64, "--cycles excludes --hours; see prismsim --help");
-  refused({"--out", "a", "--drop-bytes", "1.5"}, 64,
-          "--drop-bytes: found \"1.5\", expected a number within 0 to 1; see prismsim --help");
-  refused({"--out", "a", "--rate", "nan"}, 64,
-          "--rate: found \"nan\", expected a number within 0.01 to 100000; see prismsim --help");
-  refused({"--out", "a", "--chunk-bytes", "-3"}, 64,
-          "--chunk-bytes: found \"-3\", expected a number within 1 to 65536; see prismsim --help");
-  EXPECT_EQ(parse({"--out", "a", "--axis", "q"}).code, 78);
+  for (const test::Block& row : test::blocks("prismsim/option_errors.txt", 2)) {
+    const Parsed parsed = parse(row.text(0));
+    EXPECT_EQ(parsed.code, 64) << row.where;
+    EXPECT_EQ(parsed.complaint, "prismsim: " + row[1] + "\n") << row.where;
+  }
+  EXPECT_EQ(parse("--out a --axis q").code, 78);
 }
 
 TEST(SimOptions, ReturnTheExitCodeOfABadDescription) {
-  std::vector<std::string> words{"prismsim", "--out", "a", "--frames", "/nowhere/x.json"};
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  SimOptions options;
-  testing::internal::CaptureStderr();
-  EXPECT_EQ(parse_sim_options(static_cast<int>(argv.size()), argv.data(), options), 78);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "prismsim: --frames: /nowhere/x.json: cannot be read: No such file or directory\n");
+  const Parsed parsed = parse("--out a", "/nowhere/x.json");
+  EXPECT_EQ(parsed.code, 78);
+  EXPECT_EQ(parsed.complaint, "prismsim: --frames: /nowhere/x.json: cannot be read: No such file or directory\n");
 }
 
 }  // namespace

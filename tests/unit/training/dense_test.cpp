@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Products, factors and solves of libprism-kernels, compared with the plain formulas.
+// Dense products, factors and solves, and the low-rank primal form, compared with the plain formulas.
 #include "compensation/training/dense.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,10 @@
 #include <Eigen/Cholesky>
 #include <random>
 #include <vector>
+
+#include "compensation/kernel.hpp"
+#include "compensation/training/low_rank.hpp"
+#include "compensation/training/lssvm.hpp"
 
 namespace prism::training {
 namespace {
@@ -88,6 +92,87 @@ TEST_F(Dense, ResultsDoNotDependOnTheAddressOfAMatrix) {
     if (shift == 0) expected = found;
     ASSERT_EQ(found, expected) << shift;
   }
+}
+
+struct Problem {
+  Eigen::MatrixXd x;
+  Eigen::VectorXd y;
+};
+
+Problem noisy_waves(Eigen::Index n) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  Problem p;
+  p.x = Eigen::MatrixXd::NullaryExpr(2, n, [&] { return normal(random); });
+  p.y = (p.x.row(0).array().sin() + p.x.row(1).array() / 2).matrix().transpose();
+  for (double& y : p.y) y += 0.1 * normal(random);
+  return p;
+}
+
+TEST(LowRank, LeavesAtMostItsStatedRemainder) {
+  const Problem p = noisy_waves(300);
+  for (const double tolerance : {1e-2, 1e-6, 1e-10}) {
+    const LowRank system = low_rank(p.x, 1.5, tolerance, 300);
+    const Eigen::MatrixXd g = system.phi.topRows(system.rank());
+    const Eigen::MatrixXd rest = compensation::kernel_matrix(p.x, {1.5}) - g.transpose() * g;
+    EXPECT_LE(rest.cwiseAbs().maxCoeff(), std::max(tolerance, 1e-13) * 1.01);
+    EXPECT_LE(system.left, tolerance);
+    EXPECT_LT(system.rank(), 200);
+  }
+}
+
+TEST(LowRank, ACoarseOneIsTheBeginningOfAFineOne) {
+  Eigen::MatrixXd x(2, 90);
+  for (Eigen::Index i = 0; i < 90; ++i)
+    x.col(i) << std::sin(0.7 * static_cast<double>(i)), std::cos(1.3 * static_cast<double>(i));
+  const LowRank fine = low_rank(x, 0.3, 1e-9, 90);
+  for (const double tolerance : {1e-9, 1e-6, 1e-2, 0.5}) {
+    const LowRank direct = low_rank(x, 0.3, tolerance, 90), cut = coarser(fine, tolerance);
+    EXPECT_EQ(cut.pivots, direct.pivots);
+    EXPECT_EQ(cut.phi, direct.phi);
+    EXPECT_EQ(cut.left, direct.left);
+  }
+}
+
+TEST(LowRank, ThePrimalFormEqualsTheFullSystemWithinItsTolerance) {
+  const Problem p = noisy_waves(200);
+  const double c = 30, sigma2 = 1.5;
+  Eigen::VectorXd weight = Eigen::VectorXd::LinSpaced(200, 0.2, 1);
+  const auto whole = LssvmFactor::make(compensation::kernel_matrix(p.x, {sigma2}), 1 / (c * weight.array()), p.y);
+  ASSERT_TRUE(whole);
+  const LowRank system = low_rank(p.x, sigma2, 1e-12, 200);
+  PrimalLssvm primal(system, p.y, c);
+  ASSERT_TRUE(primal.solve(weight));
+  EXPECT_LT((primal.residuals() - whole->residuals()).cwiseAbs().maxCoeff(), 1e-7);
+  const Eigen::VectorXd loo = primal.residuals().array() / (1 - weight.array() * primal.leverages().array());
+  EXPECT_LT((loo - whole->leave_one_out()).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(LowRank, ASampleWithoutWeightIsLeftOut) {
+  const Problem p = noisy_waves(100);
+  const LowRank system = low_rank(p.x, 1.5, 1e-10, 100);
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(100);
+  weight[40] = 0;
+  PrimalLssvm primal(system, p.y, 10);
+  ASSERT_TRUE(primal.solve(weight));
+  const Eigen::VectorXd before = primal.theta();
+  Eigen::VectorXd moved = p.y;
+  moved[40] += 100;
+  PrimalLssvm again(system, moved, 10);
+  ASSERT_TRUE(again.solve(weight));
+  EXPECT_LT((again.theta() - before).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(LowRank, LongRecordsTakeTheirPivotsFromASample) {
+  const Problem p = noisy_waves(kPivotSample + 500);
+  const LowRank system = low_rank(p.x, 2, 1e-4, 300);
+  EXPECT_EQ(system.phi.cols(), p.x.cols());
+  EXPECT_LT(system.left, 0.05);
+  // φ of a pivot reproduces K there: φ_i · φ_j = k(x_i, x_j) for pivots i, j.
+  const Eigen::Index i = system.pivots[0], j = system.pivots[5];
+  const double k = std::exp(-(p.x.col(i) - p.x.col(j)).squaredNorm() / 4);
+  const Eigen::Index r = system.rank();
+  EXPECT_NEAR(system.phi.col(i).head(r).dot(system.phi.col(j).head(r)), k, 1e-9);
 }
 
 }  // namespace

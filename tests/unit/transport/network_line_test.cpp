@@ -16,7 +16,9 @@
 #include <vector>
 
 #include "base/file.hpp"
+#include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/transport.hpp"
+#include "tests/support/blocks.hpp"
 
 namespace prism::transport {
 namespace {
@@ -232,6 +234,26 @@ TEST(NetworkLine, IsDescribed) {
   EXPECT_EQ(describe(on("udp", true, "0.0.0.0:4002")), "udp 0.0.0.0:4002");
   EXPECT_TRUE(needs_network(on("udp", true, "0.0.0.0:4002")));
   EXPECT_FALSE(needs_network(Settings{}));
+}
+
+std::string read(const char* text) {
+  const auto endpoint = parse_endpoint(text);
+  return endpoint ? endpoint->host + " " + endpoint->port : endpoint.error();
+}
+
+TEST(Endpoint, HostAndPort) {
+  for (const test::Block& row : test::blocks("transport/endpoint.txt", 2))
+    EXPECT_EQ(read(row[0].c_str()), row[1]) << row.where;
+  EXPECT_EQ(read(""), "is empty, expected HOST:PORT");
+}
+
+TEST(Endpoint, NumericWithOrWithoutAPort) {
+  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7").value(), (Endpoint{"192.0.2.7", ""}));
+  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7:4001").value(), (Endpoint{"192.0.2.7", "4001"}));
+  EXPECT_EQ(parse_numeric_endpoint("::1").value(), (Endpoint{"::1", ""}));
+  EXPECT_EQ(parse_numeric_endpoint("[::1]:4001").value(), (Endpoint{"::1", "4001"}));
+  EXPECT_EQ(parse_numeric_endpoint("gyro").error(), "found \"gyro\", expected an IP address");
+  EXPECT_EQ(parse_numeric_endpoint("gyro:4001").error(), "found \"gyro:4001\", expected an IP address");
 }
 
 }  // namespace
