@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/blocks.hpp"
 #include "tests/support/schema_keys.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismrelay/instance_client.hpp"
@@ -63,14 +64,8 @@ TEST(RelaySettings, HasDefaults) {
 }
 
 TEST(RelaySettings, ReportsWhereAndWhatIsInvalid) {
-  EXPECT_THAT(error_of(R"({"site": "a#", "metrics": {"file": "/p.prom"}})"), HasSubstr("site: found \"a#\""));
-  EXPECT_THAT(error_of(R"({"site": "a", "metrics": {"file": "/p.txt"}})"), HasSubstr("metrics/file: found \"/p.txt\""));
-  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "password_file": "p"}})"),
-              HasSubstr("mqtt/password_file: requires user"));
-  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "tls": {"ca_file": "c", "key_file": "k"}}})"),
-              HasSubstr("found one of cert_file and key_file"));
-  EXPECT_THAT(error_of(R"({"site": "a", "mqtt": {"host": "h", "tls": {}}})"), HasSubstr("ca_file: is missing"));
-  EXPECT_THAT(error_of(R"({"site": "a", "postgresql": {"connection": "x", "keep_days": 0}})"), HasSubstr("keep_days"));
+  for (const test::Block& row : test::blocks("prismrelay/setting_errors.txt", 2))
+    EXPECT_THAT(error_of(row[0]), HasSubstr(row[1])) << row.where;
 }
 
 TEST(RelaySettings, ReadsThePasswordFromAPrivateFile) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tests/support/blocks.hpp"
 #include "tests/support/schema_keys.hpp"
 
 namespace prism::prismweb {
@@ -42,15 +43,8 @@ TEST(WebConfig, AUnixSocketReplacesTheAddress) {
 }
 
 TEST(WebConfig, ErrorsNameTheKey) {
-  EXPECT_EQ(error_of(R"({"listen": "localhost:80"})"),
-            "/etc/prism/web.json:/listen: found \"localhost:80\", expected ADDRESS:PORT, such as \"127.0.0.1:8467\" or "
-            "\"[::1]:8467\"");
-  EXPECT_EQ(error_of(R"({"listen": "127.0.0.1:65536"})"),
-            "/etc/prism/web.json:/listen: found the port \"65536\", expected at most 65535");
-  EXPECT_NE(error_of(R"({"lisen": "127.0.0.1:80"})"), "");
-  EXPECT_NE(error_of(R"({"listen": "127.0.0.1:80", "socket": "/x"})"), "");
-  EXPECT_NE(error_of(R"({"hosts": "a", "hosts": "b"})"), "");
-  EXPECT_NE(error_of("[]"), "");
+  for (const test::Block& row : test::blocks("prismweb/config_errors.txt", 2))
+    EXPECT_EQ(error_of(row[0]), "/etc/prism/web.json" + row[1]) << row.where;
 }
 
 // All keys except "socket", which excludes "listen".
@@ -103,23 +97,6 @@ TEST(WebConfig, RejectsInvalidAddresses) {
     EXPECT_FALSE(parse_listen(text, settings)) << text;
     EXPECT_EQ(settings.port, 8467) << text;
   }
-}
-
-// A configuration of 0.3 for other hosts must not become a page without passwords.
-TEST(WebConfig, RejectsWhatWasSecuredWithTlsAndPasswords) {
-  EXPECT_EQ(
-      error_of(R"({"listen": "127.0.0.1:80", "tls": {"certificate": "c", "key": "k"}})"),
-      "/etc/prism/web.json:/tls: removed in prism 0.4 (line 1); let nginx or caddy have the certificate (page.md, "
-      "\"Other hosts\")");
-  EXPECT_EQ(error_of(R"({"passwords": "w"})"),
-            "/etc/prism/web.json:/passwords: removed in prism 0.4 (line 1); let nginx or caddy ask for the passwords "
-            "(page.md, \"Other hosts\")");
-  for (const char* address : {"0.0.0.0", "192.0.2.7", "[::]", "[2001:db8::1]"})
-    EXPECT_NE(
-        error_of(std::string(R"({"listen": ")") + address + ":80\"}")
-            .find(", expected a loopback address; let nginx or caddy serve other hosts (page.md, \"Other hosts\")"),
-        std::string::npos)
-        << address;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/blocks.hpp"
 #include "tests/support/daemon_parts.hpp"
 
 namespace prism::socket {
@@ -64,24 +65,9 @@ TEST_F(RpcTest, AProgramDecidesByTheCode) {
   EXPECT_EQ(asker_.ask(rpc_, "version", nullptr)["result"]["protocol"], 2);
 }
 
-TEST_F(RpcTest, AnUnknownProtocolIsAnError) {
-  for (const char* protocol : {"3", "0", "\"2\"", "null", "[2]"}) {
-    const std::string line = R"({"jsonrpc":"2.0","id":1,"method":"version","protocol":)" + std::string(protocol) + "}";
-    EXPECT_EQ(code(line), kInvalidRequest) << protocol;
-  }
-}
-
 TEST_F(RpcTest, RefusesWhatIsNoRequest) {
-  EXPECT_EQ(code("{"), kParseError);
-  EXPECT_EQ(code("3"), kInvalidRequest);
-  EXPECT_EQ(code("[]"), kInvalidRequest);
-  EXPECT_EQ(code(R"({"jsonrpc":"1.0","id":1,"method":"status"})"), kInvalidRequest);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":[],"method":"status"})"), kInvalidRequest);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":7})"), kInvalidRequest);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"fly"})"), kUnknownMethod);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":0}})"), kInvalidParams);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"events","params":{"count":257}})"), kInvalidParams);
-  EXPECT_EQ(code(R"({"jsonrpc":"2.0","id":1,"method":"subscribe","params":{"streams":["x"]}})"), kInvalidParams);
+  for (const test::Block& row : test::blocks("socket/request_errors.txt", 2))
+    EXPECT_EQ(code(row[0]), std::stoi(row[1])) << row.where;
 }
 
 // Parsing 65 kB would delay the line by milliseconds.

@@ -50,12 +50,12 @@ double true_rate(double t_s) { return 17'000 + 0.5 * t_s; }
 double true_angle(double t_s) { return 17'000 * t_s + 0.25 * t_s * t_s; }
 
 struct TrueFrame {
-  DecodedMessage reading;
+  wire::DecodedMessage reading;
   double t_s = 0;  ///< end of its interval, device time
 };
 
 /// trplg (16-bit counter at 200 Hz); `meaning`: "rate", "increment" or "accumulated" (32 bits of 0.1 arcsec).
-FrameDescriptionPtr timeline_description(const std::string& meaning, double rate_hz = kRate_hz) {
+wire::FrameDescriptionPtr timeline_description(const std::string& meaning, double rate_hz = kRate_hz) {
   std::string text =
       test::read_file(test::frames_dir() / (meaning == "increment" ? "trplg-increment.json" : "trplg.json"));
   const auto replace = [&](const std::string& from, const std::string& to) {
@@ -67,14 +67,14 @@ FrameDescriptionPtr timeline_description(const std::string& meaning, double rate
     replace(R"("meaning": "accumulated", "unit": "pulse", "arcsec_per_pulse": 0.1,)",
             R"("meaning": "rate", "unit": "deg/h",)");
   }
-  return description_of(text);
+  return test::description_of(text);
 }
 
 /// Frames of `length_s` with `damage` in the middle. `first_counter`: of the first frame.
-std::vector<TrueFrame> true_frames(const FrameDescription& description, TimeSource source, Damage damage,
+std::vector<TrueFrame> true_frames(const wire::FrameDescription& description, TimeSource source, Damage damage,
                                    double length_s, std::uint64_t first_counter) {
-  const bool accumulated = description.gyro.meaning == RateEncoding::kAccumulated;
-  const bool is_rate = description.gyro.meaning == RateEncoding::kRate;
+  const bool accumulated = description.gyro.meaning == wire::RateEncoding::kAccumulated;
+  const bool is_rate = description.gyro.meaning == wire::RateEncoding::kRate;
   const double scale = description.axes[0].scale, middle_s = length_s / 2;
   const double lost_s = damage == Damage::kReboot        ? 2.3
                         : damage == Damage::kShortGap    ? 0.4
@@ -103,7 +103,7 @@ std::vector<TrueFrame> true_frames(const FrameDescription& description, TimeSour
     }
     TrueFrame frame;
     frame.t_s = t;
-    DecodedMessage& r = frame.reading;
+    wire::DecodedMessage& r = frame.reading;
     r.length = description.max_frame_bytes;
     r.offset = bytes;
     bytes += r.length;
@@ -149,7 +149,7 @@ struct TimedSample {
 /// Counter check and clock, as in the pipeline.
 class Timeline {
  public:
-  Timeline(const FrameDescriptionPtr& description, TimeSource source)
+  Timeline(const wire::FrameDescriptionPtr& description, TimeSource source)
       : check_(description),
         clock_(description,
                {.source = source == TimeSource::kHost ? drivers::ClockSource::kHost : drivers::ClockSource::kDevice,
@@ -161,7 +161,7 @@ class Timeline {
     std::vector<TrueFrame> recent;
     for (const TrueFrame& frame : frames) {
       recent.push_back(frame);
-      for (const DecodedMessage& reading : check_.push(frame.reading)) {
+      for (const wire::DecodedMessage& reading : check_.push(frame.reading)) {
         const bool measured = clock_.push(reading);
         session += clock_.began_session();
         if (!measured) continue;
@@ -433,7 +433,7 @@ std::vector<wire::DecodedMessage> random_frames(const wire::FrameDescription& de
   const double likely = chance(0.5) ? 0.002 : 0.02;
   std::vector<wire::DecodedMessage> frames;
   std::uint64_t counter = random() % kModulus;
-  double host_s = test::kBegin_s, pulses = 0, stall_s = 0;
+  double host_s = kBegin_s, pulses = 0, stall_s = 0;
   while (frames.size() < 600) {
     std::uint64_t step = 1;
     if (chance(likely)) step += std::uint64_t{1} << random() % 17;  // frames lost
