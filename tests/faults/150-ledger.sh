@@ -5,7 +5,6 @@
 . "$(dirname "$0")/lib.sh"
 . "$PRISM_SOURCE/tests/system/servers.sh"
 faults=${PRISM_FAULTS:-$(long 10 60)}
-cd "$dir"
 server_user=postgres
 if [ "$(id -u)" -eq 0 ] && mkdir "$dir/pg" && mount -t tmpfs -o size=160m tmpfs "$dir/pg" 2>/dev/null; then
   unmount() { umount -l "$dir/pg"; }

@@ -3,8 +3,6 @@
 # with the reason, begin and end of the fault are logged, and SIGTERM ends prismweb.
 # History: one blocked sync stopped every page until systemd killed prismweb.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
-export XDG_RUNTIME_DIR=$dir
 config
 start_sim --profile steady --speed 20
 start_prismd

@@ -3,8 +3,6 @@
 # line with the path and the reason, with little memory and without a wait for the file. History: a pipe blocked every program, and during a reload the
 # log; /dev/zero used up all memory; a read error ended prismcal with SIGABRT.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
 shim=$PRISM_BIN/tests/libdisk_shim.so
 mkfifo pipe.json pipe.csv pipe.pcap
 ln -s /dev/zero zero.json

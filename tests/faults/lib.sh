@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Functions of the fault tests, in addition to tests/system/lib.sh. Each test injects real faults into the running programs.
 . "$PRISM_SOURCE/tests/system/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 export ASAN_OPTIONS=verify_asan_link_order=0:${ASAN_OPTIONS:-}  # the preloaded libraries come before the sanitizer's
 # on_a_shimmed_disk ROWS [SETTINGS]: starts a simulated gyro, and prismd with disk_shim.cpp controlled by $dir/disk ("good" at first).
 # Returns when more than ROWS rows are logged; $prismd is prismd's process.

@@ -3,9 +3,7 @@
 # than the one before, LS < stepwise 1 < stepwise 2 < LSSVM <= IR-LSSVM, as in the report's ladder (docs/benchmarks.md
 # has more seeds). With outliers in the data the weights pay: there IR-LSSVM leads by more than half a percent.
 . "$(dirname "$0")/../system/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 2
-cd "$dir"
 echo '{"frames": "./frames.json", "clock": "device", "name": "g", "site": {"latitude_deg": 34.25, "elevation_deg": 90}}' >gyro.json
 
 # cycle NAME SEED [OUTLIERS AN HOUR]: a folder with prismd's log of one cycle

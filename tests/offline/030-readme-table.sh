@@ -16,7 +16,6 @@ while read -r line; do
   grep -qF "$line" "$PRISM_SOURCE/README.md" || fail "README.md: found no line \"$line\" in its table, expected what tools/demo prints"
 done <<<"$expected"
 
-cd "$dir"
 TMPDIR=$dir XDG_RUNTIME_DIR=$dir start serve env --default-signal=INT "$PRISM_SOURCE/tools/demo" --serve "$dir/demo" --listen 127.0.0.1:0
 serve=$pid
 wait_for 10 grep -q token= serve.out

@@ -3,7 +3,7 @@
 # second of the capture that they were taken from. History: their pace was that of the longest frame, so that VectorNav had 609
 # samples in a second at 200 Hz and increments gave 1.65 times the rate, without a message.
 . "$(dirname "$0")/../system/lib.sh"
-. "$(dirname "$0")/slow_motion.sh"
+. "$PRISM_SOURCE/tests/replay/slow_motion.sh"
 frames=$PRISM_SOURCE/tests/replay/frames
 tested=0
 for name in dsp3000-ascii hg1120 hg4930 ixblue-phins-nmea ixblue-stdbin kvh-geo-fog kvh1750 microstrain-mip novatel-rawimusx stim210 \

@@ -6,7 +6,7 @@
 # usage: shipped.sh NAME | shipped.sh NAME FILE-OF-REAL-BYTES (in ../shared/frames, or where PRISM_SHARED says)
 # PRISM_REGENERATE=1 rewrites the expected logs, PRISM_REGENERATE=captures the captures too; read the diff as code.
 . "$(dirname "$0")/../system/lib.sh"
-. "$(dirname "$0")/slow_motion.sh"
+. "$PRISM_SOURCE/tests/replay/slow_motion.sh"
 name=$1
 here=$PRISM_SOURCE/tests/replay/frames
 description=$PRISM_SOURCE/config/frames/$name.json

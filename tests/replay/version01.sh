@@ -2,10 +2,8 @@
 # Files of version 0.1 are read unchanged: its configuration, description, capture and models give its log, equal in every
 # column that it had; its log is evaluated, verified and used for training. The files were made by its own programs (57a4ccf).
 . "$(dirname "$0")/../system/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 old=$PRISM_SOURCE/tests/replay/version-0.1
 log=$(echo "$old"/gyro1-*.csv)
-cd "$dir"
 rows() { grep -v '^#' "$1"; }  # without metadata and the end
 same_rows() { # LOG: its first columns are those of 0.1
   rows "$log" >was; columns=$(head -1 was | tr ',' '\n' | wc -l)

@@ -4,8 +4,7 @@
 # bad (noisy, turned, no thermometer). The test kills a node; Slurm must finish the campaign with the same bytes as GNU parallel, except
 # times. Skipped with the reason if Slurm is not installed (tools/setup slurm) or the user is not root.
 . "$(dirname "$0")/../system/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-. "$(dirname "$0")/../system/lot.sh"
+. "$PRISM_SOURCE/tests/system/lot.sh"
 cluster=${PRISM_SHARED:-$PRISM_SOURCE/../shared}/slurm
 [ -x "$cluster/start" ] || skip "$cluster/start does not exist; it starts the cluster"
 for program in slurmctld slurmd sbatch munged parallel; do command -v $program >/dev/null || skip "found no $program; tools/setup slurm installs it"; done

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # prismsim as a program: the same command writes the same files, SIGINT ends it cleanly, errors have their exit code and message.
 . "$(dirname "$0")/lib.sh"
-cd "$dir"
 
 # The same seed gives the same gyro, another seed another one.
 for name in a b; do prismsim --hours 0.1 --seed 3 --out $name.pcap --truth $name.csv 2>$name.err; done

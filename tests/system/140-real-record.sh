@@ -2,10 +2,8 @@
 # A record of a real gyro in a temperature chamber: training and evaluation from CSV, and from the log of a replay of the
 # same record as a capture, give the same numbers. Training on a record at room temperature fails: nothing to compensate.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 data=${PRISM_SHARED:-$PRISM_SOURCE/../shared}/data
 [ -f "$data/mems_chamber_tofupilot.csv" ] || skip "no $data; set PRISM_SHARED to run this test"
-cd "$dir"
 map() { echo "rate=rate_$1_dps:deg/s,temperature=temperature_C:degC,time=t_s:s"; }
 
 prismcal train "$data/mems_chamber_tofupilot.csv" --map "$(map x)" --no-earth-rate --inputs T,dTdt --method stepwise --out x.json >train.out 2>train.err

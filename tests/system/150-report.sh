@@ -2,9 +2,7 @@
 # The reports of prismcal evaluate and compare: three files without NaN, whose tables and figures end with their meaning, and which parse,
 # whatever names the recordings have.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 2
-cd "$dir"
 echo '{"frames": "./frames.json", "clock": "device", "name": "g", "site": {"latitude_deg": 34.25, "elevation_deg": 90}}' >gyro.json
 for seed in 1 2; do
   prismsim --profile paper --hours 7 --frames frames.json --seed $seed --out $seed.pcap 2>/dev/null

@@ -2,8 +2,6 @@
 # All x86-64 levels of this processor give the same result. GLIBC_TUNABLES hides higher levels from the loader, as on an older
 # machine. The same capture and model give the same log, byte for byte, and training gives the same model to 1e-9.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
 loader=$(ls /lib*/ld-linux-x86-64.so.2 2>/dev/null | head -1)
 [ -n "$loader" ] || skip "needs an x86-64 processor"
 frames 2

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # prismd is killed with SIGKILL: verify names the open and the truncated segment; train, evaluate and allan read every complete row.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 20
 config '"site": {"latitude_deg": 45, "elevation_deg": 30}, "capture": {"directory": "'"$dir"'/log/capture"}'
 start_sim --profile second --speed 20

@@ -3,7 +3,6 @@
 # affect the bias, are reported once each, and are ignored by tools that read the log. In the field such faults gave `good` and a
 # bias of −9.75 deg/h.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 # One sample per second: 8 deg/h, and 25 degC that alternates by 0.001 degC, except for the faults.
 seq 1 1500 | awk 'BEGIN { print "t,rate,temperature,uhfo" } {
     rate = 8; temperature = 25 + 0.001 * ($1 % 2)

@@ -3,10 +3,8 @@
 # a thermometer is rejected in one line, a killed task runs again, existing results are kept, and a changed recording repeats only its
 # own tasks.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-. "$(dirname "$0")/lot.sh"
+. "$PRISM_SOURCE/tests/system/lot.sh"
 command -v parallel >/dev/null || skip "no GNU parallel; tools/setup slurm installs it"
-cd "$dir"
 
 gyro lot S1 1
 gyro lot S2 2

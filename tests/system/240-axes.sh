@@ -2,8 +2,6 @@
 # A device with three axes: recorded, trained, replayed and corrected on all axes. The log of each axis equals that of a replay of
 # this axis alone, byte for byte. In a live run one axis fails and the others continue; its replay writes the same logs.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
 # device NAME: writes its description at 10 frames/s, to make hours of data small.
 device() {
   sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/$1.json" >frames.json

@@ -3,8 +3,6 @@
 # second thermometer (three pairs of seeds, evaluated on another profile). The log has every sensor; a model with a missing sensor is
 # rejected.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >frames.json
 echo '{"name": "imu", "frames": "frames.json", "clock": "device", "site": {"latitude_deg": 34.25}, "axes": {"x": {"elevation_deg": 90}}}' >imu.json
 record() { # DIRECTORY PROFILE SEED

@@ -4,9 +4,7 @@
 # live log, byte for byte.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 here=$PRISM_SOURCE/tests/system
-cd "$dir"
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/dsp3000.json" >frames.json
 config() { # AXIS-MEMBERS [COLUMNS]: prints a configuration; COLUMNS are more columns of the sensor line
   cat <<END

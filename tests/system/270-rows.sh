@@ -2,7 +2,6 @@
 # The log is the queue: clients read it by cursor across kills, restarts and retention. A client gets each row of the log once and in
 # order; rows that were deleted before its request are counted.
 . "$(dirname "$0")/lib.sh"
-cd "$dir"
 config
 jq '.log.segment_mib = 0.01' gyro.json >small.json && mv small.json gyro.json
 of_log() { jq -r 'select(.made) | .file' log/gyro.csv.index | while read -r file; do [ ! -e "log/$file" ] || grep -hv '^[#t]' "log/$file"; done; }

@@ -2,7 +2,6 @@
 # A segment in the middle of the log was cut short. Every client gets the rows after it; the lost rows are counted, with one event.
 # Background: prismd returned an empty page with "more" and the same cursor, for ever, also after a restart.
 . "$(dirname "$0")/lib.sh"
-cd "$dir"
 frames 10
 config
 jq '.log.segment_mib = 0.02' gyro.json >small.json && mv small.json gyro.json

@@ -3,8 +3,6 @@
 # is an event, the index records them, and prismcal reports them.
 # Background: rows dated 1970 were deleted as ten years old when the right year came; a replay deleted its own output and counted its rows.
 . "$(dirname "$0")/lib.sh"
-PATH=$PATH:$PRISM_BIN/tools/prismcal
-cd "$dir"
 frames 2
 config
 rows_in() { cat "$1"/*.csv | grep -cv '^[#t]'; }

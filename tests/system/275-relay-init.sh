@@ -2,8 +2,7 @@
 # prismrelay --init on a schema with missing or different objects. Before, it reported any schema of the right version as complete,
 # and the relay could not work.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-cd "$dir"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 start_postgres
 relay_config
 objects() { sql "SELECT c.relname || coalesce(' ' || string_agg(a.attname || ' ' || format_type(a.atttypid, a.atttypmod) || ' ' || a.attnotnull, ',' ORDER BY a.attname), '') FROM pg_class c LEFT JOIN pg_attribute a ON a.attrelid = c.oid AND a.attnum > 0 AND NOT a.attisdropped WHERE c.relnamespace = 'prism'::regnamespace GROUP BY c.relname ORDER BY 1"; }

@@ -2,8 +2,7 @@
 # Rows that PostgreSQL refuses, together with good gyros: the good rows are stored, the bad ones are in refused_rows. Before, the first bad row
 # stopped all gyros of the host, while the status was "up". A batch that is refused for another reason is tried at growing intervals.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-cd "$dir"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 start_postgres
 relay_config
 prismrelay --init relay.json >/dev/null

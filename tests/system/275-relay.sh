@@ -2,8 +2,7 @@
 # prismrelay with a real PostgreSQL: the database gets every row of the log once, across restarts of the server, a deleted log and
 # invalid lines. A missing or newer schema is reported.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-cd "$dir"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 refused() { code=0; "${@:3}" 2>refused.err >/dev/null || code=$?; same "exit code: $2" "$code" "$1"; contains "the error" "$(cat refused.err)" "$2"; same "lines of the error: $2" "$(wc -l <refused.err)" 1; }
 bad_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json; }
 

@@ -2,9 +2,8 @@
 # prismrelay with a real MQTT broker, TLS and a password: the retained state of each gyro is correct when the gyro, the relay or the
 # broker stops and restarts.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 needs_mosquitto
-cd "$dir"
 openssl req -x509 -newkey rsa:2048 -nodes -days 2 -keyout ca.key -out ca.pem -subj "/CN=test" 2>/dev/null
 openssl req -newkey rsa:2048 -nodes -keyout broker.key -out broker.csr -subj "/CN=localhost" 2>/dev/null
 openssl x509 -req -in broker.csr -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -out broker.pem 2>/dev/null

@@ -2,9 +2,8 @@
 # Statuses that the broker retains from before the start of the relay: those of gyros and axes that do not run become "gone".
 # Before, MQTT reported such a gyro as running with its old values for ever.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 needs_mosquitto
-cd "$dir"
 server_folder "$dir/mqtt"
 printf 'listener %s 127.0.0.1\nallow_anonymous true\npersistence true\npersistence_location %s/mqtt/\nmax_inflight_messages 0\nmax_queued_messages 0\n' "$port" "$dir" >mqtt/mosquitto.conf
 [ "$(id -u)" -ne 0 ] || chown -R mosquitto mqtt

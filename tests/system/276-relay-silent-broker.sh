@@ -2,8 +2,7 @@
 # A broker that accepts the connection and acknowledges no message is reported as down, and the connection is renewed. Before, it was
 # "up" without an error for ever.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-cd "$dir"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 port=$(free_port)
 start broker python3 "$PRISM_SOURCE/tests/system/silent_broker.py" "$port" "$dir/acknowledge"
 relay_config ", \"mqtt\": {\"host\": \"127.0.0.1\", \"port\": $port}"

@@ -2,8 +2,7 @@
 # Metrics of a simulated gyro and of the relay: promtool accepts them and the alert rules, and a real Prometheus scrapes them from a
 # real node_exporter.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-cd "$dir"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 frames 50
 config
 start_sim --profile steady

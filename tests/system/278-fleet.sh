@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # tools/fleet from the command line: simulated gyros, fake servers, and a backlog.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
+. "$PRISM_SOURCE/tests/system/servers.sh"
 ls -d /usr/lib/postgresql/*/bin >/dev/null 2>&1 || skip "PostgreSQL is not installed (run tools/setup all)"
 fleet() { TMPDIR=$dir "$PRISM_SOURCE/tools/fleet" "$@" --build "$PRISM_BIN"; }
 [ "$(id -u)" -ne 0 ] || chmod 711 "$dir"

@@ -2,10 +2,7 @@
 # The address that prismweb prints works once and gives a cookie. Tests which requests the cookie authenticates, and the separate
 # token for programs.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 start_at() {
   : >web.out
   start web prismweb --listen "127.0.0.1:$1" --state "" --instance "$dir/none.sock"

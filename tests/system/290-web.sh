@@ -2,10 +2,7 @@
 # prismweb with a real prismd: authentication, forwarded requests, every sample to two clients at 1000 frames/s, a client that does
 # not read, a restart of prismd, the stored minutes, Unix sockets, and a stopped instance.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 frames 1000
 jq '.name = "<script>alert(1)</script>"' "$PRISM_SOURCE/config/models/tao2019-model2.json" >script.json
 config

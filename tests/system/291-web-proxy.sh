@@ -2,9 +2,8 @@
 # The recipes of docs/page.md: prismweb on a Unix socket behind a real nginx and a real caddy, with TLS and users. The page, responses and the
 # WebSocket pass with the right password only; a host that is not allowed is rejected.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH:/usr/sbin
+PATH=$PATH:/usr/sbin
 needs_websockets
-cd "$dir"
 frames 50
 config
 start_sim --profile steady

@@ -3,10 +3,7 @@
 # Origin fields the first one counted, an unknown Transfer-Encoding was ignored, a long header cut the connection without a status, and
 # a typing error in a parameter returned the default range.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 config
 start_sim --profile steady
 start_prismd

@@ -2,7 +2,6 @@
 # The example for PlotJuggler with a simulated gyro: datagrams with a timestamp and a number per curve, also after a restart of prismd.
 . "$(dirname "$0")/lib.sh"
 command -v python3 >/dev/null || skip "no python3"
-cd "$dir"
 export PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$PRISM_SOURCE/clients/python
 frames 50
 config

@@ -3,10 +3,7 @@
 # once, a prismd that does not respond, connections without a token. Background: prismd closed the only connection
 # of prismweb each time an hour of three axes was requested at once, so that this gyro was never served.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >three.json
 echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"accept_clock\": true, \"line\": {\"device\": \"$dir/tty\"}, \"log\": {\"directory\": \"$dir/log\"},
   \"socket\": {\"path\": \"$PRISM_SOCKET\", \"client_buffer_kib\": 16}, \"axes\": {\"x\": {}, \"y\": {}, \"z\": {}}, \"site\": {\"latitude_deg\": 34}}" >gyro.json

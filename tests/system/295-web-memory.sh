@@ -2,10 +2,7 @@
 # Clients that send requests and never read the responses: the memory of prismweb stays below the limits of docs/protocol.md and is returned
 # after they leave. History: four such clients sent 1 089 000 requests, prismweb grew from 10.6 to 224 MB and stayed there.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 needs_websockets
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 frames 10
 config
 start_sim --profile fast --speed 400

@@ -2,9 +2,6 @@
 # Bits that change in the file of minutes, between runs of prismweb and while it runs: each row that `range` returns equals the log, or the
 # request fails, or the view is marked as incomplete. The damage is named once, and the store is rebuilt from the log.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 frames 1
 config
 jq '.name = "gyro"' gyro.json >named.json && mv named.json gyro.json

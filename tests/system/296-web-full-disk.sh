@@ -2,10 +2,7 @@
 # A full disk below the store of minutes, whenever it becomes full: stderr and the page's data give the real reason once, live data is
 # served, and the store continues when there is space. History: the message was "No such file or directory".
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
 [ "$(id -u)" = 0 ] || skip "needs root for a small file system; unit tests check the message with failing calls"
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 frames 10
 config
 start_sim --profile fast --speed 400

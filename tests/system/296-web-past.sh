@@ -2,9 +2,6 @@
 # prismweb returns the same past data from memory, log and store: before and after its restart, after a restart of the counter, and
 # after retention deleted the log. Background: a view of the last hour showed the run before the restart of the counter.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PATH
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir
 frames 2
 config
 sed -i "s|\"log\": {\"directory\": \"$dir/log\"}|\"log\": {\"directory\": \"$dir/log\", \"segment_mib\": 0.1}|" gyro.json

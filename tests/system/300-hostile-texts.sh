@@ -2,14 +2,13 @@
 # Texts that some language would interpret, through every input and output, with real programs: Chromium, PostgreSQL, mosquitto,
 # promtool, a terminal. tests/hostile/ has the texts, a second implementation of the rules, and most of the inputs and outputs.
 . "$(dirname "$0")/lib.sh"
-. "$(dirname "$0")/servers.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PRISM_BIN/tools/prismweb:$PATH:/usr/sbin
+. "$PRISM_SOURCE/tests/system/servers.sh"
+PATH=$PATH:/usr/sbin
 for program in promtool tmux mosquitto chromium; do command -v $program >"$dir/program" || skip "$program is not installed (run tools/setup ci)"; done
 /usr/bin/python3 -c 'import selenium' 2>/dev/null || skip "python3-selenium is not installed (run tools/setup ci)"
 hostile=$PRISM_SOURCE/tests/hostile
 export PYTHONDONTWRITEBYTECODE=1 LC_ALL=C.UTF-8 XDG_RUNTIME_DIR=$dir/run
 mkdir -m 700 "$XDG_RUNTIME_DIR"
-cd "$dir"
 frames 2
 prismsim --profile paper --hours 0.3 --frames frames.json --out cycle.pcap 2>sim.err
 echo '{"frames": "./frames.json", "clock": "device", "name": "g"}' >plain.json

@@ -2,9 +2,7 @@
 # One damaged item affects only itself: each damage of a log's segment × each program that reads the log. The rows of the other segments
 # arrive, and the damaged one is named once. Refused rows of a database: 275-relay-refused; hostile names: 300-hostile-texts.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismweb:$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
-export XDG_RUNTIME_DIR=$dir PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
+export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
 frames 10
 config
 jq 'del(.model) | .name = "gyro" | .log.segment_mib = 0.05' gyro.json >small.json && mv small.json gyro.json

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # `prismctl export` copies the log of a time span through the socket: the same bytes as the files, also when prismd restarts, and prismcal reads them.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 frames 50
 config
 start_sim --profile steady --speed 10

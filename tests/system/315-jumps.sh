@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A temperature that jumps by 20 degC and stays is an event, and `caution` in `status`.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 seq 1 3000 | awk 'BEGIN { print "t,rate,temperature" } { print 1700000000 + $1 ",8," ($1 > 300 ? 45 : 25) + 0.001 * ($1 % 2) }' >"$dir/jump.csv"
 prismcal convert "$dir/jump.csv" --map rate=rate:deg/h,temperature=temperature:degC,time=t:s --out "$dir/jump.pcap" >/dev/null 2>&1
 echo "{\"name\": \"gyro\", \"line\": {\"device\": \"/dev/null\"}, \"frames\": \"$PRISM_SOURCE/config/frames/second-means.json\",

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The three-axis example of docs/frames.md works as printed: files and commands are taken from the page.
 . "$(dirname "$0")/lib.sh"
-cd "$dir"
 python3 - "$PRISM_SOURCE/docs/frames.md" <<'PY'
 import re, sys
 page = open(sys.argv[1]).read()

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The commands of README.md ("First steps") run as they are written, in a new directory.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
 
 # block DOCUMENT HEADING NUMBER: the nth sh block after the heading
 block() {

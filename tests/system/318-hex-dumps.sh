@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The bytes of a line as a text: each program refuses them with the command that writes the bytes.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PRISM_SOURCE/tools/prism-import:$PATH
-cd "$dir"
+PATH=$PRISM_SOURCE/tools/prism-import:$PATH
 prismsim --hours 0.1 --rate 200 --out a.pcap 2>/dev/null
 python3 - <<'PY'
 import struct

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The commands of "Several axes" in docs/operations.md work as printed.
 . "$(dirname "$0")/lib.sh"
-PATH=$PRISM_BIN/tools/prismcal:$PATH
-cd "$dir"
 python3 - "$PRISM_SOURCE" <<'PY'
 import re, sys
 page = open(sys.argv[1] + '/docs/operations.md').read()

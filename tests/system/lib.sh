@@ -3,9 +3,10 @@
 # Each test is a script that sources this file. ctest sets PRISM_BIN (directory of the programs) and PRISM_SOURCE.
 set -euo pipefail
 : "${PRISM_BIN:?set by ctest}" "${PRISM_SOURCE:?set by ctest}"
-PATH=$PRISM_BIN/daemon:$PRISM_BIN/tools/prismctl:$PRISM_BIN/tools/prismsim:$PATH
+for program in daemon tools/prismctl tools/prismsim tools/prismcal tools/prismweb tools/prismrelay; do PATH=$PRISM_BIN/$program:$PATH; done
 dir=$(mktemp -d "${TMPDIR:-/tmp}/prism-test.XXXXXX")
-export PRISM_SOCKET=$dir/gyro.sock
+cd "$dir"
+export PRISM_SOCKET=$dir/gyro.sock XDG_RUNTIME_DIR=$dir
 export PRISM_TIME_SCALE=10  # programs divide their own waits by this (base/time_scale.hpp); a test may set another value
 children=()
 undo=()  # at_exit COMMAND: adds a cleanup command. A trap of the test would lose the exit code.

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 # Real servers in the test's directory, on Unix sockets and loopback only. Source it after lib.sh.
-PATH=$PRISM_BIN/tools/prismrelay:$PATH
 
 # If root runs the test, servers run as $server_user, because PostgreSQL does not run as root.
 as_server() { if [ "$(id -u)" -eq 0 ]; then runuser -u "$server_user" -- "$@"; else "$@"; fi; }

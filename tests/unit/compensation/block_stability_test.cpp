@@ -66,8 +66,11 @@ TEST(RunningVariance, HasNoDeviationBelowTwoValues) {
   EXPECT_NEAR(running.sd(), std::sqrt(2.0), kSumRounding);  // divisor N − 1
 }
 
-TEST(BlockStability, UsesEveryHundredthWindowOnly) {
+struct BlockStabilityTest : testing::Test {
   BlockStability stability;
+};
+
+TEST_F(BlockStabilityTest, UsesEveryHundredthWindowOnly) {
   std::vector<double> raw, corrected;
   std::mt19937_64 random(37);
   std::normal_distribution<double> normal(0, 0.02);
@@ -84,8 +87,7 @@ TEST(BlockStability, UsesEveryHundredthWindowOnly) {
   EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kSumRounding);
 }
 
-TEST(BlockStability, AGapRestartsTheGridSoThatNoBlockSpansIt) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, AGapRestartsTheGridSoThatNoBlockSpansIt) {
   for (int s = 0; s <= 250; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 0, 100, 200
   for (int s = 260; s < 300; ++s) stability.add(row_at(s, 1e6, 1e6, WindowState::kWarming), 100);
   for (int s = 370; s <= 470; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 370, 470
@@ -93,16 +95,14 @@ TEST(BlockStability, AGapRestartsTheGridSoThatNoBlockSpansIt) {
   EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kSumRounding);
 }
 
-TEST(BlockStability, AClockSetBackRestartsTheGrid) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, AClockSetBackRestartsTheGrid) {
   for (int s = 10'000; s <= 10'100; ++s) stability.add(row_at(s, 1, 1), 100);
   stability.add(row_at(0, 1, 1, WindowState::kWarming), 100);
   for (int s = 109; s <= 209; ++s) stability.add(row_at(s, 1, 1), 100);
   EXPECT_EQ(stability.all().count(), 4);
 }
 
-TEST(BlockStability, AMissingSecondAtTheEndOfABlockMovesTheGridWithoutOverlap) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, AMissingSecondAtTheEndOfABlockMovesTheGridWithoutOverlap) {
   for (int s = 0; s <= 205; ++s) {
     if (s != 100 && s != 101) stability.add(row_at(s, s, s), 100);
   }
@@ -110,8 +110,7 @@ TEST(BlockStability, AMissingSecondAtTheEndOfABlockMovesTheGridWithoutOverlap) {
   EXPECT_NEAR(stability.all().mean(), (0 + 102 + 202) / 3.0, kSumRounding);
 }
 
-TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, ComparesRawAndCorrectedOverTheSameBlocks) {
   for (int block = 0; block < 10; ++block) {  // the first five blocks have no correction and a large rate
     stability.add(row_at(100 * block, block < 5 ? 1000 * block : block % 2, block < 5 ? kUnknown : 0.1 * (block % 2)),
                   100);
@@ -122,8 +121,7 @@ TEST(BlockStability, ComparesRawAndCorrectedOverTheSameBlocks) {
   EXPECT_NEAR(stability.improvement().value(), 0.9, kSumRounding);
 }
 
-TEST(BlockStability, AConstantRateHasNoImprovement) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, AConstantRateHasNoImprovement) {
   EXPECT_FALSE(stability.improvement());
   stability.add(row_at(0, 8, 8), 100);
   EXPECT_FALSE(stability.improvement());
@@ -135,14 +133,12 @@ TEST(BlockStability, AConstantRateHasNoImprovement) {
   EXPECT_EQ(stability.all().count(), 1);
 }
 
-TEST(BlockStability, AWorseCorrectionHasANegativeImprovement) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, AWorseCorrectionHasANegativeImprovement) {
   for (int block = 0; block < 4; ++block) stability.add(row_at(100 * block, block % 2, 3 * (block % 2)), 100);
   EXPECT_NEAR(stability.improvement().value(), -2, kSumRounding);
 }
 
-TEST(BlockStability, ABlockWithoutARateIsLeftOut) {
-  BlockStability stability;
+TEST_F(BlockStabilityTest, ABlockWithoutARateIsLeftOut) {
   stability.add(row_at(0, kUnknown, kUnknown), 100);
   stability.add(row_at(50, 8, 8), 100);
   EXPECT_EQ(stability.all().count(), 0);

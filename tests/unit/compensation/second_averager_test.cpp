@@ -28,13 +28,17 @@ SecondMean only_mean(const std::vector<Sample>& samples) {
   return averager.finish().value_or(SecondMean{});
 }
 
-TEST(SecondAverager, WeightsTheRateByTheSampleInterval) {
+struct SecondAveragerTest : testing::Test {
+  SecondAverager averager;
+};
+
+TEST_F(SecondAveragerTest, WeightsTheRateByTheSampleInterval) {
   const SecondMean second_mean = only_mean({sample_at(250'000'000, 1, 0.25), sample_at(1'000'000'000, 3, 0.75)});
   EXPECT_DOUBLE_EQ(second_mean.rate_deg_per_h, 2.5);  // (1 · 0.25 + 3 · 0.75) / 1
   EXPECT_EQ(second_mean.samples, 2u);
 }
 
-TEST(SecondAverager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
+TEST_F(SecondAveragerTest, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
   const std::pair<std::int64_t, std::int64_t> rows[] = {{1, 0},
                                                         {999'999'999, 0},
                                                         {1'000'000'000, 0},
@@ -51,7 +55,7 @@ TEST(SecondAverager, ASampleBelongsToTheSecondInWhichItsIntervalEnds) {
   }
 }
 
-TEST(SecondAverager, AQuantityWithoutValuesInTheSecondIsUnknown) {
+TEST_F(SecondAveragerTest, AQuantityWithoutValuesInTheSecondIsUnknown) {
   const SecondMean second_mean = only_mean({sample_at(1, kUnknown), sample_at(2, kUnknown)});
   EXPECT_TRUE(std::isnan(second_mean.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
@@ -59,7 +63,7 @@ TEST(SecondAverager, AQuantityWithoutValuesInTheSecondIsUnknown) {
   EXPECT_EQ(second_mean.samples, 2u);
 }
 
-TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers) {
+TEST_F(SecondAveragerTest, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers) {
   Sample first = sample_at(1, 4), second = sample_at(2, kUnknown, 100);
   first.uhfo_v = 5.25;
   second.temperature_degc = 25;
@@ -70,7 +74,7 @@ TEST(SecondAverager, AnUnknownQuantityOfOneSampleDoesNotChangeTheMeanOfTheOthers
 }
 
 // One valid frame of 400 had given the rate of a whole second.
-TEST(SecondAverager, AFewValidRatesDoNotStandForASecond) {
+TEST_F(SecondAveragerTest, AFewValidRatesDoNotStandForASecond) {
   std::vector<Sample> samples;
   for (int i = 1; i <= 10; ++i) samples.push_back(sample_at(i, i <= 5 ? 3 : kUnknown));
   EXPECT_DOUBLE_EQ(only_mean(samples).rate_deg_per_h, 3);
@@ -78,7 +82,7 @@ TEST(SecondAverager, AFewValidRatesDoNotStandForASecond) {
   EXPECT_TRUE(std::isnan(only_mean(samples).rate_deg_per_h));
 }
 
-TEST(SecondAverager, AnInfiniteValueIsIgnored) {
+TEST_F(SecondAveragerTest, AnInfiniteValueIsIgnored) {
   Sample broken = sample_at(1, HUGE_VAL);
   broken.temperature_degc = -HUGE_VAL;
   const SecondMean second_mean = only_mean({broken, sample_at(2, 7)});
@@ -86,7 +90,7 @@ TEST(SecondAverager, AnInfiniteValueIsIgnored) {
   EXPECT_TRUE(std::isnan(second_mean.temperature_degc));
 }
 
-TEST(SecondAverager, CombinesStatusBitsAndAddsMissingFrames) {
+TEST_F(SecondAveragerTest, CombinesStatusBitsAndAddsMissingFrames) {
   Sample first = sample_at(1), second = sample_at(2);
   first.status = 0x01, second.status = 0x80;
   first.missing_frames = 3, second.missing_frames = 4;
@@ -95,8 +99,7 @@ TEST(SecondAverager, CombinesStatusBitsAndAddsMissingFrames) {
   EXPECT_EQ(second_mean.missing_frames, 7u);
 }
 
-TEST(SecondAverager, SecondsWithoutSamplesReturnNoMean) {
-  SecondAverager averager;
+TEST_F(SecondAveragerTest, SecondsWithoutSamplesReturnNoMean) {
   EXPECT_FALSE(averager.push(sample_at(500'000'000, 1)));
   const auto first = averager.push(sample_at(7'500'000'000, 2));
   ASSERT_TRUE(first);
@@ -108,8 +111,7 @@ TEST(SecondAverager, SecondsWithoutSamplesReturnNoMean) {
   EXPECT_EQ(second->samples, 1u);
 }
 
-TEST(SecondAverager, FinishReturnsTheOpenSecondOnce) {
-  SecondAverager averager;
+TEST_F(SecondAveragerTest, FinishReturnsTheOpenSecondOnce) {
   EXPECT_FALSE(averager.finish());
   averager.push(sample_at(1));
   EXPECT_TRUE(averager.finish());
@@ -118,8 +120,7 @@ TEST(SecondAverager, FinishReturnsTheOpenSecondOnce) {
   EXPECT_TRUE(averager.finish());
 }
 
-TEST(SecondAverager, AClockSetBackClosesTheSecond) {
-  SecondAverager averager;
+TEST_F(SecondAveragerTest, AClockSetBackClosesTheSecond) {
   averager.push(sample_at(9'500'000'000, 1));
   const auto closed = averager.push(sample_at(3'500'000'000, 2));
   ASSERT_TRUE(closed);
@@ -139,7 +140,7 @@ std::vector<bool> partial_seconds(int first, int last, std::int64_t phase_ns) {
   return partial;
 }
 
-TEST(SecondAverager, ASecondCutByTheSessionIsPartial) {
+TEST_F(SecondAveragerTest, ASecondCutByTheSessionIsPartial) {
   using Seconds = std::vector<bool>;
   EXPECT_EQ(partial_seconds(1, 30, 0), Seconds({false, false, false}));
   EXPECT_EQ(partial_seconds(2, 30, 0), Seconds({true, false, false}));
@@ -151,15 +152,13 @@ TEST(SecondAverager, ASecondCutByTheSessionIsPartial) {
   EXPECT_EQ(partial_seconds(0, 28, 30'000'000), Seconds({false, false, true}));
 }
 
-TEST(SecondAverager, LostFramesWithinASessionMakeNoSecondPartial) {
-  SecondAverager averager;
+TEST_F(SecondAveragerTest, LostFramesWithinASessionMakeNoSecondPartial) {
   averager.push(sample_at(100'000'000));
   EXPECT_FALSE(averager.push(sample_at(5'500'000'000))->partial);
   EXPECT_FALSE(averager.push(sample_at(6'000'000'001))->partial);
 }
 
-TEST(SecondAverager, SamplesAfterTheEndStartANewSession) {
-  SecondAverager averager;
+TEST_F(SecondAveragerTest, SamplesAfterTheEndStartANewSession) {
   for (int i = 1; i <= 10; ++i) averager.push(sample_at(i * 100'000'000));
   EXPECT_FALSE(averager.finish()->partial);
   for (int i = 15; i <= 20; ++i) averager.push(sample_at(i * 100'000'000));
@@ -167,12 +166,11 @@ TEST(SecondAverager, SamplesAfterTheEndStartANewSession) {
 }
 
 // A simple reference: keeps all samples of a second, then averages them.
-TEST(SecondAverager, EqualsAReferenceThatKeepsAllSamples) {
+TEST_F(SecondAveragerTest, EqualsAReferenceThatKeepsAllSamples) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   std::map<std::int64_t, std::vector<Sample>> kept;
   std::vector<SecondMean> second_means;
-  SecondAverager averager;
   for (std::int64_t time_ns = 0; time_ns < 200 * kNanosecondsPerSecond;) {
     time_ns += 1 + static_cast<std::int64_t>(unit(random) * (unit(random) < 0.02 ? 3e9 : 2e7));
     Sample sample = sample_at(time_ns, unit(random) < 0.1 ? kUnknown : 10 * unit(random), 0.001 + unit(random));

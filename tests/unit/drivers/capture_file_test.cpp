@@ -62,8 +62,11 @@ void write_story(const std::string& path) {
   EXPECT_EQ(writer->bytes_written(), std::filesystem::file_size(path));
 }
 
-TEST(CaptureFile, ReturnsEveryPacketToTheNanosecond) {
+struct CaptureFileTest : testing::Test {
   const test::TemporaryFolder folder;
+};
+
+TEST_F(CaptureFileTest, ReturnsEveryPacketToTheNanosecond) {
   write_story(folder.file("a.pcap"));
   auto reader = CaptureReader::open(folder.file("a.pcap"));
   ASSERT_TRUE(reader) << reader.error().text();
@@ -73,8 +76,7 @@ TEST(CaptureFile, ReturnsEveryPacketToTheNanosecond) {
 }
 
 // The layout by hand: file header of 24 bytes, packet header of 16, then the 12 bytes of the record.
-TEST(CaptureFile, IsPcapOfLinkType250WithNanoseconds) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, IsPcapOfLinkType250WithNanoseconds) {
   write_story(folder.file("a.pcap"));
   const Bytes bytes = file_bytes(folder.file("a.pcap"));
   ASSERT_GT(bytes.size(), 24u + 28 + 31);
@@ -87,8 +89,7 @@ TEST(CaptureFile, IsPcapOfLinkType250WithNanoseconds) {
             (Bytes{0x65, 0x53, 0xF1, 0x00, 0x00, 0x00, 0x13, 0x88, 2, 0, 0, 0, 1, 2, 3}));
 }
 
-TEST(CaptureFile, KeepsChunksOfAnySize) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, KeepsChunksOfAnySize) {
   Bytes large(200'000);
   for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint8_t>(i * 7);
   {
@@ -107,8 +108,7 @@ TEST(CaptureFile, KeepsChunksOfAnySize) {
 }
 
 // A power cut leaves any length: all complete packets are read, and the truncation is reported.
-TEST(CaptureFile, ReturnsAllPacketsBeforeATruncation) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, ReturnsAllPacketsBeforeATruncation) {
   write_story(folder.file("a.pcap"));
   const Bytes whole = file_bytes(folder.file("a.pcap"));
   std::vector<std::size_t> ends{24};
@@ -131,8 +131,7 @@ TEST(CaptureFile, ReturnsAllPacketsBeforeATruncation) {
 }
 
 // After any damage to one packet its neighbours are read once, and the damage is reported.
-TEST(CaptureFile, ContinuesAfterDamage) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, ContinuesAfterDamage) {
   write_story(folder.file("a.pcap"));
   const Bytes whole = file_bytes(folder.file("a.pcap"));
   ASSERT_GE(kStory.size(), 4u);
@@ -170,8 +169,7 @@ TEST(CaptureFile, ContinuesAfterDamage) {
   recovers(cut, "cut out", 4, 1);
 }
 
-TEST(CaptureFile, EndsIfNoPacketFollowsTheDamage) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, EndsIfNoPacketFollowsTheDamage) {
   write_story(folder.file("a.pcap"));
   Bytes bytes = file_bytes(folder.file("a.pcap"));
   bytes.insert(bytes.end(), 100'000, 0x55);
@@ -183,8 +181,7 @@ TEST(CaptureFile, EndsIfNoPacketFollowsTheDamage) {
   EXPECT_NE(reader->tail_damage().find("a.pcap: "), std::string::npos);
 }
 
-TEST(CaptureFile, SkipsAndCountsShortPackets) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, SkipsAndCountsShortPackets) {
   write_story(folder.file("a.pcap"));
   Bytes bytes = file_bytes(folder.file("a.pcap"));
   const Bytes header{0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, 7, 7, 7};
@@ -196,8 +193,7 @@ TEST(CaptureFile, SkipsAndCountsShortPackets) {
   EXPECT_EQ(reader->foreign_packets(), 1u);
 }
 
-TEST(CaptureFile, RejectsOtherFilesInOneLine) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, RejectsOtherFilesInOneLine) {
   write_bytes(folder.file("log.csv"), Bytes(40, 'x'));
   write_bytes(folder.file("empty"), {});
   write_story(folder.file("ethernet.pcap"));
@@ -218,8 +214,7 @@ TEST(CaptureFile, RejectsOtherFilesInOneLine) {
   EXPECT_EQ(refusal("."), ".: is a directory, expected a capture (a .pcap file, or raw bytes)");
 }
 
-TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, ReplaysRawBytesAtTheGivenRate) {
   Bytes bytes(5000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
   write_bytes(folder.file("line.bin"), bytes);
@@ -241,15 +236,14 @@ TEST(CaptureFile, ReplaysRawBytesAtTheGivenRate) {
   EXPECT_EQ(still.error().what, "found no rate for raw bytes, expected more than 0 bytes/s");
 }
 
-TEST(CaptureFile, ReportsAFullDiskInEveryCall) {
+TEST_F(CaptureFileTest, ReportsAFullDiskInEveryCall) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full (Linux)";
   const auto writer = CaptureWriter::adopt(::open("/dev/full", O_WRONLY | O_CLOEXEC), "/dev/full", nullptr);
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/dev/full: cannot be written: No space left on device");
 }
 
-TEST(CaptureFile, KeepsWrittenPacketsWhenTheDiskFillsUp) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, KeepsWrittenPacketsWhenTheDiskFillsUp) {
   std::string first, again;
   {
     const test::FullDisk disk(5000);
@@ -270,8 +264,7 @@ TEST(CaptureFile, KeepsWrittenPacketsWhenTheDiskFillsUp) {
 }
 
 // Without flush() the buffer is written within a megabyte.
-TEST(CaptureFile, DetectsAFullDiskWithoutFlush) {
-  const test::TemporaryFolder folder;
+TEST_F(CaptureFileTest, DetectsAFullDiskWithoutFlush) {
   const test::FullDisk disk(5000);
   auto writer = CaptureWriter::open(folder.file("a.pcap"));
   ASSERT_TRUE(writer);
@@ -281,7 +274,7 @@ TEST(CaptureFile, DetectsAFullDiskWithoutFlush) {
   EXPECT_FALSE(writer->flush());
 }
 
-TEST(CaptureFile, ReportsAFileThatCannotBeCreated) {
+TEST_F(CaptureFileTest, ReportsAFileThatCannotBeCreated) {
   const auto writer = CaptureWriter::open("/nowhere/a.pcap");
   ASSERT_FALSE(writer);
   EXPECT_EQ(writer.error().text(), "/nowhere/a.pcap: cannot be written: No such file or directory");

@@ -40,7 +40,11 @@ const Finding& named(const DataQuality& report, const std::string& name) {
   throw std::runtime_error("no finding " + name);
 }
 
-TEST(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
+struct DataQualityCheck : testing::Test {
+  Record record;
+};
+
+TEST_F(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
   const DataQuality report = Record().check();
   EXPECT_EQ(report.verdict, Verdict::kPass);
   EXPECT_FALSE(report.nothing_to_compensate);
@@ -48,8 +52,7 @@ TEST(DataQualityCheck, PassesAGoodRecordAndStatesEveryThreshold) {
   EXPECT_EQ(named(report, "temperature_span").text, "110 degC; expected at least 25, rejected below 10");
 }
 
-TEST(DataQualityCheck, RejectsASmallTemperatureSpan) {
-  Record record;
+TEST_F(DataQualityCheck, RejectsASmallTemperatureSpan) {
   for (double& t : record.temperature_degc) t = 25 + (t - 15) * 0.05;
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "temperature_span").verdict, Verdict::kRefuse);
@@ -61,8 +64,7 @@ TEST(DataQualityCheck, RejectsASmallTemperatureSpan) {
   EXPECT_EQ(named(constant, "explainable").value, 0);
 }
 
-TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
-  Record record;
+TEST_F(DataQualityCheck, DetectsThatTheGyroWasMoved) {
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kRefuse);
@@ -70,8 +72,7 @@ TEST(DataQualityCheck, DetectsThatTheGyroWasMoved) {
 }
 
 // The blocks next to the step were outliers, so that it was named 900 s too late.
-TEST(DataQualityCheck, FindsThePlaceOfAMoveAndNothingElse) {
-  Record record;
+TEST_F(DataQualityCheck, FindsThePlaceOfAMoveAndNothingElse) {
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 5;
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").block, std::optional<std::size_t>(500));
@@ -97,7 +98,7 @@ DataQuality check_with_gap(double step) {
 }
 
 // An hour that --leave-out removed ended as "was the gyro moved".
-TEST(DataQualityCheck, DoesNotTakeDriftOverAGapForAStep) {
+TEST_F(DataQualityCheck, DoesNotTakeDriftOverAGapForAStep) {
   EXPECT_EQ(named(check_with_gap(0), "moved").verdict, Verdict::kPass) << named(check_with_gap(0), "moved").text;
   const DataQuality moved = check_with_gap(3);
   EXPECT_EQ(named(moved, "moved").verdict, Verdict::kWarn);
@@ -106,10 +107,10 @@ TEST(DataQualityCheck, DoesNotTakeDriftOverAGapForAStep) {
 }
 
 // 9999 for more than three blocks: good blocks were called far, and the gyro was asked to have moved.
-TEST(DataQualityCheck, NamesLongRunsOfACodeForNoValue) {
+TEST_F(DataQualityCheck, NamesLongRunsOfACodeForNoValue) {
   for (const std::size_t length : {12, 36, 400}) {
     for (const std::size_t begin : {0, 300, 924 - static_cast<int>(length)}) {
-      Record record;
+      record = {};
       std::fill_n(record.rate_deg_per_h.begin() + static_cast<std::ptrdiff_t>(begin), length, 9999);
       const Finding outliers = named(record.check(), "outliers");
       EXPECT_EQ(outliers.block, std::optional(begin)) << length;
@@ -119,8 +120,7 @@ TEST(DataQualityCheck, NamesLongRunsOfACodeForNoValue) {
   }
 }
 
-TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
-  Record record;
+TEST_F(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
   record.rate_deg_per_h[500] += 5;
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kPass) << named(report, "moved").text;
@@ -130,8 +130,7 @@ TEST(DataQualityCheck, DoesNotReportAnOutlierAsAMove) {
 }
 
 // Thirty seconds of a code for "no value" in one block ended as "nothing to compensate".
-TEST(DataQualityCheck, NamesOutliersAndJudgesTheRestWithoutThem) {
-  Record record;
+TEST_F(DataQualityCheck, NamesOutliersAndJudgesTheRestWithoutThem) {
   const double explainable = named(record.check(), "explainable").value;
   record.rate_deg_per_h[500] += 3000;
   const DataQuality report = record.check();
@@ -141,8 +140,7 @@ TEST(DataQualityCheck, NamesOutliersAndJudgesTheRestWithoutThem) {
   EXPECT_FALSE(report.nothing_to_compensate);
 }
 
-TEST(DataQualityCheck, DetectsChangingAndMissingNoise) {
-  Record record;
+TEST_F(DataQualityCheck, DetectsChangingAndMissingNoise) {
   const std::vector<double> loud = test::white_noise(924, 0.1, 42);
   for (std::size_t i = 693; i < 924; ++i) record.rate_deg_per_h[i] += loud[i];
   EXPECT_EQ(named(record.check(), "noise").verdict, Verdict::kRefuse);
@@ -152,9 +150,9 @@ TEST(DataQualityCheck, DetectsChangingAndMissingNoise) {
 }
 
 // One start-up row made a quarter of a short record 300 times as noisy as the others.
-TEST(DataQualityCheck, DoesNotCountOneBadRowAsNoise) {
+TEST_F(DataQualityCheck, DoesNotCountOneBadRowAsNoise) {
   for (const std::size_t blocks : {16, 30, 60, 200}) {
-    Record record;
+    record = {};
     record.temperature_degc.resize(blocks);
     record.rate_deg_per_h.resize(blocks);
     record.rate_deg_per_h[0] += 20;
@@ -167,8 +165,7 @@ TEST(DataQualityCheck, DoesNotCountOneBadRowAsNoise) {
   }
 }
 
-TEST(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
-  Record record;
+TEST_F(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
   for (std::size_t i = 0; i < record.rate_deg_per_h.size(); ++i) {
     double& rate = record.rate_deg_per_h[i];
     rate = 0.0004 * std::round(rate / 0.0004) + (i % 2 == 0 ? 2e-15 : 0);
@@ -178,8 +175,7 @@ TEST(DataQualityCheck, IgnoresQuantisationBelowTheNoiseAndRoundingErrors) {
   EXPECT_EQ(report.verdict, Verdict::kPass);
 }
 
-TEST(DataQualityCheck, DetectsAQuantiserAndItsStep) {
-  Record record;
+TEST_F(DataQualityCheck, DetectsAQuantiserAndItsStep) {
   for (double& rate : record.rate_deg_per_h) rate = 0.01 * std::round(rate / 0.01);
   const DataQuality report = record.check();
   EXPECT_NEAR(named(report, "quantised").value, 0.01, 1e-9);
@@ -191,27 +187,24 @@ TEST(DataQualityCheck, DetectsAQuantiserAndItsStep) {
 
 // A chamber that changes by 100 degC in twenty minutes: each block is far from its neighbours' median, but on their
 // line.
-TEST(DataQualityCheck, DoesNotReportAFastRampAsADisturbance) {
-  Record record;
+TEST_F(DataQualityCheck, DoesNotReportAFastRampAsADisturbance) {
   for (std::size_t i = 0; i < 924; ++i) record.rate_deg_per_h[i] += 10 * std::sin(static_cast<double>(i) / 15);
   const DataQuality report = record.check();
   EXPECT_EQ(named(report, "disturbed").verdict, Verdict::kPass) << named(report, "disturbed").text;
   EXPECT_EQ(named(report, "moved").verdict, Verdict::kPass) << named(report, "moved").text;
 }
 
-TEST(DataQualityCheck, ReportsTheBlock) {
-  Record record;
+TEST_F(DataQualityCheck, ReportsTheBlock) {
   for (std::size_t i = 500; i < 924; ++i) record.rate_deg_per_h[i] += 0.2;
   EXPECT_EQ(named(record.check(), "moved").block, std::optional<std::size_t>(500));
 }
 
-TEST(DataQualityCheck, FindsNothingToCompensateInWhiteNoise) {
-  Record record;
+TEST_F(DataQualityCheck, FindsNothingToCompensateInWhiteNoise) {
   record.rate_deg_per_h = test::white_noise(924, 0.007, 43);
   EXPECT_TRUE(record.check().nothing_to_compensate);
 }
 
-TEST(DataQualityCheck, RejectsInvalidInput) {
+TEST_F(DataQualityCheck, RejectsInvalidInput) {
   const std::vector<double> one = {1.0}, eight = {1, 2, 3, 4, 5, 6, 7, std::nan("")}, good = {1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(check_data_quality(one, one, {}, {}, "log.csv").error().text(),
             "log.csv: found 1 blocks, expected at least 2");
@@ -219,7 +212,7 @@ TEST(DataQualityCheck, RejectsInvalidInput) {
   EXPECT_FALSE(check_data_quality(good, eight, {}, {}, "x"));
 }
 
-TEST(DataQualityCheck, ReportsFewerFindingsForAFewBlocks) {
+TEST_F(DataQualityCheck, ReportsFewerFindingsForAFewBlocks) {
   const std::vector<double> warm = {25.0, 25.1, 25.2, 25.1}, rate = {1, 2, 1, 3};
   const DataQuality report = check_data_quality(warm, rate, {}, {}, "x").value();
   EXPECT_TRUE(report.nothing_to_compensate);
@@ -263,7 +256,7 @@ DataQuality check_real(const std::string& file, double row_s, double length_s, i
   return check_data_quality(temperature, rate, {follows, {}}, {}, file).value();
 }
 
-TEST(DataQualityCheck, AcceptsARealChamberCycle) {
+TEST_F(DataQualityCheck, AcceptsARealChamberCycle) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
   for (int column = 2; column <= 4; ++column) {
     for (const Finding& finding : check_real("mems_chamber_tofupilot.csv", 0.505, 100, column).findings)
@@ -278,7 +271,7 @@ TEST(DataQualityCheck, AcceptsARealChamberCycle) {
   }
 }
 
-TEST(DataQualityCheck, FindsNothingToCompensateInARealRoom) {
+TEST_F(DataQualityCheck, FindsNothingToCompensateInARealRoom) {
   PRISM_NEEDS_SHARED("data/mpu6050_roomtemp_sunsided.csv");
   for (const auto& [column, length_s] : {std::pair{2, 10}, {3, 10}, {4, 10}, {2, 100}, {3, 100}, {4, 100}}) {
     const DataQuality report = check_real("mpu6050_roomtemp_sunsided.csv", 0.5, length_s, column);

@@ -38,8 +38,11 @@ json page_of(std::uint64_t missing = 0) {
   return json::parse(page.dump());  // unsigned numbers, as in a received page
 }
 
-TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
+struct BatchTest : testing::Test {
   Batch batch;
+};
+
+TEST_F(BatchTest, ConvertsAPageToRowsSegmentAndCursor) {
   const auto summary = batch.add_page({"lab/g", "z"}, "earliest", page_of());
   ASSERT_TRUE(summary) << summary.error().text();
   EXPECT_EQ(summary->cursor, kLog + "-2-7-9");
@@ -61,15 +64,14 @@ TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
   EXPECT_EQ(batch.items()[0].cursor, kLog + "-2-7-9");
 }
 
-TEST(Batch, RecordsMissingRowsAsAGap) {
-  Batch batch;
+TEST_F(BatchTest, RecordsMissingRowsAsAGap) {
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c", page_of(41)));
   EXPECT_EQ(batch.text(Table::kGaps), "\"lab/g\",\"z\",deleted,\"c\",41\n");
   batch.add_change_of_log({"lab/h", "x"}, "d");
   EXPECT_THAT(batch.text(Table::kGaps), HasSubstr("\"lab/h\",\"x\",log_changed,\"d\",0\n"));
 }
 
-TEST(Batch, IsUnchangedByAnInvalidResponse) {
+TEST_F(BatchTest, IsUnchangedByAnInvalidResponse) {
   const auto without = [](const char* key) {
     json page = page_of();
     page.erase(key);
@@ -90,15 +92,14 @@ TEST(Batch, IsUnchangedByAnInvalidResponse) {
     invalid.back()["after"] = cursor;
   }
   for (const json& page : invalid) {
-    Batch batch;
+    batch = Batch();
     const auto summary = batch.add_page({"lab/g", "z"}, "c", page);
     EXPECT_FALSE(summary) << page;
     EXPECT_TRUE(batch.empty()) << page;
   }
 }
 
-TEST(Batch, DoesNotCutACharacterOfAnEvent) {
-  Batch batch;
+TEST_F(BatchTest, DoesNotCutACharacterOfAnEvent) {
   batch.add_event("lab/g",
                   {{"time_s", 1.5}, {"severity", "info"}, {"kind", "note"}, {"text", std::string(999, 'a') + "µ"}});
   EXPECT_EQ(batch.text(Table::kEvents), "\"lab/g\",1.500000,\"info\",\"note\",\"" + std::string(999, 'a') + "\"\n");
@@ -141,7 +142,7 @@ bool has_nul(const json& value) {
 }
 
 // One text that the server rejects would block the rows of all gyros.
-TEST(Batch, IsAcceptedByTheServerForAnyText) {
+TEST_F(BatchTest, IsAcceptedByTheServerForAnyText) {
   for (const std::string& text : test::hostile_texts()) {
     SCOPED_TRACE(text.substr(0, 40));
     json page = page_of();
@@ -149,7 +150,7 @@ TEST(Batch, IsAcceptedByTheServerForAnyText) {
     segment["metadata"] = {{"model", text}, {"list", {text, {{"deep", text}}}}, {text, 1}, {"nan", std::nan("")}};
     segment["file"] = text;
     segment["rows"] = {text, "10,7"};
-    Batch batch;
+    batch = Batch();
     const auto summary = batch.add_page({"lab/g", "z"}, "c", page);
     ASSERT_TRUE(summary) << summary.error().text();
     EXPECT_EQ(summary->rows, 1u);
@@ -225,8 +226,7 @@ struct FakeServer {
 
 std::string row_text(int number) { return fmt::format(",,{},", number); }  // no sensors, samples
 
-TEST(DividedCommit, NeedsOneTransactionWithoutABadRow) {
-  Batch batch;
+TEST_F(BatchTest, NeedsOneTransactionWithoutABadRow) {
   for (const char* gyro : {"lab/a", "lab/b", "lab/c"}) ASSERT_TRUE(batch.add_page({gyro, "z"}, "c1", numbered_page(3)));
   FakeServer server;
   const auto refusals = divided_commit(batch, std::ref(server));
@@ -237,8 +237,7 @@ TEST(DividedCommit, NeedsOneTransactionWithoutABadRow) {
   for (const Refusal& refusal : *refusals) EXPECT_EQ(refusal.first + refusal.error, "");
 }
 
-TEST(DividedCommit, StoresOnlyTheBadRowsInRefusedRows) {
-  Batch batch;
+TEST_F(BatchTest, StoresOnlyTheBadRowsInRefusedRows) {
   for (int gyro = 0; gyro < 50; ++gyro)
     ASSERT_TRUE(batch.add_page({fmt::format("lab/g{}", gyro), "z"}, "c1", numbered_page(gyro == 30 ? 2000 : 40)));
   FakeServer server{.bad = {row_text(777), row_text(2000)}};
@@ -259,9 +258,9 @@ TEST(DividedCommit, StoresOnlyTheBadRowsInRefusedRows) {
   EXPECT_LT(server.attempts, 2 * std::log2(50) + 2 * 2 * std::log2(2000) + 4);
 }
 
-TEST(DividedCommit, EndsWithinItsAttempts) {
+TEST_F(BatchTest, EndsWithinItsAttempts) {
   for (const int rows : {50, 2000}) {
-    Batch batch;
+    batch = Batch();
     ASSERT_TRUE(batch.add_page({"lab/bad", "z"}, "c1", numbered_page(rows, 1)));
     ASSERT_TRUE(batch.add_page({"lab/good", "z"}, "c1", numbered_page(9)));
     FakeServer server{.bad = {"lab/bad\",\"z\"," + kLogId}};
@@ -277,8 +276,7 @@ TEST(DividedCommit, EndsWithinItsAttempts) {
   }
 }
 
-TEST(DividedCommit, StoresThePageIfOnlyItsMetadataAreBad) {
-  Batch batch;
+TEST_F(BatchTest, StoresThePageIfOnlyItsMetadataAreBad) {
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c1", numbered_page(3)));
   FakeServer server{.bad = {"model"}};
   const auto refusals = divided_commit(batch, std::ref(server));
@@ -290,8 +288,7 @@ TEST(DividedCommit, StoresThePageIfOnlyItsMetadataAreBad) {
   EXPECT_EQ((*refusals)[0].first, "metadata of segment 1: refused model");
 }
 
-TEST(DividedCommit, LeavesOutABadEvent) {
-  Batch batch;
+TEST_F(BatchTest, LeavesOutABadEvent) {
   for (const char* text : {"one", "two", "three"})
     batch.add_event("lab/g", {{"time_s", 1}, {"severity", "info"}, {"kind", "note"}, {"text", text}});
   FakeServer server{.bad = {"two"}};
@@ -302,8 +299,7 @@ TEST(DividedCommit, LeavesOutABadEvent) {
   EXPECT_EQ((*refusals)[1].error, "");
 }
 
-TEST(DividedCommit, ReportsACursorThatIsNotStored) {
-  Batch batch;
+TEST_F(BatchTest, ReportsACursorThatIsNotStored) {
   ASSERT_TRUE(batch.add_page({"lab/good", "z"}, "c1", numbered_page(3)));
   ASSERT_TRUE(batch.add_page({"lab/bad", "z"}, "c1", numbered_page(3)));
   FakeServer server{.bad = {"\"lab/bad\",\"z\",\"c2\""}};
@@ -314,8 +310,7 @@ TEST(DividedCommit, ReportsACursorThatIsNotStored) {
   EXPECT_THAT(server.text(Table::kPlaces), Not(HasSubstr("lab/bad")));
 }
 
-TEST(DividedCommit, EndsWithTheErrorOfALostConnection) {
-  Batch batch;
+TEST_F(BatchTest, EndsWithTheErrorOfALostConnection) {
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c1", numbered_page(100)));
   for (std::size_t lost_after = 0; lost_after < 13; ++lost_after) {
     FakeServer server{.bad = {row_text(50)}, .lost_after = lost_after};
@@ -326,8 +321,7 @@ TEST(DividedCommit, EndsWithTheErrorOfALostConnection) {
   }
 }
 
-TEST(Batch, LimitsNumbersToThoseOfTheColumns) {
-  Batch batch;
+TEST_F(BatchTest, LimitsNumbersToThoseOfTheColumns) {
   ASSERT_TRUE(batch.add_page({"lab/g", "z"}, "c", numbered_page(1, UINT64_MAX)));
   EXPECT_EQ(batch.text(Table::kGaps), "\"lab/g\",\"z\",deleted,\"c\",9223372036854775807\n");
   json page = numbered_page(2);

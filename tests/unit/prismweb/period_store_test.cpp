@@ -64,8 +64,11 @@ std::string expected_minutes(std::int64_t to) {
   return shown(downsample(seconds, INT64_MIN, INT64_MAX, 60));
 }
 
-TEST(PeriodStore, ContinuesAfterReopening) {
+struct PeriodStoreTest : testing::Test {
   const test::TemporaryFolder folder;
+};
+
+TEST_F(PeriodStoreTest, ContinuesAfterReopening) {
   std::string cursor;
   for (std::int64_t i = 0; i < 1000; i += 37) {
     PeriodStore store = opened(folder);
@@ -82,8 +85,7 @@ TEST(PeriodStore, ContinuesAfterReopening) {
 }
 
 // Uncommitted seconds and their cursor are lost together, so the same rows are read again.
-TEST(PeriodStore, UncommittedDataIsReadFromTheLogAgain) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, UncommittedDataIsReadFromTheLogAgain) {
   {
     PeriodStore store = opened(folder);
     push(store, 0, 500, "after-500");
@@ -102,8 +104,8 @@ TEST(PeriodStore, UncommittedDataIsReadFromTheLogAgain) {
 }
 
 // Files after a kill at any time: the database without its last transactions, and a truncated write-ahead log.
-TEST(PeriodStore, AKillLosesNoRows) {
-  const test::TemporaryFolder folder, killed;
+TEST_F(PeriodStoreTest, AKillLosesNoRows) {
+  const test::TemporaryFolder killed;
   PeriodStore store = opened(folder);
   for (std::int64_t i = 0; i < 6000; i += 100) {
     push(store, i, i + 100, std::to_string(i + 100));
@@ -132,8 +134,8 @@ std::string bytes_of(const std::string& path) {
 
 // Flips one bit in every 211th byte of the closed file. The store returns the same periods or is rebuilt, and then
 // accepts new seconds.
-TEST(PeriodStore, DetectsAChangedBit) {
-  const test::TemporaryFolder folder, damaged;
+TEST_F(PeriodStoreTest, DetectsAChangedBit) {
+  const test::TemporaryFolder damaged;
   {
     PeriodStore store = opened(folder);
     push(store, 0, 8000, "after");
@@ -175,8 +177,7 @@ TEST(PeriodStore, DetectsAChangedBit) {
 
 // A record whose begin is changed, but still between its neighbours, was missing in a view that contains its true begin
 // only.
-TEST(PeriodStore, DetectsAChangedBeginOutsideTheRange) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, DetectsAChangedBeginOutsideTheRange) {
   {
     PeriodStore store = opened(folder);
     push(store, 0, 300, "after-300");
@@ -207,9 +208,8 @@ void flip(const std::string& path, std::size_t at, int bit) {
 
 // Flips bits of the file and of its write-ahead log while the store is open and larger than its cache. Each view of an
 // hour is true or an error. Without a check of pages, a record that vanished from its page was missing in the chart.
-TEST(PeriodStore, DetectsAChangedBitWhileOpen) {
+TEST_F(PeriodStoreTest, DetectsAChangedBitWhileOpen) {
   constexpr std::int64_t kLength_s = 300000, kHour_s = 3600;
-  const test::TemporaryFolder folder;
   PeriodStore store = opened(folder);
   for (std::int64_t i = 0; i < kLength_s; i += 10000) {
     push(store, i, i + 10000, std::to_string(i + 10000));
@@ -250,19 +250,18 @@ TEST(PeriodStore, DetectsAChangedBitWhileOpen) {
   EXPECT_EQ(minutes(store), expected_minutes(kLength_s));
 }
 
-TEST(PeriodStore, ReplacesAFileThatIsNotADatabase) {
+TEST_F(PeriodStoreTest, ReplacesAFileThatIsNotADatabase) {
   for (const char* const text : {"{\"version\":1}", "SQLite format 3"}) {
-    const test::TemporaryFolder folder;
-    fs::create_directory(folder.file("z"));
-    std::ofstream(folder.file("z/periods.sqlite")) << text << std::string(9000, 'x');
-    EXPECT_NE(opened(folder).rebuild_reason(), "");
-    EXPECT_EQ(opened(folder).rebuild_reason(), "");
+    const test::TemporaryFolder other;
+    fs::create_directory(other.file("z"));
+    std::ofstream(other.file("z/periods.sqlite")) << text << std::string(9000, 'x');
+    EXPECT_NE(opened(other).rebuild_reason(), "");
+    EXPECT_EQ(opened(other).rebuild_reason(), "");
   }
 }
 
 // Minutes, hours and place.json of prismweb 0.2. The log contains all of their data.
-TEST(PeriodStore, RemovesTheFilesOfAnOlderVersion) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, RemovesTheFilesOfAnOlderVersion) {
   fs::create_directory(folder.file("z"));
   for (const char* const name : {"z/minutes", "z/hours", "z/place.json"}) std::ofstream(folder.file(name)) << "old";
   const PeriodStore store = opened(folder);
@@ -272,8 +271,7 @@ TEST(PeriodStore, RemovesTheFilesOfAnOlderVersion) {
     EXPECT_EQ(entry.path().filename().string().rfind("periods.sqlite", 0), 0U) << entry.path();
 }
 
-TEST(PeriodStore, IsLockedByOneProcess) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, IsLockedByOneProcess) {
   const PeriodStore store = opened(folder);
   const auto second = PeriodStore::open(folder.file("z"));
   ASSERT_FALSE(second);
@@ -281,8 +279,7 @@ TEST(PeriodStore, IsLockedByOneProcess) {
       << second.error().text();
 }
 
-TEST(PeriodStore, ADayIsSmallAndReadInParts) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, ADayIsSmallAndReadInParts) {
   PeriodStore store = opened(folder);
   for (std::int64_t i = 0; i < 86400; i += 1700) {
     push(store, i, std::min<std::int64_t>(i + 1700, 86400),
@@ -305,8 +302,7 @@ TEST(PeriodStore, ADayIsSmallAndReadInParts) {
 }
 
 // A counter restarted: a time that occurs only in the earlier epoch was searched in the later one and not found.
-TEST(PeriodStore, ReturnsACursorPerClockEpoch) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, ReturnsACursorPerClockEpoch) {
   PeriodStore store = opened(folder);
   const auto keep = [&](std::int64_t from, std::int64_t to, const char* cursor) {
     push(store, from, to, cursor);
@@ -344,8 +340,7 @@ class FailingWrites {
 };
 
 // A disk failed for 8 s: each retry appended the same minutes, and a minute then had 300 seconds.
-TEST(PeriodStore, AFailedCommitIsRolledBackAndTheNextOneIsComplete) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, AFailedCommitIsRolledBackAndTheNextOneIsComplete) {
   {
     PeriodStore store = opened(folder);
     push(store, 0, 3700, "not written");
@@ -366,8 +361,7 @@ TEST(PeriodStore, AFailedCommitIsRolledBackAndTheNextOneIsComplete) {
 }
 
 // SQLite stores −0 as 0, which had another checksum: such a minute was always reported as damaged.
-TEST(PeriodStore, StoresMinusZeroAsZero) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, StoresMinusZeroAsZero) {
   PeriodStore store = opened(folder);
   PeriodSummary second = at(0);
   second.min[kSlope] = second.max[kSlope] = -0.0;
@@ -376,8 +370,7 @@ TEST(PeriodStore, StoresMinusZeroAsZero) {
   EXPECT_EQ(joined(store.periods(60, INT64_MIN, INT64_MAX), 60).at(0).min[kSlope], 0);
 }
 
-TEST(PeriodStore, AClockSetBackLosesNoRows) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, AClockSetBackLosesNoRows) {
   {
     PeriodStore store = opened(folder);
     push(store, 1000, 2000, "first");
@@ -399,8 +392,7 @@ TEST(Paths, StayInTheirDirectoryForAnyName) {
 }
 
 // Earlier bug: a disk without a free inode was reported as "No such file or directory".
-TEST(PeriodStoreDisk, AFileThatCannotBeCreatedHasTheDisksReason) {
-  const test::TemporaryFolder folder;
+TEST_F(PeriodStoreTest, AFileThatCannotBeCreatedHasTheDisksReason) {
   const std::string full = folder.file("full");
   for (const bool with_database : {false, true}) {  // no inode for the database, or none for its log
     std::filesystem::create_directory(full);

@@ -15,7 +15,11 @@
 namespace prism::simulation {
 namespace {
 
-TEST(HiddenBias, IsZeroByDefault) {
+struct HiddenBiasTest : testing::Test {
+  BiasModelSettings settings;
+};
+
+TEST_F(HiddenBiasTest, IsZeroByDefault) {
   SimulatedGyro gyro(paper_profile(), 3);
   for (int s = 0; s < 30000; ++s) gyro.step(1);
   EXPECT_EQ(gyro.truth().bias_deg_per_h, gyro.truth().causes.thermal);
@@ -24,8 +28,7 @@ TEST(HiddenBias, IsZeroByDefault) {
 
 // Heated and cooled by 60 degC, the same temperature has two biases, 2 sizes apart; directly after a reversal they
 // meet.
-TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, HysteresisSeparatesHeatingAndCooling) {
   settings.hysteresis_deg_per_h = 0.01;
   HiddenBias hidden(settings, 0, 1);
   double heating = 0, halfway = 1, cooling = 0, time_s = 0;
@@ -43,8 +46,7 @@ TEST(HiddenBias, HysteresisSeparatesHeatingAndCooling) {
   EXPECT_NEAR(cooling, -0.01, 1e-9);
 }
 
-TEST(HiddenBias, WarmUpAgeingAndTiltDependOnTime) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, WarmUpAgeingAndTiltDependOnTime) {
   settings.warm_up_deg_per_h = 0.02;
   settings.ageing_deg_per_h_per_day = 0.005;
   settings.tilt_deg_per_h = 0.003;
@@ -56,8 +58,7 @@ TEST(HiddenBias, WarmUpAgeingAndTiltDependOnTime) {
   EXPECT_NEAR(noon.tilt, -midnight.tilt, 1e-12);
 }
 
-TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
   settings.turn_on_deg_per_h = 0.004;
   double squares = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
@@ -70,8 +71,7 @@ TEST(HiddenBias, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
 }
 
 // Flicker of coefficient B: the Allan deviation is 0.664 B over the range of the processes' time constants.
-TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, FlickerHasAFlatAllanDeviation) {
   settings.flicker_deg_per_h = 0.01;
   for (const int m : {100, 1000}) {
     double squares = 0;
@@ -93,8 +93,7 @@ TEST(HiddenBias, FlickerHasAFlatAllanDeviation) {
   }
 }
 
-TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, ModeHopsFollowTheBodyTemperatureNotTime) {
   settings.mode_hops_deg_per_h = 0.01;
   HiddenBias hidden(settings, 25, 5);
   double last = hidden.at_start().mode_hops;
@@ -109,8 +108,7 @@ TEST(HiddenBias, ModeHopsFollowTheBodyTemperatureNotTime) {
 }
 
 // The thermometer reports a delayed body temperature; the bias follows the body.
-TEST(HiddenBias, ThermometerLagsButBiasDoesNot) {
-  BiasModelSettings settings;
+TEST_F(HiddenBiasTest, ThermometerLagsButBiasDoesNot) {
   settings.sensor_lag_s = 300;
   SimulatedGyro gyro(paper_profile(), 3, settings), plain(paper_profile(), 3);
   for (int s = 0; s < 36000; ++s) gyro.step(1), plain.step(1);  // one hour into the ramp to 70 degC

@@ -55,8 +55,11 @@ Received receive(const SimulationSettings& settings, int frames) {
   return received;
 }
 
-TEST(SimulatedLine, TransmitsTheTruth) {
+struct SimulatedLineTest : testing::Test {
   SimulationSettings settings;
+};
+
+TEST_F(SimulatedLineTest, TransmitsTheTruth) {
   settings.earth_rate_deg_per_h = {8.4652};
   const int seconds = 3000;
   const Received received = receive(settings, 200 * seconds);
@@ -78,8 +81,7 @@ TEST(SimulatedLine, TransmitsTheTruth) {
 }
 
 // 40 means of 100 s in a steady chamber: their scatter is 0.0064 deg/h, known to 11 %; three of those.
-TEST(SimulatedLine, HasTheNoiseOfThePapersGyro) {
-  SimulationSettings settings;
+TEST_F(SimulatedLineTest, HasTheNoiseOfThePapersGyro) {
   settings.profile = steady_profile();
   settings.rate_hz = 200;
   const int blocks = 40, per_block = 20000;
@@ -97,8 +99,7 @@ TEST(SimulatedLine, HasTheNoiseOfThePapersGyro) {
   EXPECT_NEAR(std::sqrt(squares), 0.0064, 0.0022);
 }
 
-TEST(SimulatedLine, LosesFramesThatTheCounterShows) {
-  SimulationSettings settings;
+TEST_F(SimulatedLineTest, LosesFramesThatTheCounterShows) {
   settings.lose_frames = 0.01;
   const Received received = receive(settings, 50000);
   EXPECT_GT(received.sent.lost_frames, 400u);
@@ -108,8 +109,7 @@ TEST(SimulatedLine, LosesFramesThatTheCounterShows) {
   EXPECT_EQ(received.clock.missing_frames, received.sent.lost_frames);
 }
 
-TEST(SimulatedLine, CountsDamagedAndDroppedBytes) {
-  SimulationSettings settings;
+TEST_F(SimulatedLineTest, CountsDamagedAndDroppedBytes) {
   settings.damage_bytes = 1e-3;
   settings.drop_bytes = 5e-4;
   const Received received = receive(settings, 50000);  // a million bytes
@@ -121,7 +121,7 @@ TEST(SimulatedLine, CountsDamagedAndDroppedBytes) {
   EXPECT_LE(received.decoder.frames, 50000 - faults * 9 / 10);  // few frames are hit twice
 }
 
-TEST(SimulatedLine, CountsItsOutliers) {
+TEST_F(SimulatedLineTest, CountsItsOutliers) {
   SimulationSettings quiet, jumpy;
   jumpy.outliers_per_h = 720;  // 1000 s: about 200
   const Received a = receive(quiet, 200000), b = receive(jumpy, 200000);
@@ -138,8 +138,7 @@ TEST(SimulatedLine, CountsItsOutliers) {
   EXPECT_EQ(apart, b.sent.outliers);
 }
 
-TEST(SimulatedLine, SameSeedGivesTheSameBytes) {
-  SimulationSettings settings;
+TEST_F(SimulatedLineTest, SameSeedGivesTheSameBytes) {
   settings.drop_bytes = 1e-3;
   settings.lose_frames = 1e-3;
   const wire::FrameDescriptionPtr description = trplg();
@@ -155,8 +154,7 @@ TEST(SimulatedLine, SameSeedGivesTheSameBytes) {
 }
 
 // A third of a second is not an integer of nanoseconds; after a day the frame time is still exact.
-TEST(SimulatedLine, FramesDoNotDrift) {
-  SimulationSettings settings;
+TEST_F(SimulatedLineTest, FramesDoNotDrift) {
   settings.profile = steady_profile();
   settings.rate_hz = 3;
   SimulatedLine line(trplg(), settings);
