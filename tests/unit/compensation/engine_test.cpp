@@ -38,6 +38,7 @@ struct Session {
     next.temperature_degc = 25;
     next.uhfo_v = 5.25;
   }
+  explicit Session(int first_seconds) : Session(temperature_model()) { seconds(first_seconds); }
   void use(ModelPtr model, ModelPtr fallback) { EXPECT_TRUE(engine.use(std::move(model), std::move(fallback))); }
   void push() {
     time_ns += kPeriodNs;
@@ -77,8 +78,7 @@ TEST(CompensationEngine, APartialSecondIsInNoWindow) {
 }
 
 TEST(CompensationEngine, ReturnsOneRowPerSampleAndOneWindowPerSecond) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   EXPECT_EQ(run.rows.size(), 200u);
   ASSERT_EQ(run.windows.size(), 19u);  // the twentieth second is still open
   for (std::size_t i = 0; i < run.windows.size(); ++i)
@@ -141,8 +141,7 @@ TEST(CompensationEngine, WarmingHasNoCorrectedRate) {
 }
 
 TEST(CompensationEngine, NoSampleAfterALongGapUsesTheOldBias) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   ASSERT_EQ(run.last().correction.quality, kGood);
   run.skip(4);  // the limit is 3
   run.push();
@@ -152,8 +151,7 @@ TEST(CompensationEngine, NoSampleAfterALongGapUsesTheOldBias) {
 }
 
 TEST(CompensationEngine, AGapWithinTheLimitKeepsTheBias) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   run.skip(3);
   run.push();
   EXPECT_EQ(run.last().correction.quality, kGood);
@@ -162,8 +160,7 @@ TEST(CompensationEngine, AGapWithinTheLimitKeepsTheBias) {
 }
 
 TEST(CompensationEngine, NoSampleAfterAClockSetBackUsesTheOldBias) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   run.time_ns -= 5 * kNanosecondsPerSecond;
   run.push();
   EXPECT_EQ(run.last().correction.quality, kWarming);
@@ -171,8 +168,7 @@ TEST(CompensationEngine, NoSampleAfterAClockSetBackUsesTheOldBias) {
 }
 
 TEST(CompensationEngine, FinishClosesTheOpenSecondAndClearsTheBias) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   const auto closed = run.engine.finish();
   ASSERT_TRUE(closed);
   EXPECT_EQ(closed->window.second_mean.second, 19);
@@ -185,8 +181,7 @@ TEST(CompensationEngine, FinishClosesTheOpenSecondAndClearsTheBias) {
 }
 
 TEST(CompensationEngine, ResetClearsTheSession) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   run.engine.reset();
   run.push();
   EXPECT_EQ(run.last().correction.quality, kWarming);
@@ -230,8 +225,7 @@ TEST(EngineSwap, AModelWithOtherFeaturesRestartsTheWindow) {
 }
 
 TEST(EngineSwap, RemovingTheModelEndsTheCorrection) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   ASSERT_TRUE(run.engine.use(nullptr, nullptr));
   EXPECT_EQ(run.engine.correction().quality, kNoModel);
   run.push();
@@ -260,8 +254,7 @@ TEST(EngineFallback, WithoutItsInputIsFlagged) {
 }
 
 TEST(EngineFallback, ThatNeedsASlopeIsRejectedWithoutAnyChange) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   const ModelPtr before = run.engine.model();
   const auto refused = run.engine.use(temperature_model(0.5), linear_model({"T", "dTdt"}, {1, 1}));
   ASSERT_FALSE(refused);
@@ -336,8 +329,7 @@ TEST(EngineInputs, SettlingLagsAreFlagged) {
 }
 
 TEST(EngineInputs, AnInvalidRateIsFlaggedOnItsOwnSampleOnly) {
-  Session run(temperature_model());
-  run.seconds(20);
+  Session run(20);
   run.next.rate_deg_per_h = kUnknown;
   run.push();
   EXPECT_EQ(run.last().correction.quality, kRateInvalid);

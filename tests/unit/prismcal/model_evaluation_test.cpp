@@ -23,10 +23,27 @@ std::vector<double> all(const evaluation::RateSource& source) {
 
 using testing::HasSubstr;
 
+recordings::BlockTable day_table(const std::vector<compensation::SecondMean>& seconds,
+                                 double earth_rate_deg_per_h = test::kDayEarthRate) {
+  return recordings::make_block_table(seconds, {}, earth_rate_deg_per_h, "day").value();
+}
+
+analysis::ModelEvaluation evaluated_on(const compensation::ModelPtr& model, const recordings::BlockTable& table,
+                                       const analysis::CorrectionSettings& settings = {}) {
+  return analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
+}
+
+// A model that needs U.
+compensation::ModelPtr voltage_model() {
+  compensation::ModelInfo info;
+  info.name = "needs U";
+  info.inputs = {"U"};
+  return std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
+}
+
 TEST(BlockTable, HasOneReadyWindowPerBlock) {
   const auto second_means = test::simulated_day(8000, 0, 1);
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
+  const auto table = day_table(second_means);
   const int warm_up = compensation::history_s({});
   EXPECT_EQ(table.size(), static_cast<std::size_t>((8000 - warm_up) / 100 + 1));
   for (std::size_t i = 1; i < table.size(); ++i) {
@@ -45,7 +62,7 @@ TEST(BlockTable, HasOneReadyWindowPerBlock) {
 TEST(BlockTable, RestartsItsGridAfterAGap) {
   auto second_means = test::simulated_day(4000, 0, 1);
   second_means.erase(second_means.begin() + 1050, second_means.begin() + 1250);
-  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto table = day_table(second_means, 0);
   EXPECT_EQ(table.gaps, 1u);
   EXPECT_EQ(table.missing_s, 200u);
   int starts = 0;
@@ -67,10 +84,8 @@ TEST(BlockTable, RejectsARecordingWithoutAFullBlock) {
 
 TEST(ModelEvaluation, LeavesTheNoiseWithTheTrueModel) {
   const auto second_means = test::simulated_day(24000, 0.07, 2);
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
-  const analysis::ModelEvaluation evaluated =
-      analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
+  const auto table = day_table(second_means);
+  const auto evaluated = evaluated_on(test::linear_model(test::kDaySensitivity), table);
   EXPECT_NEAR(evaluated.stability.before.sd, 5e-4 * 40 / std::sqrt(2.0), 0.002);
   EXPECT_NEAR(evaluated.stability.after.sd, 0.007, 0.001);
   EXPECT_NEAR(evaluated.stability.after.mean, 0, 0.002);
@@ -82,11 +97,8 @@ TEST(ModelEvaluation, LeavesTheNoiseWithTheTrueModel) {
 }
 
 TEST(ModelEvaluation, ReportsWhetherTwoModelsDiffer) {
-  const auto table =
-      recordings::make_block_table(test::simulated_day(24000, 0.07, 2), {}, test::kDayEarthRate, "day").value();
-  const auto evaluate = [&](double sensitivity) {
-    return analysis::evaluate_model(test::linear_model(sensitivity), table, {}, evaluation::Divisor::kN).value();
-  };
+  const auto table = day_table(test::simulated_day(24000, 0.07, 2));
+  const auto evaluate = [&](double sensitivity) { return evaluated_on(test::linear_model(sensitivity), table); };
   const auto right = evaluate(test::kDaySensitivity), nearly = evaluate(1.01 * test::kDaySensitivity),
              zero = evaluate(0);
   EXPECT_THAT(analysis::difference_cell(right, nearly, table).text, HasSubstr(": not distinguishable"));
@@ -98,10 +110,8 @@ TEST(ModelEvaluation, ReportsWhetherTwoModelsDiffer) {
 
 TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
   const auto second_means = test::simulated_day(2000, 0, 3);
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
-  const analysis::ModelEvaluation evaluated =
-      analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kN).value();
+  const auto table = day_table(second_means);
+  const auto evaluated = evaluated_on(test::linear_model(test::kDaySensitivity), table);
   const auto seconds = all(evaluated.corrected_seconds_deg_per_h(table));
   ASSERT_EQ(seconds.size(), 2000u);
   const std::int64_t first_end = table.blocks[0].second_mean.second;
@@ -117,32 +127,22 @@ TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
 
 TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
   auto second_means = test::simulated_day(2000, 0, 4);
-  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto table = day_table(second_means, 0);
   compensation::FeatureDefinition other;
   other.length_s = 50;
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1, other), table, {}, evaluation::Divisor::kN).error().text(),
               HasSubstr("found blocks with other features than model"));
   for (compensation::SecondMean& second_mean : second_means) second_mean.uhfo_v = kUnknown;
-  compensation::ModelInfo info;
-  info.name = "needs U";
-  info.inputs = {"U"};
-  const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
-  EXPECT_THAT(analysis::evaluate_model(model, recordings::make_block_table(second_means, {}, 0, "day").value(), {},
-                                       evaluation::Divisor::kN)
-                  .error()
-                  .text(),
-              HasSubstr("input U of model \"needs U\" is unknown in 19 of 19 blocks"));
+  EXPECT_THAT(
+      analysis::evaluate_model(voltage_model(), day_table(second_means, 0), {}, evaluation::Divisor::kN).error().text(),
+      HasSubstr("input U of model \"needs U\" is unknown in 19 of 19 blocks"));
 }
 
 TEST(ModelEvaluation, LeavesOutBlocksWithAnUnknownInput) {
   auto second_means = test::simulated_day(8000, 0, 4);
   for (std::size_t i = 4000; i < 5000; ++i) second_means[i].uhfo_v = kUnknown;
-  compensation::ModelInfo info;
-  info.name = "needs U";
-  info.inputs = {"U"};
-  const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1.0}});
-  const auto table = recordings::make_block_table(second_means, {}, 0, "day").value();
-  const auto evaluated = analysis::evaluate_model(model, table, {}, evaluation::Divisor::kN).value();
+  const auto table = day_table(second_means, 0);
+  const auto evaluated = evaluated_on(voltage_model(), table);
   EXPECT_THAT(evaluated.without_input, testing::AllOf(testing::Ge(9u), testing::Le(11u)));
   EXPECT_EQ(evaluated.uncorrected, evaluated.without_input);
   EXPECT_EQ(evaluated.missing_input, "U");
@@ -152,8 +152,8 @@ TEST(ModelEvaluation, LeavesOutBlocksWithAnUnknownInput) {
 TEST(ModelEvaluation, IncludesAShiftInTheRmsImprovement) {
   auto shifted = test::simulated_day(4000, 0.07, 2);
   for (compensation::SecondMean& second_mean : shifted) second_mean.rate_deg_per_h += 0.1;
-  const auto table = recordings::make_block_table(test::simulated_day(4000, 0.07, 1), {}, 0, "day").value();
-  const auto other = recordings::make_block_table(shifted, {}, 0, "shifted").value();
+  const auto table = day_table(test::simulated_day(4000, 0.07, 1), 0);
+  const auto other = day_table(shifted, 0);
   const auto temperature = table.column("T");
   training::TrainingData data;
   data.names = {"T"};
@@ -166,8 +166,8 @@ TEST(ModelEvaluation, IncludesAShiftInTheRmsImprovement) {
   info.features = table.features;
   const auto trained = training::train(data, info, settings);
   ASSERT_TRUE(trained) << trained.error().text();
-  const auto same = analysis::evaluate_model(trained->model, table, {}, evaluation::Divisor::kN).value();
-  const auto moved = analysis::evaluate_model(trained->model, other, {}, evaluation::Divisor::kN).value();
+  const auto same = evaluated_on(trained->model, table);
+  const auto moved = evaluated_on(trained->model, other);
   ASSERT_TRUE(same.rms_improvement && moved.rms_improvement);
   EXPECT_NEAR(*same.rms_improvement, *same.stability.improvement, 0.01);
   EXPECT_GT(*moved.stability.improvement, 0.1);
@@ -207,15 +207,14 @@ compensation::ModelPtr narrow_model() {
 TEST(ModelEvaluation, EvaluatesWhatPrismdPublishes) {
   auto second_means = test::simulated_day(12000, 0.01, 5);
   second_means.erase(second_means.begin() + 6000, second_means.begin() + 6300);
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
+  const auto table = day_table(second_means);
   analysis::CorrectionSettings settings;
   settings.fallback = test::linear_model(2 * test::kDaySensitivity);
   for (const auto policy : {compensation::Extrapolation::kFlag, compensation::Extrapolation::kClamp}) {
     for (const double limit : {100.0, 0.018}) {
       settings.engine = {limit, policy};
       const auto rows = rows_of_prismd(second_means, narrow_model(), settings);
-      const auto evaluated = analysis::evaluate_model(narrow_model(), table, settings, evaluation::Divisor::kN).value();
+      const auto evaluated = evaluated_on(narrow_model(), table, settings);
       ASSERT_EQ(rows.size(), second_means.size());
       std::size_t unknown = 0, at = 0;
       for (std::size_t i = 0; i < table.size(); ++i) {
@@ -239,12 +238,11 @@ TEST(ModelEvaluation, LimitsTheSlewLikePrismd) {
   auto second_means = test::simulated_day(3000, 0, 8);
   for (compensation::SecondMean& second_mean : second_means)
     second_mean.temperature_degc = second_mean.second - second_means[0].second < 1500 ? 0 : 50;
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
+  const auto table = day_table(second_means);
   const auto evaluate = [&](const compensation::SlewSettings& slew) {
     analysis::CorrectionSettings settings;
     settings.engine.slew = slew;
-    return analysis::evaluate_model(test::linear_model(0.01), table, settings, evaluation::Divisor::kN).value();
+    return evaluated_on(test::linear_model(0.01), table, settings);
   };
   const auto limited = evaluate({true, 0.0001}), usual = evaluate({}), off = evaluate({false, {}});
   EXPECT_EQ(usual.slew_limited, 0u);
@@ -265,7 +263,7 @@ TEST(BlockTable, SkipsImplausibleSeconds) {
     second_means[i].temperature_degc = -273;
     second_means[i].implausible = second_means[i].all_implausible = {true, true, false};
   }
-  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto table = day_table(second_means, 0);
   for (const double degc : table.column("T")) EXPECT_GT(degc, -60);
   for (const double bias : table.bias_deg_per_h) EXPECT_LT(std::fabs(bias), 100);
   for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.seconds.rate(i))) << i;
@@ -280,7 +278,7 @@ TEST(BlockTable, CountsSecondsWithoutATemperatureAsMissing) {
   for (std::size_t i = 3000; i < 4000; ++i) {
     if (i % 4 != 0) second_means[i].temperature_degc = kUnknown;
   }
-  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto table = day_table(second_means, 0);
   EXPECT_EQ(table.missing_s, 1500u);
   EXPECT_EQ(table.unused_s, 1500u);
   EXPECT_EQ(table.gaps, 1u);
@@ -308,13 +306,12 @@ TEST(LeaveOut, NamesARangeThatEndsBeforeItBegins) {
 
 TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
   const auto second_means = test::simulated_day(1000, 0, 6);
-  const recordings::BlockTable table =
-      recordings::make_block_table(second_means, {}, test::kDayEarthRate, "day").value();
+  const auto table = day_table(second_means);
   analysis::CorrectionSettings settings;
   settings.fallback = test::linear_model(2 * test::kDaySensitivity);
   const auto model = test::linear_model(test::kDaySensitivity);
   const auto rows = rows_of_prismd(second_means, model, settings);
-  const auto evaluated = analysis::evaluate_model(model, table, settings, evaluation::Divisor::kN).value();
+  const auto evaluated = evaluated_on(model, table, settings);
   const auto corrected = all(evaluated.corrected_seconds_deg_per_h(table));
   int by_fallback = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -327,7 +324,7 @@ TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
 
 TEST(ModelEvaluation, RejectsAModelAboveTheBiasLimit) {
   const auto second_means = test::simulated_day(2000, 0, 7);
-  const recordings::BlockTable table = recordings::make_block_table(second_means, {}, 0, "day").value();
+  const auto table = day_table(second_means, 0);
   EXPECT_THAT(analysis::evaluate_model(test::linear_model(1000), table, {}, evaluation::Divisor::kN).error().text(),
               HasSubstr("is above 100 deg/h in"));
 }

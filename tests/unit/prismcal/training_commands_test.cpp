@@ -55,6 +55,8 @@ struct Prismcal : testing::Test {
     return code;
   }
 
+  void run_well(const std::string& line) { ASSERT_EQ(run(line), 0) << err_; }
+
   const test::TemporaryFolder folder_;
   std::string out_, err_;
 };
@@ -67,16 +69,13 @@ Result<std::vector<double>> column_of(const std::string& path, const std::string
 
 TEST_F(Prismcal, FitAndPredictMatchTheReference) {
   const fs::path dir = test::golden_dir("sinc150");
-  ASSERT_EQ(run("fit " + (dir / "train.csv").string() +
-                " --inputs x1 --target y --normalise none --weight huber --c 10 --sigma2 0.5 --beta 1.345 --out " +
-                path("m.json") + " --diagnostics " + path("d.csv") + " --json"),
-            0)
-      << err_;
+  run_well("fit " + (dir / "train.csv").string() +
+           " --inputs x1 --target y --normalise none --weight huber --c 10 --sigma2 0.5 --beta 1.345 --out " +
+           path("m.json") + " --diagnostics " + path("d.csv") + " --json");
   const auto summary = nlohmann::json::parse(out_);
   EXPECT_EQ(summary["reweighting"]["solves"], 11);
   EXPECT_EQ(summary["beta"], 1.345);
-  ASSERT_EQ(run("predict " + path("m.json") + " " + (dir / "test.csv").string() + " --out " + path("p.csv")), 0)
-      << err_;
+  run_well("predict " + path("m.json") + " " + (dir / "test.csv").string() + " --out " + path("p.csv"));
   const auto found = column_of(path("p.csv"), "prediction"), expected = column_of(dir / "A_test.csv", "pred_huber");
   ASSERT_TRUE(found && expected);
   for (std::size_t i = 0; i < found->size(); ++i) EXPECT_NEAR((*found)[i], (*expected)[i], 1e-9);
@@ -90,11 +89,8 @@ TEST_F(Prismcal, FitAndPredictMatchTheReference) {
 TEST_F(Prismcal, CvPrintsTheCostOfEachFold) {
   const fs::path dir = test::golden_dir("sinc150");
   const auto expected = nlohmann::json::parse(test::read_file(dir / "A.json"));
-  ASSERT_EQ(
-      run("cv " + (dir / "train.csv").string() +
-          " --inputs x1 --target y --normalise none --fold-column fold --weight hampel --c 10 --sigma2 0.5 --json"),
-      0)
-      << err_;
+  run_well("cv " + (dir / "train.csv").string() +
+           " --inputs x1 --target y --normalise none --fold-column fold --weight hampel --c 10 --sigma2 0.5 --json");
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["unweighted"]["mse"], expected["unweighted"]["cv_mse"], 1e-7);
   EXPECT_NEAR(found["mae"], expected["robust"]["hampel"]["rcv10"]["mae_30iter"], 1e-9);
@@ -103,7 +99,7 @@ TEST_F(Prismcal, CvPrintsTheCostOfEachFold) {
 
 TEST_F(Prismcal, StepwisePrintsCoefficientsAndPath) {
   write("t.csv", "a,b,y\n1,5,2.1\n2,3,4.0\n3,8,6.1\n4,1,8.0\n5,9,9.9\n6,2,12.1\n7,7,14.0\n");
-  ASSERT_EQ(run("fit " + path("t.csv") + " --inputs a,b --target y --method stepwise --start none --json"), 0) << err_;
+  run_well("fit " + path("t.csv") + " --inputs a,b --target y --method stepwise --start none --json");
   const auto found = nlohmann::json::parse(out_);
   EXPECT_NEAR(found["coefficients"]["a"], 2, 0.05);
   EXPECT_FALSE(found["coefficients"].contains("b"));
@@ -136,12 +132,10 @@ std::string mapped_csv() {
 
 TEST_F(Prismcal, TrainsAUsableModelOnAMappedCsv) {
   write("mapped.csv", mapped_csv());
-  ASSERT_EQ(run("train " + path("mapped.csv") +
-                " --map rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms --inputs T,dTdt --weight huber --c 100 "
-                "--sigma2 1 --no-earth-rate --serial X1 --out " +
-                path("m.json") + " --quiet"),
-            0)
-      << err_;
+  run_well("train " + path("mapped.csv") +
+           " --map rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms --inputs T,dTdt --weight huber --c 100 "
+           "--sigma2 1 --no-earth-rate --serial X1 --out " +
+           path("m.json") + " --quiet");
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_TRUE(out_.starts_with("ready: explains 100 % of held-out variation, expected improvement ")) << out_;
@@ -159,7 +153,7 @@ TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
                                 " --map rate=x_dps:deg/s,temperature=temp_K:K,time=t_ms:ms --inputs T,dTdt --method "
                                 "stepwise --no-earth-rate --quiet --out " +
                                 path("m.json") + " --hold-out blocks:";
-  ASSERT_EQ(run(arguments + "600"), 0) << err_;
+  run_well(arguments + "600");
   EXPECT_TRUE(out_.starts_with("not ready: trained without the held-out part: ")) << out_;
   EXPECT_NE(out_.find("held out, every second 600 s of"), std::string::npos) << out_;
   EXPECT_NE(out_.find("train again without --hold-out"), std::string::npos);
@@ -177,10 +171,7 @@ TEST_F(Prismcal, StoresTheHeldOutResultInTheProvenance) {
 
 TEST_F(Prismcal, RejectsAModelOfATableInTheEngine) {
   write("t.csv", "T,y\n1,1\n2,2.1\n3,2.9\n4,4.2\n5,5\n");
-  ASSERT_EQ(
-      run("fit " + path("t.csv") + " --inputs T --target y --method lssvm --c 10 --sigma2 1 --out " + path("m.json")),
-      0)
-      << err_;
+  run_well("fit " + path("t.csv") + " --inputs T --target y --method lssvm --c 10 --sigma2 1 --out " + path("m.json"));
   const auto model = compensation::parse_model(test::read_file(path("m.json")), "m.json");
   ASSERT_TRUE(model) << model.error().text();
   compensation::CompensationEngine engine;

@@ -75,6 +75,7 @@ FrameDescriptionPtr loose_thousand_hz() {
 struct Clock : testing::Test {
   FrameDescriptionPtr description = test::shipped("trplg");
   drivers::Clock clock{description};
+  Line line;
 };
 using ClockStall = Clock;
 
@@ -88,7 +89,6 @@ TEST_F(Clock, ReturnsTheTimeOfMeasurement) {
 }
 
 TEST_F(Clock, CountsMissingFramesAndKeepsTheirAngle) {
-  Line line;
   line.lost = [](int i) { return i >= 100 && i < 107; };
   const auto samples = run(clock, description, line, 400);
   EXPECT_EQ(clock.status().missing_frames, 7u);
@@ -101,7 +101,6 @@ TEST_F(Clock, CountsMissingFramesAndKeepsTheirAngle) {
 }
 
 TEST_F(Clock, MeasuresAGapLongerThanTheCounterByArrival) {
-  Line line;
   line.lost = [](int i) { return i >= 1000 && i < 81'000; };  // 400 s; the counter wraps after 327.68
   const auto samples = run(clock, description, line, 82'000);
   EXPECT_EQ(clock.status().missing_frames, 80'000u);
@@ -110,7 +109,6 @@ TEST_F(Clock, MeasuresAGapLongerThanTheCounterByArrival) {
 }
 
 TEST_F(Clock, UnwrapsTheCounter) {
-  Line line;
   line.first_counter = 65500;
   const auto samples = run(clock, description, line, 200);
   EXPECT_EQ(clock.status().missing_frames, 0u);
@@ -150,7 +148,6 @@ TEST_F(Clock, ReturnsNoSampleForADuplicate) {
 TEST_F(Clock, DeviceTimeDependsOnlyOnFirstArrivalAndCounter) {
   clock = drivers::Clock(description, {.source = drivers::ClockSource::kDevice});
   std::mt19937 random(9);
-  Line line;
   // a hundred times faster than real time, with jitter
   line.delay_s = [&](int i) { return static_cast<double>(random() % 500) * 1e-3 - 0.99 * i / 200; };
   line.first_counter = 65000;
@@ -297,7 +294,6 @@ double batched(double t) { return std::ceil(t / 0.016) * 0.016 - t; }
 TEST_F(Clock, RemovesTheJitterOfAUart) {
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 0.3e-3);
-  Line line;
   line.true_rate_hz = 200.01;
   line.delay_s = [&](int i) { return i % 1000 == 77 ? 0.006 : delay(random); };
   const auto samples = run(clock, description, line, 240 * 200);
@@ -309,7 +305,6 @@ TEST_F(Clock, RemovesTheJitterOfAUart) {
 }
 
 TEST_F(Clock, RemovesTheJitterOfAUsbAdapter) {
-  Line line;
   line.true_rate_hz = 200.013;
   line.delay_s = [&](int i) { return batched(i / 200.013 + 0.0003); };
   const auto samples = run(clock, description, line, 240 * 200);
@@ -326,7 +321,6 @@ TEST_F(Clock, ComputesRightRatesAt962HzInsteadOf1000) {
   clock = drivers::Clock(description);
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 0.3e-3);
-  Line line;
   line.true_rate_hz = 962.4;
   line.delay_s = [&](int) { return delay(random); };
   const auto samples = run(clock, description, line, 60'000);
@@ -348,7 +342,6 @@ TEST_F(Clock, ComputesRightRatesAt962HzInsteadOf1000) {
 TEST_F(Clock, KeepsThePeriodDuringAStall) {
   description = loose_thousand_hz();
   clock = drivers::Clock(description);
-  Line line;
   line.true_rate_hz = 962.4;
   line.delay_s = [](int i) { return i >= 2000 && i < 2400 ? (2400 - i) / 962.4 : 0.0; };
   run(clock, description, line, 10'000);
@@ -375,7 +368,6 @@ TEST_F(Clock, ForgetsAnOldPeriod) {
 TEST_F(Clock, RecoversFromAWrongFirstStamp) {
   for (const double wrong_s : {86'400.0, 0.3, -86'400.0, -0.3}) {
     clock = drivers::Clock(description);
-    Line line;
     line.delay_s = [&](int i) { return i == 0 ? wrong_s : 0.0; };
     const auto samples = run(clock, description, line, 1000);
     EXPECT_NEAR(seconds(samples.back().time_ns), 999.0 / 200, 1e-5) << "first stamp wrong by " << wrong_s << " s";
@@ -386,7 +378,6 @@ TEST_F(Clock, RecoversFromAWrongFirstStamp) {
 }
 
 TEST_F(Clock, NeverReturnsAnEarlierStamp) {
-  Line line;
   line.delay_s = [](int i) { return i < 40 ? 0.3 : 0.0; };  // a backlog, read at once when the line was opened
   const auto samples = run(clock, description, line, 1000);
   for (std::size_t i = 1; i < samples.size(); ++i) ASSERT_GE(samples[i].time_ns, samples[i - 1].time_ns) << i;
@@ -394,7 +385,6 @@ TEST_F(Clock, NeverReturnsAnEarlierStamp) {
 }
 
 TEST_F(Clock, DoesNotResetAfterAStall) {
-  Line line;
   line.delay_s = [](int i) { return i >= 1000 && i < 1100 ? (1100 - i) / 200.0 : 0.0; };  // half a second, read at once
   const auto samples = run(clock, description, line, 2000);
   EXPECT_EQ(clock.status().resets, 0u);
@@ -519,7 +509,6 @@ TEST_F(ClockStall, CountsAtTheFirstFrameAfterAGap) {
 // From 25 s on the way is interrupted for 12 s; then the frames follow one by one, each in a chunk of its own.
 TEST_F(ClockStall, FramesThatWaitedOnTheWayKeepTheirDeviceTime) {
   clock = drivers::Clock(description, {.source = drivers::ClockSource::kDevice});
-  Line line;
   line.delay_s = [](int i) { return i < 5000 ? 0 : std::max(0.0, 37 - i / 200.0 + 1e-4 * (i - 5000)); };
   const auto samples = run(clock, description, line, 10'000);
   EXPECT_EQ(clock.status().resets, 0u);
@@ -535,7 +524,6 @@ TEST_F(ClockStall, FramesThatWaitedOnTheWayKeepTheirDeviceTime) {
 // The device itself pauses for 12 s and continues with the next count.
 TEST_F(ClockStall, ADevicePausedForLongBeginsASession) {
   clock = drivers::Clock(description, {.source = drivers::ClockSource::kDevice});
-  Line line;
   line.delay_s = [](int i) { return i < 5000 ? 0.0 : 12.0; };
   for (const Sample& sample : run(clock, description, line, 10'000)) {
     const double at = seconds(sample.time_ns);

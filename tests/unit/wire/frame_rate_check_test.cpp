@@ -21,8 +21,11 @@ struct Frames {
   }
 };
 
-TEST(FrameRateCheck, FindsALargeDifferenceAfterTenSeconds) {
+struct FrameRateCheckTest : testing::Test {
   Frames frames;
+};
+
+TEST_F(FrameRateCheckTest, FindsALargeDifferenceAfterTenSeconds) {
   frames.arrive(9.5, 10);
   EXPECT_FALSE(frames.check.differs());
   frames.arrive(2, 10);
@@ -30,48 +33,44 @@ TEST(FrameRateCheck, FindsALargeDifferenceAfterTenSeconds) {
   EXPECT_NEAR(200 * frames.check.ratio(), 10, 0.01);
 }
 
-TEST(FrameRateCheck, FindsOneAndAHalfPercentInAHundredSeconds) {
+TEST_F(FrameRateCheckTest, FindsOneAndAHalfPercentInAHundredSeconds) {
   for (const double rate_hz : {197.0, 203.0}) {
-    Frames frames;
+    frames = {};
     frames.arrive(103, rate_hz);
     EXPECT_TRUE(frames.check.differs()) << rate_hz;
     EXPECT_NEAR(200 * frames.check.ratio(), rate_hz, 0.05);
   }
 }
 
-TEST(FrameRateCheck, AcceptsHalfAPercent) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, AcceptsHalfAPercent) {
   frames.arrive(1000, 201);
   EXPECT_FALSE(frames.check.differs());
   EXPECT_NEAR(frames.check.ratio(), 1.005, 1e-4);
 }
 
-TEST(FrameRateCheck, AcceptsTheToleranceOfTheGyro) {
-  Frames frames{FrameRateCheck(0.03)};
+TEST_F(FrameRateCheckTest, AcceptsTheToleranceOfTheGyro) {
+  frames = {FrameRateCheck(0.03)};
   frames.arrive(300, 205);
   EXPECT_FALSE(frames.check.differs());
   frames.arrive(300, 207);
   EXPECT_TRUE(frames.check.differs());
 }
 
-TEST(FrameRateCheck, ADifferenceEndsAfterAHundredSecondsThatAgree) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, ADifferenceEndsAfterAHundredSecondsThatAgree) {
   frames.arrive(120, 400);
   EXPECT_TRUE(frames.check.differs());
   frames.arrive(220, 200);
   EXPECT_FALSE(frames.check.differs());
 }
 
-TEST(FrameRateCheck, APauseWithLostFramesIsNoDifference) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, APauseWithLostFramesIsNoDifference) {
   frames.arrive(50, 200);
   frames.y += 30;
   frames.arrive(400, 200);
   EXPECT_FALSE(frames.check.differs());
 }
 
-TEST(FrameRateCheck, FramesThatWaitedAndArriveTogetherAreNoDifference) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, FramesThatWaitedAndArriveTogetherAreNoDifference) {
   for (int second = 0; second < 300; second += 3) {
     frames.y += 3;
     for (int i = 0; i < 600; ++i) frames.check.push(0.005, frames.y);
@@ -79,8 +78,7 @@ TEST(FrameRateCheck, FramesThatWaitedAndArriveTogetherAreNoDifference) {
   }
 }
 
-TEST(FrameRateCheck, ACounterOrClockThatWasSetIsNoDifference) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, ACounterOrClockThatWasSetIsNoDifference) {
   frames.arrive(50, 200);
   frames.check.push(7200, frames.y += 0.005);
   frames.arrive(150, 200);
@@ -91,8 +89,7 @@ TEST(FrameRateCheck, ACounterOrClockThatWasSetIsNoDifference) {
   EXPECT_FALSE(frames.check.differs());
 }
 
-TEST(FrameRateCheck, ASessionKeepsTheResultUntilThereIsAnother) {
-  Frames frames;
+TEST_F(FrameRateCheckTest, ASessionKeepsTheResultUntilThereIsAnother) {
   frames.arrive(50, 10);
   frames.check.begin();
   frames.arrive(50, 200);
