@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "tests/support/blocks.hpp"
 #include "tools/prismcal/design/chamber.hpp"
 #include "tools/prismcal/design/gyro_inputs.hpp"
 #include "tools/prismcal/design/plan.hpp"
@@ -81,17 +82,6 @@ TEST(ChamberLimits, AreReadFromText) {
   EXPECT_EQ(parse_chamber("", 25)->high_degc, 70);
 }
 
-TEST(ChamberLimits, NameWhatIsWrong) {
-  const auto error = [](const char* text) { return parse_chamber(text, 25).error().text(); };
-  EXPECT_EQ(error("T=65:-45"), "--chamber: T: found 65:-45, expected the lower limit first");
-  EXPECT_EQ(error("speed<=2"), "--chamber: found \"speed\", expected \"rate<=2 degC/min\" or \"T=-45:65\"");
-  EXPECT_EQ(error("rate<=2 K/min"), "--chamber: found unit \"K/min\", expected degC/min or degC/s");
-  EXPECT_EQ(error("rate<=0"), "--chamber: found a rate of 0 degC/min, expected a positive one");
-  EXPECT_EQ(error("rate=2"), "--chamber: found \"rate=2\", expected \"rate<=2 degC/min\" or \"T=-45:65\"");
-  EXPECT_EQ(error("T=-500:60000"), "--chamber: T: found -500:60000, expected limits within -200 to 300 degC");
-  EXPECT_EQ(error("T=30:40"), "--start: found 25 degC, expected 30 to 40, the limits of the chamber");
-}
-
 TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
   const auto domain = parse_domain("T=-40:60, dTdt=-1.2:0.6 degC/min");
   ASSERT_TRUE(domain) << domain.error().text();
@@ -102,13 +92,14 @@ TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
   EXPECT_DOUBLE_EQ((*domain)[1].high, 0.01);
 }
 
-TEST(Domain, NamesWhatIsWrong) {
-  const auto error = [](const char* text) { return parse_domain(text).error().text(); };
-  EXPECT_EQ(error("dTdt=-1:1"), "--domain: dTdt: found unit \"\", expected degC/min or degC/s");
-  EXPECT_EQ(error("T=-40:60, T=0:1"), "--domain: found T twice, expected it once");
-  EXPECT_EQ(error("T<=60"), "--domain: T: found <=, expected T=LOW:HIGH");
-  EXPECT_EQ(error(""), "--domain: found \"\", expected NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
-  EXPECT_EQ(error("T=nan:60").substr(0, 28), "--domain: found \"T=nan:60\", ");
+TEST(ChamberLimits, AndDomainsNameWhatIsWrong) {
+  for (const test::Block& row : test::blocks("design/option_errors.txt", 2)) {
+    const std::string text = row.text(0);
+    const Error error =
+        row[1].starts_with("--domain") ? parse_domain(text).error() : parse_chamber(text, 25).error();
+    EXPECT_EQ(error.text(), row[1]) << row.where;
+  }
+  EXPECT_EQ(parse_domain("T=nan:60").error().text().substr(0, 28), "--domain: found \"T=nan:60\", ");
 }
 
 TEST(ChamberProfiles, StayWithinTheLimits) {
