@@ -7,8 +7,11 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "compensation/features.hpp"
 
 namespace prism::compensation {
 namespace {
@@ -421,6 +424,74 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
     }
   }
   EXPECT_GT(ready, 10'000);  // most windows were measured, not only warming
+}
+
+FeatureDefinition with_two_lags() {
+  FeatureDefinition definition;
+  definition.lag_time_constants_s = {1500, 3900};
+  return definition;
+}
+
+TEST(Features, HaveTheThreeInputsOfThePaperAndTheDefinedLags) {
+  for (const std::string name : {"T", "dTdt", "U", "lag1", "lag2"})
+    EXPECT_TRUE(has_input(with_two_lags(), name)) << name;
+}
+
+TEST(Features, RejectEveryOtherName) {
+  const std::string names[] = {"",      "t",     "u",     "dT/dt", "lag",   "lag0", "lag3",
+                               "lag-1", "lag 1", "lag1 ", "lag01", "lag1x", "Lag1", "lag99999999999999999999"};
+  for (const std::string& name : names) EXPECT_FALSE(has_input(with_two_lags(), name)) << '"' << name << '"';
+  EXPECT_FALSE(has_input(FeatureDefinition{}, "lag1"));
+}
+
+TEST(Features, EachNameHasItsOwnValue) {
+  Window window;
+  window.temperature_degc = 1;
+  window.slope_degc_per_s = 2;
+  window.uhfo_v = 3;
+  window.lag_degc = {4, 5};
+  EXPECT_EQ(input_value(window, with_two_lags(), "T"), 1);
+  EXPECT_EQ(input_value(window, with_two_lags(), "dTdt"), 2);
+  EXPECT_EQ(input_value(window, with_two_lags(), "U"), 3);
+  EXPECT_EQ(input_value(window, with_two_lags(), "lag1"), 4);
+  EXPECT_EQ(input_value(window, with_two_lags(), "lag2"), 5);
+}
+
+TEST(Features, AValueThatTheWindowDoesNotHaveIsUnknown) {
+  const Window window;
+  for (const std::string name : {"T", "dTdt", "U", "lag1"})
+    EXPECT_TRUE(std::isnan(input_value(window, with_two_lags(), name))) << name;
+}
+
+TEST(Features, TheDifferenceAlsoNeedsItsFarEnd) {
+  FeatureDefinition definition;
+  definition.length_s = 100;
+  definition.end_mean_s = 10;
+  EXPECT_EQ(history_s(definition), 110);
+  definition.slope = SlopeMethod::kLeastSquares;
+  EXPECT_EQ(history_s(definition), 100);
+}
+
+TEST(Features, TheDefaultIsThePapersWindow) {
+  const FeatureDefinition definition;
+  EXPECT_EQ(definition.length_s, 100);
+  EXPECT_EQ(definition.slope, SlopeMethod::kDifference);
+}
+
+TEST(Features, DefinitionsAreEqualOnlyIfAllPartsAreEqual) {
+  const FeatureDefinition base;
+  FeatureDefinition other = base;
+  EXPECT_EQ(base, other);
+  other.length_s = 99;
+  EXPECT_NE(base, other);
+  other = base, other.slope = SlopeMethod::kLeastSquares;
+  EXPECT_NE(base, other);
+  other = base, other.end_mean_s = 9;
+  EXPECT_NE(base, other);
+  other = base, other.max_gap_s = 4;
+  EXPECT_NE(base, other);
+  other = base, other.lag_time_constants_s = {1};
+  EXPECT_NE(base, other);
 }
 
 }  // namespace

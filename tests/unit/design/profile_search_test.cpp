@@ -95,8 +95,7 @@ TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
 TEST(ChamberLimits, AndDomainsNameWhatIsWrong) {
   for (const test::Block& row : test::blocks("design/option_errors.txt", 2)) {
     const std::string text = row.text(0);
-    const Error error =
-        row[1].starts_with("--domain") ? parse_domain(text).error() : parse_chamber(text, 25).error();
+    const Error error = row[1].starts_with("--domain") ? parse_domain(text).error() : parse_chamber(text, 25).error();
     EXPECT_EQ(error.text(), row[1]) << row.where;
   }
   EXPECT_EQ(parse_domain("T=nan:60").error().text().substr(0, 28), "--domain: found \"T=nan:60\", ");
