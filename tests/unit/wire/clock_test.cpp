@@ -18,7 +18,7 @@ namespace prism::wire {
 namespace {
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
-constexpr double kRateDegPerH = 8.4652;
+constexpr double kTrueRateDegPerH = 8.4652;
 
 /// Frames of a gyro and their arrival times: the truth of these tests.
 struct Line {
@@ -42,7 +42,7 @@ DecodedMessage reading_of(const FrameDescriptionPtr& description, const Line& li
   reading.arrival_ns = kEpochNs + std::llround(1e9 * (measured_s + wire_s(*description) + line.delay_s(i)));
   reading.has_gyro = reading.has_counter = reading.gyro[0].carried = reading.gyro[0].valid = true;
   reading.counter = (line.first_counter + static_cast<std::uint64_t>(i)) % description->counter->modulus;
-  const double pulses = std::floor(kRateDegPerH * measured_s / description->axes[0].scale);
+  const double pulses = std::floor(kTrueRateDegPerH * measured_s / description->axes[0].scale);
   reading.gyro[0].value = std::fmod(pulses, 4294967296.0);
   reading.temperature_degc = 25;
   return reading;
@@ -97,7 +97,7 @@ TEST_F(Clock, CountsMissingFramesAndKeepsTheirAngle) {
   EXPECT_NEAR(after.interval_s, 8 * 0.005, 1e-9);
   double angle = 0;
   for (const Sample& s : samples) angle += s.rate_deg_per_h * s.interval_s;
-  EXPECT_NEAR(angle, kRateDegPerH * 399 / 200, 0.1 + 1e-9) << "within one pulse";
+  EXPECT_NEAR(angle, kTrueRateDegPerH * 399 / 200, 0.1 + 1e-9) << "within one pulse";
 }
 
 TEST_F(Clock, MeasuresAGapLongerThanTheCounterByArrival) {
@@ -334,7 +334,7 @@ TEST_F(Clock, ComputesRightRatesAt962HzInsteadOf1000) {
     angle += samples[i].rate_deg_per_h * samples[i].interval_s;
     time_s += samples[i].interval_s;
   }
-  EXPECT_NEAR(angle / time_s / kRateDegPerH, 1, 1e-4);
+  EXPECT_NEAR(angle / time_s / kTrueRateDegPerH, 1, 1e-4);
   EXPECT_NEAR(clock.status().period_s * 962.4, 1, 1e-5);
   EXPECT_TRUE(clock.status().period_is_estimated);
 }
@@ -422,7 +422,8 @@ std::vector<Sample> run(const FrameDescriptionPtr& description, drivers::Clock& 
   FrameEncoder encoder(description);
   FrameDecoder decoder(description);
   const double period_s = description->period_s();
-  const GyroState state{.rate_deg_per_h = {kRateDegPerH}, .interval_s = period_s, .temperature_degc = 25, .uhfo_v = 1};
+  const GyroState state{
+      .rate_deg_per_h = {kTrueRateDegPerH}, .interval_s = period_s, .temperature_degc = 25, .uhfo_v = 1};
   std::vector<std::uint8_t> frame, kept;
   std::vector<DecodedMessage> readings;
   std::vector<Sample> samples;
