@@ -46,11 +46,12 @@ same "a request without Origin and Sec-Fetch-Site" "$(foreign)" 401
 same "an address typed by the user" "$(foreign -H 'Sec-Fetch-Site: none')" 200
 cat >hello.py <<'END'
 import asyncio, json, sys, websockets
+from websockets.legacy.client import connect
 
 async def main(url, origin, cookie, token):
     """Prints `ready` of the first response, or the code with which the WebSocket was closed."""
     try:
-        async with websockets.connect(url, origin=origin, extra_headers={"Cookie": cookie}) as socket:
+        async with connect(url, origin=origin, extra_headers={"Cookie": cookie}) as socket:
             await socket.send(json.dumps({"token": token}))
             print(json.loads(await socket.recv())["ready"])
     except websockets.ConnectionClosed as end:

@@ -19,12 +19,13 @@ running() { [ "$(state)" = running ]; }
 wait_for 5 running
 cat >watch.py <<'END'
 import asyncio, json, sys, websockets
+from websockets.legacy.client import connect
 
 async def main(url, token):
     """One client sends eight requests with large responses at once, another one only listens. Prints the number of responses, and the
     methods of the notifications to the other client."""
     ready = json.dumps({"token": token})
-    async with websockets.connect(url, max_size=None) as greedy, websockets.connect(url) as other:
+    async with connect(url, max_size=None) as greedy, connect(url) as other:
         for socket in greedy, other:
             await socket.send(ready)
             await socket.recv()
@@ -78,6 +79,7 @@ kill -9 "$pid"; wait "$pid" 2>/dev/null || true
 # A rejected client gets a code and the reason. After 1008 (no valid token) the page does not retry, so 1013 (too many clients) must differ.
 cat >told.py <<'END'
 import asyncio, json, sys, websockets
+from websockets.legacy.client import connect
 
 async def closed(socket, message=None):
     if message is not None:
@@ -89,7 +91,7 @@ async def closed(socket, message=None):
         return f"{end.rcvd.code if end.rcvd else 1006} {end.rcvd.reason if end.rcvd else ''}"
 
 async def main(url, token):
-    open_one = lambda: websockets.connect(url)
+    open_one = lambda: connect(url)
     hello, held = json.dumps({"token": token}), []
     print("wrong:", await closed(await open_one(), json.dumps({"token": "x"})))
     print("none:", await closed(await open_one(), json.dumps({"token": ""})))

@@ -19,4 +19,4 @@ contains "a file" "$(cat "$dir/o")" "warning: log: $dir/gyro.json: cannot be wri
 jq '.capture = {"directory": "'"$dir"'/capture", "keep_days": 30}' "$dir/gyro.json" >"$dir/c.json" && mv "$dir/c.json" "$dir/gyro.json"
 start_sim --profile steady --speed 1
 start_prismd
-same "config" "$(field '.capture | "\(.keep_mib) \(.keep_days) \(.segment_mib) \(.when_full)"' config)" "null 30 64 stop"
+same "config" "$(field '.capture | "\(.keep_mib) \(.keep_days) \(.segment_mib * 1) \(.when_full)"' config)" "null 30 64 stop"

@@ -112,7 +112,7 @@ same "events of missed replies" "$(prismctl events | grep -c missed || true)" 0
 end_poll
 poll weiss-simcon32 temperature weiss '{"every_ms": 200, "within_ms": 100, "send": "$00I\r"}'
 wait_for 10 value_above temperature 20.2
-same "nominal value" "$(field '.sensors["room.nominal"].value' status)" 23
+same "nominal value" "$(field '.sensors["room.nominal"].value * 1' status)" 23
 end_poll
 prismd "$dir/gyro.json" --replay "$dir"/bytes-weiss-simcon32/*.pcap --out "$dir/polled" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
 cat "$dir"/log-weiss-simcon32/*.csv >"$dir/a"; cat "$dir"/polled/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"

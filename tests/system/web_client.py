@@ -18,12 +18,13 @@ import time
 import urllib.parse
 
 import websockets
+from websockets.legacy.client import connect as open_socket  # of Debian 12 and 13
 
 PROTOCOL = int(os.environ.get("PRISM_PROTOCOL", "2"))
 
 
 async def connect(url, token, **options):
-    socket = await websockets.connect(url, max_size=None, **options)
+    socket = await open_socket(url, max_size=None, **options)
     await socket.send(json.dumps({"token": token}))
     return socket, json.loads(await socket.recv())
 
@@ -128,7 +129,7 @@ async def main(url, token, command, *words):
     options |= {"max_queue": 1, "read_limit": 4096, "sock": small_socket(url)} if command == "deaf" else {}
     try:
         socket, hello = await connect(url, token, **options)
-    except websockets.InvalidStatusCode as refused:
+    except websockets.exceptions.InvalidStatusCode as refused:
         print("refused", refused.status_code)
         return
     except websockets.ConnectionClosed as closed:
