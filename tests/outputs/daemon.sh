@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# prismd: what --check says of each description, its log of a capture with faults, and what a sniff finds.
+# prismd: --check of each shipped description, and the log of a capture with faults.
 for file in "$SOURCE"/config/frames/[a-z]*.json; do
   case "$file" in *schema.json) continue ;; esac
   echo "== ${file##*/}"

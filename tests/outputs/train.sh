@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# What training prints, and the models of polynomials. Kernels with c and sigma2 given: a search may end elsewhere on another processor.
+# The texts of training, and the models of polynomials. Kernels have c and sigma2 given: a search may end elsewhere on another processor.
 log a 6 1 --profile fast
 log b 6 2 --profile fast --outliers 0.5
 train() { echo "== $*"; prismcal train "${@:2}" --method "$1" --out "$1.json" --force --quiet; }
