@@ -4,13 +4,13 @@
 #include <memory>
 
 #include "config/search_path.hpp"
+#include "drivers/transport/endpoint.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
 namespace {
 
 wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
-  wire.baud = line.baud.value_or(wire.baud);
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
   if (line.parity)
@@ -23,7 +23,9 @@ wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wi
 }  // namespace
 
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
-                                              const wire::GyroChoice& choice, const config::LineConfig& line) {
+                                              wire::GyroChoice choice, const config::LineConfig& line) {
+  choice.baud = line.baud;
+  choice.network = !line.network.type.empty();
   const Result<std::string> text = config::read_data_file(path, "frames", place);
   if (!text) return tl::unexpected<Error>(text.error());
   Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, path, choice);
@@ -32,6 +34,9 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std
   auto effective = std::make_shared<wire::FrameDescription>(**frames);
   effective->wire = wire_format(line, effective->wire);
   effective->commands = effective->commands.with(line.commands);
+  const auto to = transport::parse_numeric_endpoint(line.network.from);
+  if (effective->commands.poll && line.network.type == "udp" && (!to || to->port.empty()))
+    return make_error(place, "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 

@@ -93,6 +93,7 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   description.source = s.text("source", "");
   s.text("proved", "");
   description.wire = read_line(s.object("line", true));
+  description.wire.baud = choice.baud.value_or(description.wire.baud);
   description.rate_hz = choice.rate_hz.value_or(s.number("rate_hz", kRateHz));
   description.rate_tolerance = s.number("rate_tolerance", {0, 0.5}, 0.01);
   description.latency_s = 1e-6 * s.number("latency_us", {0, 1e6}, 0);
@@ -102,7 +103,7 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   read_send(s, description);
   description.commands = read_commands(s);
   for (const Section& vector : s.objects("vectors", false)) description.test_vectors.push_back(read_vector(vector));
-  if (s.good()) check_description(s, description);
+  if (s.good()) check_description(s, description, choice.network);
 }
 
 Result<void> check_choice(const std::string& where, const GyroChoice& choice) {

@@ -135,6 +135,8 @@ struct GyroChoice {
   std::vector<AxisChoice> axes = {{}};  ///< served axes: at least one, no duplicates; ignored without a gyro
   bool sensors = false;                 ///< include the description's sensors and the axes' own thermometers
   std::optional<double> rate_hz = {};   ///< the gyro's own set-up, if its rate differs from the description
+  std::optional<int> baud = {};         ///< the line's own, if it differs from the description
+  bool network = false;                 ///< a network line: its speed does not limit the rate
   TextColumns text = {};                ///< for descriptions of text lines without a gyro
 };
 

@@ -62,7 +62,7 @@ MessageType read_kind(const Section& section, bool big_endian, const FieldGroups
 void read_roles(const Section& section, const GyroChoice& choice, FrameDescription& description);
 
 /// Reports the first error among valid keys (overlaps, positions outside the frame, impossible rates), and adds
-/// warnings for notable settings. `section` is the root.
-void check_description(const Section& section, FrameDescription& description);
+/// warnings for notable settings. `section` is the root; with `network` no speed of the line limits the rate.
+void check_description(const Section& section, FrameDescription& description, bool network);
 
 }  // namespace prism::wire
