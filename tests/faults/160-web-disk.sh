@@ -19,7 +19,7 @@ web_again() {
 }
 api() { curl -s --max-time 60 -H "Authorization: Bearer $token" "$url$1"; }
 all='api/gyro/range?seconds=100000'
-source_is() { [ "$(api "$all" | jq -r '[.source, .building] | @csv')" = "$1" ]; }
+source_is() { [ "$(api "$all" | jq -r '[.source, .building * 1] | @csv')" = "$1" ]; }
 newest() { api 'api/gyro/range?seconds=60' | jq .last_s; }
 moves_on() { [ "$(newest)" -gt "$1" ]; }
 
