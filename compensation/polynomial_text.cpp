@@ -12,10 +12,15 @@ namespace prism::compensation {
 namespace {
 
 constexpr double kMaxPower = 9;
+constexpr std::size_t kMaxTerms = 10000;  // prismd computes each of them once a second
 
 std::vector<Term> read_terms(Section& top, std::size_t inputs) {
   std::vector<Term> terms;
-  for (Section& section : top.objects("terms")) {
+  std::vector<Section> sections = top.objects("terms");
+  if (sections.size() > kMaxTerms)
+    top.fail("terms", fmt::format("found {}, expected at most {}", sections.size(), kMaxTerms));
+  for (Section& section : sections) {
+    if (!top.good()) break;
     Term term;
     for (const double power : section.numbers("powers", {0, kMaxPower})) {
       if (power != std::floor(power)) section.fail("powers", fmt::format("found {}, expected integers", power));

@@ -60,6 +60,18 @@ TEST(ModelText, TheMessageForAnUnknownTypeListsAllTypes) {
   EXPECT_EQ(line.rfind(R"(m.json:/kind: found "spline", expected "polynomial", "stepwise")", 0), 0u) << line;
 }
 
+// Version 0.3 needed more than a minute for a million terms.
+TEST(ModelText, LimitsTheTermsOfAPolynomial) {
+  const auto with_terms = [](std::size_t terms) {
+    json file = json::parse(shipped_text());
+    file["terms"] = json::array();
+    for (std::size_t i = 0; i < terms; ++i) file["terms"].push_back({{"powers", {1, 0}}, {"coefficient", 0.001}});
+    return refusal(file.dump());
+  };
+  EXPECT_EQ(with_terms(10'001), "m.json:/terms: found 10001, expected at most 10000");
+  EXPECT_EQ(with_terms(10'000).find("terms"), std::string::npos);
+}
+
 TEST(ModelText, InvalidJsonIsReportedWithLineAndColumn) {
   EXPECT_EQ(
       refusal("{\n  \"format\": \"prism-model\",,\n}"),
