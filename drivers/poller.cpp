@@ -2,13 +2,19 @@
 #include "drivers/poller.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace prism::drivers {
 
 void Poller::begin(Time now) {
-  request_ = 0;
+  if (!std::exchange(begun_, true)) {
+    round_ = deadline_ = now;
+    return;
+  }
+  if (waiting_) ++counters_.missed;
+  if (waiting_ || request_ > 0) end_round(now);  // the line was lost within a round
   waiting_ = false;
-  round_ = deadline_ = now;
+  deadline_ = std::max(now, round_);
 }
 
 std::span<const std::uint8_t> Poller::proceed(Time now) {
@@ -33,14 +39,18 @@ void Poller::next(Time now) {
   waiting_ = false;
   deadline_ = now + poll_.pause;
   if (++request_ < poll_.requests.size()) return;
+  end_round(deadline_);
+  deadline_ = std::max(deadline_, round_);
+}
+
+void Poller::end_round(Time now) {
   request_ = 0;
   round_ += poll_.every;
-  if (round_ + poll_.every <= deadline_) {
-    const auto late = (deadline_ - round_) / poll_.every;
+  if (round_ + poll_.every <= now) {
+    const auto late = (now - round_) / poll_.every;
     counters_.skipped += static_cast<std::uint64_t>(late);
     round_ += late * poll_.every;
   }
-  deadline_ = std::max(deadline_, round_);
 }
 
 }  // namespace prism::drivers

@@ -12,20 +12,19 @@ constexpr std::chrono::milliseconds kRetryWrite{10};
 }  // namespace
 
 Conversation::Conversation(boost::asio::io_context& io, transport::Transport& line, const wire::Commands& commands,
-                           Owner owner)
-    : line_(line), commands_(commands), owner_(std::move(owner)), timer_(io) {}
+                           drivers::Poller* poller, Owner owner)
+    : line_(line), commands_(commands), owner_(std::move(owner)), timer_(io), poller_(poller) {}
 
 void Conversation::start() {
   if (commands_.start && !commands_.start->empty()) start_up_.emplace(*commands_.start);
-  if (commands_.poll && !poller_) poller_.emplace(*commands_.poll);
   if (!start_up_) owner_.started();
-  if (poller_) poller_->begin(Clock::now());
-  if (start_up_ || poller_) proceed();
+  if (poller_ != nullptr && !start_up_) poller_->begin(Clock::now());
+  if (start_up_ || poller_ != nullptr) proceed();
 }
 
 void Conversation::stop() {
   stopping_ = true;
-  poller_.reset();
+  poller_ = nullptr;
   start_up_.reset();
   if (!commands_.stop || commands_.stop->empty()) return;
   start_up_.emplace(*commands_.stop);
@@ -35,7 +34,7 @@ void Conversation::stop() {
 void Conversation::received(std::span<const std::uint8_t> bytes, std::uint64_t frames) {
   if (start_up_) {
     start_up_->received(bytes);
-  } else if (poller_ && frames > 0) {
+  } else if (poller_ != nullptr && frames > 0) {
     poller_->replied(Clock::now());
   } else {
     return;
@@ -54,7 +53,7 @@ void Conversation::proceed() {
   if (!drain()) return fail("line_lost", write_error_);
   if (!unsent_.empty()) return wait_until(now + kRetryWrite);
   if (start_up_) return proceed_start_up(now);
-  if (!poller_) return;
+  if (poller_ == nullptr) return;
   if (const auto request = poller_->proceed(now); !request.empty() && !put(request))
     return fail("line_lost", write_error_);
   wait_until(poller_->deadline());
@@ -77,7 +76,7 @@ void Conversation::proceed_start_up(Clock::time_point now) {
   start_up_.reset();
   if (stopping_) return;
   owner_.started();
-  if (!poller_) return;
+  if (poller_ == nullptr) return;
   poller_->begin(now);
   proceed();
 }

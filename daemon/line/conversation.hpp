@@ -32,8 +32,9 @@ class Conversation {
     std::function<void(const char* kind, const std::string& why)> failed;
   };
 
-  /// `line` must outlive this.
-  Conversation(boost::asio::io_context& io, transport::Transport& line, const wire::Commands& commands, Owner owner);
+  /// `line` and `poller`, null without a poll, must outlive this.
+  Conversation(boost::asio::io_context& io, transport::Transport& line, const wire::Commands& commands,
+               drivers::Poller* poller, Owner owner);
   ~Conversation() = default;
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
@@ -48,9 +49,6 @@ class Conversation {
   void received(std::span<const std::uint8_t> bytes, std::uint64_t frames);
   /// Sends bytes of an administrator. Errors: the line does not accept them now.
   Result<void> send(std::span<const std::uint8_t> bytes);
-
-  /// Since the conversation began.
-  drivers::PollCounters polls() const { return poller_ ? poller_->counters() : drivers::PollCounters{}; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -68,7 +66,7 @@ class Conversation {
   boost::asio::steady_timer timer_;
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed conversation have no effect
   std::optional<drivers::StartUp> start_up_;              ///< also the stop commands
-  std::optional<drivers::Poller> poller_;
+  drivers::Poller* poller_;
   std::vector<std::uint8_t> unsent_;
   std::string write_error_;
   bool stopping_ = false;

@@ -125,14 +125,14 @@ void LiveLine::converse() {
   };
   last_frame_ = last_data_;
   frames_ = acquisition_.frames_of(number_);
-  open_->conversation.emplace(io_, *open_->transport, acquisition_.setup().line_commands(number_), std::move(owner));
+  const wire::Commands& commands = acquisition_.setup().line_commands(number_);
+  if (!commands.poll || !poller_ || poller_->poll() != *commands.poll) poller_.reset();
+  if (commands.poll && !poller_) poller_.emplace(*commands.poll);
+  open_->conversation.emplace(io_, *open_->transport, commands, poller_ ? &*poller_ : nullptr, std::move(owner));
   open_->conversation->start();
 }
 
-void LiveLine::close() {
-  if (is_open()) polls_before_ = status().polls;
-  open_.reset();
-}
+void LiveLine::close() { open_.reset(); }
 
 // A sensor line's texts begin with its name.
 void LiveLine::tell(Severity severity, const char* kind, const std::string& text) {
@@ -242,6 +242,7 @@ asio::awaitable<void> LiveLine::watch() {
         std::clamp(due, Clock::now() + std::chrono::milliseconds(10), Clock::now() + std::chrono::seconds(1));
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
+    if (poller_) status().polls = poller_->counters();
     if (stopping_ || !open_) continue;
     if (!open_->conversation) {  // a step may take seconds, and a peer may come at any time
       last_progress_ = Clock::now();
@@ -249,9 +250,6 @@ asio::awaitable<void> LiveLine::watch() {
     }
     acquisition_.expire(number_, arrival_.now_ns());
     count_hardware();
-    const drivers::PollCounters polls = open_->conversation->polls();
-    status().polls = {polls_before_.requests + polls.requests, polls_before_.missed + polls.missed,
-                      polls_before_.skipped + polls.skipped};
     if (open_->conversation->is_starting()) last_data_ = last_progress_ = Clock::now();  // it has its own time limits
     watch_frames(silence);
     if (!open_) continue;

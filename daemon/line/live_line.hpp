@@ -105,8 +105,8 @@ class LiveLine {
   bool stopping_ = false, begun_ = false;
   Alarm fault_;
   std::string fault_kind_;
-  drivers::PollCounters polls_before_;  ///< of earlier openings
-  std::uint64_t frames_ = 0;            ///< at last_frame_
+  std::optional<drivers::Poller> poller_;  ///< of all openings
+  std::uint64_t frames_ = 0;               ///< at last_frame_
   std::array<std::uint8_t, 65536> buffer_;
 };
 

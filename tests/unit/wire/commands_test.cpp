@@ -198,6 +198,28 @@ TEST(Poller, AsksInTurnAndCountsMissedReplies) {
   EXPECT_EQ(text_of(poll.proceed(after(1000))), "A");
 }
 
+// Version 0.3 asked an instrument that closes its connection after each reply ten times a second instead of once a
+// minute.
+TEST(Poller, KeepsItsPeriodsWhenTheLineIsOpenedAgain) {
+  Poller poll =
+      poller(R"({"every_ms": 60000, "within_ms": 300, "pause_ms": 20, "requests": [{"send": "A"}, {"send": "B"}]})");
+  poll.begin(after(0));
+  EXPECT_EQ(text_of(poll.proceed(after(0))), "A");
+  poll.replied(after(10));
+  EXPECT_EQ(text_of(poll.proceed(after(30))), "B");
+  poll.replied(after(40));
+  poll.begin(after(140));  // opened again
+  EXPECT_EQ(poll.deadline(), after(60'000));
+  EXPECT_EQ(text_of(poll.proceed(after(60'000))), "A");
+  poll.begin(after(60'100));  // lost without a reply
+  EXPECT_EQ(poll.deadline(), after(120'000));
+  EXPECT_EQ(text_of(poll.proceed(after(120'000))), "A") << "a round begins with its first request";
+  EXPECT_EQ(poll.counters().requests, 4u);
+  EXPECT_EQ(poll.counters().missed, 1u);
+  poll.begin(after(500'000));  // after a long absence
+  EXPECT_EQ(poll.deadline(), after(500'000));
+}
+
 TEST(Poller, SkipsPeriodsThatARoundCovers) {
   Poller poll = poller(R"({"every_ms": 100, "send": "A", "within_ms": 350, "pause_ms": 0})");
   poll.begin(after(0));
