@@ -36,7 +36,8 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std
   effective->commands = effective->commands.with(line.commands);
   const auto to = transport::parse_numeric_endpoint(line.network.from);
   if (effective->commands.poll && line.network.type == "udp" && (!to || to->port.empty()))
-    return make_error(place, "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
+    return make_error(place,
+                      "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 

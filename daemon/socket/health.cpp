@@ -8,6 +8,7 @@
 #include "base/text_number.hpp"
 #include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/answers.hpp"
+#include "daemon/socket/line_answers.hpp"
 
 namespace prism::socket {
 namespace {
@@ -40,10 +41,25 @@ std::string write_problem(const std::string& what, const std::optional<pipeline:
                      error->lost, unit);
 }
 
-void add_lines(Findings& found, const pipeline::Acquisition& acquisition) {
+// An instrument that sends, but nothing that its description or columns can read.
+std::string unread_problem(const Sources& sources, std::size_t i) {
+  const pipeline::Setup::SensorLine& line = sources.acquisition.setup().sensor_lines[i];
+  const pipeline::SensorFeed& feed = sources.acquisition.pipeline().sensor_feeds()[i];
+  const std::int64_t since_ns = std::max(sources.acquisition.line(i + 1).since_ns, feed.last_ns().value_or(0));
+  const double waited_s = seconds(time_of(sources) - since_ns);
+  if (waited_s <= line.stale_after_s || feed.decoder().counters().bytes == 0) return {};
+  return fmt::format("{}: bytes, but no value that can be used for {:.0f} s: wrong description, columns or settings",
+                     line.name, waited_s);
+}
+
+void add_lines(Findings& found, const Sources& sources) {
+  const pipeline::Acquisition& acquisition = sources.acquisition;
   for (std::size_t i = 0; i < acquisition.lines(); ++i) {
     const pipeline::LineStatus& line = acquisition.line(i);
-    if (line.delivers()) continue;
+    if (line.delivers()) {
+      if (i > 0) found.add(Level::kCaution, unread_problem(sources, i - 1));
+      continue;
+    }
     const std::string name = i == 0 ? "line" : acquisition.setup().sensor_lines[i - 1].name;
     found.add(i == 0 ? Level::kFailed : Level::kCaution,
               fmt::format("{}: {}{}{}", name, state_name(line.state), line.detail.empty() ? "" : ": ", line.detail));
@@ -73,7 +89,7 @@ const char* health_name(Level level) {
 Health health_of(const Sources& sources) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   Findings found;
-  add_lines(found, acquisition);
+  add_lines(found, sources);
   const std::string& starved = acquisition.starved();
   found.add(Level::kFailed,
             starved.empty() && has_no_frames(sources) ? "line: bytes, but no frame that can be used" : starved);

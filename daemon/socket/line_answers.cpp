@@ -26,15 +26,14 @@ void put_polls(ordered_json& json, const wire::Commands& commands, const drivers
   json["polls"] = {{"requests", polls.requests}, {"missed", polls.missed}, {"skipped", polls.skipped}};
 }
 
-// In a replay, time is that of the bytes.
+}  // namespace
+
 std::int64_t time_of(const Sources& sources) {
   const pipeline::LineState state = sources.gyro_line().state;
   return state == pipeline::LineState::kReplaying || state == pipeline::LineState::kEnded
              ? sources.gyro_line().last_data_ns
              : host_time_ns();
 }
-
-}  // namespace
 
 ordered_json counters_json(const wire::DecoderCounters& c) {
   return {{"bytes", c.bytes},

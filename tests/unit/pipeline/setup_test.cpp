@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // A configuration and a frame description that do not fit together are refused.
+#include "daemon/pipeline/setup.hpp"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "daemon/pipeline/setup.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/support/temporary_folder.hpp"
 

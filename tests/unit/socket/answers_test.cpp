@@ -181,10 +181,29 @@ void add_missing(const json& root, json schema, const json& shown, const std::st
 
 class ConfigAnswer : public test::DaemonPartsTest {};
 
+// Version 0.3 said "good": the line delivered bytes.
+TEST_F(ConfigAnswer, HealthNamesASensorLineThatCannotBeRead) {
+  test::DaemonParts parts(make_setup(R"(, "axes": {"z": {}}, "sensor_lines": {"room": {"device": "/dev/zero",
+      "stale_after_s": 20, "columns": {"air": {"column": 2, "unit": "degC"}}}})"));
+  const std::int64_t now_ns = host_time_ns();
+  const auto problems = [&](double receiving_s) {
+    parts.acquisition.line(1).set(pipeline::LineState::kConnecting, {}, 0);
+    parts.acquisition.line(1).set(pipeline::LineState::kReceiving, {}, now_ns - std::llround(1e9 * receiving_s));
+    Rpc rpc = parts.rpc([](auto done) { done({}); });
+    return test::Asker().ask(rpc, "status", nullptr)["result"]["health"]["problems"].dump();
+  };
+  const std::string expected = "room: bytes, but no value that can be used for 25 s";
+  EXPECT_THAT(problems(25), testing::Not(testing::HasSubstr("room"))) << "not a byte came";
+  const std::string words = "OK\r\nREADY\r\n";
+  parts.acquisition.feed(1, {reinterpret_cast<const std::uint8_t*>(words.data()), words.size()}, now_ns);
+  EXPECT_THAT(problems(25), testing::HasSubstr(expected));
+  EXPECT_THAT(problems(15), testing::Not(testing::HasSubstr("room")));
+}
+
 TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
   const json schema = json::parse(test::read_file(PRISM_SOURCE_DIR "/config/prismd.schema.json"));
-  test::DaemonParts parts(
-      make_setup(R"(, "axes": {"z": {}}, "sensor_lines": {"room": {"udp": {"listen": "127.0.0.1:4002"},
+  test::DaemonParts parts(make_setup(
+      R"(, "axes": {"z": {}}, "sensor_lines": {"room": {"udp": {"listen": "127.0.0.1:4002", "from": "127.0.0.1:4003"},
       "start": [{"send": "A\r", "expect_hex": "01 02"}, {"wait_ms": 5}], "columns": {"air": {"column": 2, "unit": "degC", "max": 90}},
       "poll": {"every_ms": 500, "send": "READ?\n"}}},
       "capture": {"directory": ".", "keep_mib": 100})"));
@@ -198,7 +217,7 @@ TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
               testing::UnorderedElementsAre(line + "columns/air/min", line + "poll/send", line + "poll/send_hex",
                                             line + "poll/within_ms", "/site/azimuth_deg", "/site/elevation_deg"));
   const json room = shown["sensor_lines"]["room"];
-  EXPECT_EQ(room["udp"], (json{{"listen", "127.0.0.1:4002"}}));
+  EXPECT_EQ(room["udp"], (json{{"listen", "127.0.0.1:4002"}, {"from", "127.0.0.1:4003"}}));
   EXPECT_EQ(room["start"],
             json::parse(R"([{"send": "A\r", "expect_hex": "01 02", "within_ms": 1000}, {"wait_ms": 5}])"));
   EXPECT_EQ(room["poll"],
