@@ -7,7 +7,7 @@ sleep 0.5
 inside sed -i 's/"silence_s": 1,/"silence_s": 2,/' /etc/prism/gyro1.json
 check "systemctl reload succeeds" inside systemctl reload "$unit"
 # The reload of systemd 252 may end before the daemon has handled the signal of kill(1).
-becomes 5 "the reloaded value is in force" 2 configured .line.silence_s
+becomes 5 "the reloaded value is in force" 2 configured ".line.silence_s * 1"
 becomes 5 "the unit is active again" active property ActiveState
 inside sh -c 'echo "{\"line\": {\"baudd\": 1}}" >/etc/prism/gyro1.json'
 refuse "the reload of an invalid configuration fails" inside systemctl reload "$unit"
