@@ -126,7 +126,7 @@ def secured(url):
 
 async def main(url, token, command, *words):
     options = secured(url) if url.startswith("wss:") else {}
-    options |= {"max_queue": 1, "read_limit": 4096, "sock": small_socket(url)} if command == "deaf" else {}
+    options |= {"max_queue": 1, "read_limit": 4096, "ping_interval": None, "sock": small_socket(url)} if command == "deaf" else {}
     try:
         socket, hello = await connect(url, token, **options)
     except websockets.exceptions.InvalidStatusCode as refused:
