@@ -144,7 +144,7 @@ of_store() { jq -r '.columns as $c | [.rows[] | [., $c] | transpose | map({(.[1]
   "\(map(.seconds) | add) \(map(.samples) | add) \(map(.rate_min) | min) \(map(.rate_max) | max)"' | awk '{printf "%d %d %.6f %.6f\n", $1, $2, $3, $4}'; }
 last_s() { api 'gyro/range?seconds=100&points=5' | jq .last_s; }
 moves_on() { [ "$(last_s)" -gt "$1" ]; }
-up_to_date() { [ "$(api 'gyro/range?seconds=200000&points=5000' | jq .building)" = 1 ]; }
+up_to_date() { [ "$(api 'gyro/range?seconds=200000&points=5000' | jq ".building * 1")" = 1 ]; }
 store_is_log() {
   api 'gyro/range?seconds=200000&points=5000' >range.json
   [ "$(of_store <range.json)" = "$(of_log "$(jq .last_s range.json)")" ]
