@@ -60,8 +60,8 @@ struct ClockStatus {
 /// Device: first arrival + counter x nominal tick. A session with a new first arrival begins if the counter goes back
 /// by less than half its modulus (the device restarted), and if device time and arrivals disagree (DeviceTimeCheck).
 ///
-/// Without a counter (in this stream) each frame is one period after the previous one; frames lost on the line are
-/// derived from the bytes skipped there (if the stream has one message type).
+/// Without a counter (in this stream) each frame is one period after the previous one; a frame whose check failed is a
+/// lost frame, other bytes are none.
 ///
 /// An accumulated angle gives no sample if its difference is unknown: for the first reading of an axis, and after a gap
 /// of more than max_difference_s or in which the angle may have wrapped. docs/frames.md has all rules.

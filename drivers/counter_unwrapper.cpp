@@ -63,18 +63,11 @@ double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, doubl
   return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));
 }
 
-double CounterUnwrapper::frames_by_offset(const wire::DecodedMessage& reading) const {
-  const std::uint64_t end = last_.offset + last_.length;
-  if (description_->kinds.size() != 1 || reading.offset <= end) return 1;
-  return 1 + std::round(static_cast<double>(reading.offset - end) / reading.length);
-}
-
 CounterStep CounterUnwrapper::uncounted(const wire::DecodedMessage& reading) const {
   CounterStep step;
   if (!reading.has_gyro || last_counter_) return step;
-  const double frames = frames_by_offset(reading);
-  step.ticks = frames * frame_ticks();
-  step.missing = whole(frames - 1);
+  step.ticks = (1.0 + reading.damaged) * frame_ticks();
+  step.missing = reading.damaged;
   return step;
 }
 

@@ -27,8 +27,8 @@ bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, dou
 /// that is, had been waiting. If they may not be used, a counter that goes back by less than half its modulus was
 /// restarted (if it covers at least 64 frames; a shorter one cannot distinguish this from loss).
 ///
-/// Without a counter each frame with gyro data is one step; frames lost on the line are derived from the bytes skipped
-/// there, if the stream has one message type. An uncounted frame between counted ones takes no step.
+/// Without a counter each frame with gyro data is one step, also one whose check failed; other bytes between frames
+/// are none, because a device may send anything there. An uncounted frame between counted ones takes no step.
 class CounterUnwrapper {
  public:
   CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival);
@@ -46,7 +46,6 @@ class CounterUnwrapper {
   CounterStep step_to(const wire::DecodedMessage& reading, double slope) const;
   CounterStep uncounted(const wire::DecodedMessage& reading) const;
   double unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const;
-  double frames_by_offset(const wire::DecodedMessage& reading) const;
 
   wire::FrameDescriptionPtr description_;
   bool by_arrival_;

@@ -27,11 +27,12 @@ struct DecodedMessage {
   /// Arrival of the frame's last byte, ns since 1970 UTC by the host clock: arrival of its chunk minus the wire time of
   /// the bytes after it in the chunk.
   std::int64_t arrival_ns = 0;
-  std::uint64_t offset = 0;  ///< of its first byte in the stream since the decoder was created
-  std::uint32_t length = 0;  ///< bytes
-  std::uint32_t behind = 0;  ///< bytes after it in its chunk: a chunk that waited contains many frames
-  std::int32_t kind = 0;     ///< index into FrameDescription::kinds
-  bool has_gyro = false;     ///< this message type contains an axis (others may contain the counter or temperature)
+  std::uint64_t offset = 0;   ///< of its first byte in the stream since the decoder was created
+  std::uint32_t length = 0;   ///< bytes
+  std::uint32_t behind = 0;   ///< bytes after it in its chunk: a chunk that waited contains many frames
+  std::uint32_t damaged = 0;  ///< frames with gyro data before it, since the last one of those, whose check failed
+  std::int32_t kind = 0;      ///< index into FrameDescription::kinds
+  bool has_gyro = false;      ///< this message type contains an axis (others may contain the counter or temperature)
   bool has_counter = false;
   std::uint32_t status = 0;                ///< the device's status bits as sent
   std::uint64_t counter = 0;               ///< modulo CounterRule::modulus (0: 2^64); only if has_counter

@@ -97,6 +97,10 @@ void FrameDecoder::scan(Mode mode, std::vector<DecodedMessage>& out) {
     if (candidate.match == Match::kNeedMore && mode != Mode::kEnd) break;
     count(candidate);
     if (candidate.match != Match::kYes) {
+      if (candidate.damaged > 0 && held_offset_ + at >= damaged_until_) {
+        ++damaged_;
+        damaged_until_ = held_offset_ + at + candidate.damaged;
+      }
       skip(1);
       ++at;
       continue;
@@ -132,6 +136,7 @@ FrameDecoder::Candidate FrameDecoder::try_kinds(std::size_t at, Mode mode, Frame
     candidate.bad_body += result.match == Match::kBadBody ? 1 : 0;
     candidate.refused += result.match == Match::kRefused ? 1 : 0;
     candidate.bad_check += result.match == Match::kBadCheck ? 1 : 0;
+    if (result.match == Match::kBadCheck && kind.roles.carries_gyro()) candidate.damaged = std::max(result.length, 1u);
     const bool more = result.match == Match::kNeedMore;
     if (result.match != Match::kYes && !more) continue;
     candidate.match = result.match;
@@ -225,6 +230,7 @@ void FrameDecoder::accept(std::size_t at, const Candidate& candidate, std::vecto
   if (maker_.make(candidate.kind, view_, in_run_, reading)) {
     reading.offset = offset;
     reading.length = candidate.length;
+    reading.damaged = reading.has_gyro ? std::exchange(damaged_, 0) : 0;
     set_arrival(reading, end);
   } else {
     out.pop_back();

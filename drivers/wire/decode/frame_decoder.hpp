@@ -93,6 +93,7 @@ class FrameDecoder {
     std::uint32_t length = 0;
     std::uint32_t bad_length = 0, bad_body = 0, refused = 0, bad_check = 0,
                   unconfirmed = 0;  ///< message types that failed here, by cause
+    std::uint32_t damaged = 0;      ///< bytes of a frame with gyro data whose check failed; 0: none
   };
 
   void scan(Mode mode, std::vector<DecodedMessage>& out);
@@ -131,6 +132,8 @@ class FrameDecoder {
   std::uint64_t last_good_end_ = 0;  ///< in the stream
   std::int32_t last_kind_ = -1;
   std::size_t trailer_at_ = 0;          ///< bytes of last_kind_'s trailer seen after the last frame
+  std::uint32_t damaged_ = 0;           ///< frames since the last one with gyro data
+  std::uint64_t damaged_until_ = 0;     ///< end of the last of them in the stream
   std::uint64_t lost_after_bytes_ = 0;  ///< the lock is lost after this many bytes without a good frame
 };
 

@@ -72,7 +72,8 @@ MatchResult match_frame(const MessageType& kind, Bytes bytes, int before, FrameV
     if (!body_holds(rule, frame)) return {Match::kBadBody, 0};
   }
   for (const CheckRule& check : kind.checks) {
-    if (!check.in_header && !check_holds(check, frame)) return {Match::kBadCheck, 0};
+    if (!check.in_header && !check_holds(check, frame))
+      return {Match::kBadCheck, static_cast<std::uint32_t>(frame.size())};
   }
   if (!view.look_at(kind, frame)) return {Match::kBadBody, 0};
   if (refused(kind, view)) return {Match::kRefused, 0};

@@ -22,7 +22,7 @@ enum class Match {
 
 struct MatchResult {
   Match match = Match::kNoSync;
-  std::uint32_t length = 0;  ///< bytes of the frame, for kYes (kNeedMore: as far as known)
+  std::uint32_t length = 0;  ///< bytes of the frame, for kYes (kNeedMore, kBadCheck: as far as known)
 };
 
 /// `bytes` starts at the possible start of the frame; `before` is the preceding byte, or -1 if unknown. After kYes the

@@ -190,11 +190,74 @@ TEST_F(Clock, CountsFramesWithoutACounter) {
     DecodedMessage reading = reading_of(description, {}, i);
     reading.has_counter = false;
     reading.counter = 0;
-    if (i == 100) continue;  // its 20 bytes were damaged: the offset shows it
+    if (i == 100) continue;  // its check failed
+    if (i == 101) reading.damaged = 1;
     if (const auto sample = pushed(clock, reading)) samples.push_back(*sample);
   }
   EXPECT_EQ(clock.status().missing_frames, 1u);
   EXPECT_NEAR(seconds(samples.back().time_ns), 499.0 / 200, 2e-6);
+}
+
+/// A gyro of 10 Hz without a counter, for 20 minutes; `between` is what its device sends before frame i, `damage` what
+/// the line does to a frame.
+struct Uncounted {
+  std::uint64_t missing = 0;
+  bool clocks_differ = false;
+  double length_s = 0;
+
+  Uncounted(const std::function<std::string(int)>& between,
+            const std::function<void(int, std::vector<std::uint8_t>&)>& damage) {
+    const auto description = test::description_of(R"({"format": "prism-frames", "version": 1, "name": "plain",
+      "line": {"baud": 115200}, "rate_hz": 10, "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 10,
+      "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
+      "fields": {"rate": {"at": 2, "type": "s32"}, "t": {"at": 6, "type": "s16"}}}],
+      "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}}, "temperature": {"field": "t"}})");
+    FrameDecoder decoder(description);
+    FrameEncoder encoder(description);
+    drivers::Clock clock(description, {.source = drivers::ClockSource::kHost});
+    std::vector<DecodedMessage> readings;
+    std::int64_t first_ns = 0, last_ns = 0;
+    for (int i = 0; i < 12'000; ++i) {
+      const std::string text = between(i);
+      std::vector<std::uint8_t> frame, bytes(text.begin(), text.end());
+      encoder.encode({.rate_deg_per_h = {10}, .interval_s = 0.1, .temperature_degc = 20}, frame);
+      damage(i, frame);
+      bytes.insert(bytes.end(), frame.begin(), frame.end());
+      readings.clear();
+      decoder.feed(bytes, kEpochNs + 100'000'000LL * i, readings);
+      for (const DecodedMessage& reading : readings) {
+        const auto sample = pushed(clock, reading);
+        if (!sample) continue;
+        if (first_ns == 0) first_ns = sample->time_ns;
+        last_ns = sample->time_ns;
+        clocks_differ = clocks_differ || sample->clocks_differ;
+      }
+    }
+    missing = clock.status().missing_frames;
+    length_s = 1e-9 * static_cast<double>(last_ns - first_ns);
+  }
+};
+
+// Version 0.3 took the sentence for seven lost frames a second: not a row was corrected.
+TEST(UncountedFrames, OtherBytesOfTheDeviceAreNoLostFrames) {
+  const Uncounted found([](int i) { return i % 10 == 0 ? "$GPZDA,091100.00,23,11,2026,00,00*6A\r\n" : ""; },
+                        [](int, std::vector<std::uint8_t>&) {});
+  EXPECT_EQ(found.missing, 0u);
+  EXPECT_FALSE(found.clocks_differ);
+  EXPECT_NEAR(found.length_s, 1199.9, 1e-3);
+}
+
+TEST(UncountedFrames, AFrameWhoseCheckFailsIsLost) {
+  int damaged = 0;
+  const Uncounted found([](int) { return ""; },
+                        [&](int i, std::vector<std::uint8_t>& frame) {
+                          if (i % 20 != 7) return;
+                          frame[2 + static_cast<std::size_t>(i / 20) % 8] ^= 0x55;
+                          ++damaged;
+                        });
+  EXPECT_EQ(found.missing, static_cast<std::uint64_t>(damaged));
+  EXPECT_FALSE(found.clocks_differ);
+  EXPECT_NEAR(found.length_s, 1199.9, 1e-3);
 }
 
 TEST_F(Clock, IgnoresAnUncountedReading) {
