@@ -61,7 +61,7 @@ struct ClockStatus {
 /// by less than half its modulus (the device restarted), and if device time and arrivals disagree (DeviceTimeCheck).
 ///
 /// Without a counter (in this stream) each frame is one period after the previous one; a frame whose check failed is a
-/// lost frame, other bytes are none.
+/// lost frame, other bytes are not.
 ///
 /// An accumulated angle gives no sample if its difference is unknown: for the first reading of an axis, and after a gap
 /// of more than max_difference_s or in which the angle may have wrapped. docs/frames.md has all rules.

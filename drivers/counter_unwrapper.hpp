@@ -28,7 +28,7 @@ bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, dou
 /// restarted (if it covers at least 64 frames; a shorter one cannot distinguish this from loss).
 ///
 /// Without a counter each frame with gyro data is one step, also one whose check failed; other bytes between frames
-/// are none, because a device may send anything there. An uncounted frame between counted ones takes no step.
+/// are not, because a device may send anything there. An uncounted frame between counted ones takes no step.
 class CounterUnwrapper {
  public:
   CounterUnwrapper(wire::FrameDescriptionPtr description, bool by_arrival);
