@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -169,14 +170,15 @@ void add_missing(const json& root, json schema, const json& shown, const std::st
   for (const auto& [key, member] : keys.items()) {
     if (kElsewhere.count(key) != 0) continue;
     if (!shown.is_object() || !shown.contains(key)) {
-      missing.push_back(path + "/" + key);
+      missing.push_back(fmt::format("{}/{}", path, key));
     } else if (shown[key].is_object()) {
-      add_missing(root, member, shown[key], path + "/" + key, missing);
+      add_missing(root, member, shown[key], fmt::format("{}/{}", path, key), missing);
     }
   }
   const json each = schema.value("additionalProperties", json());
   if (!each.is_object() || !shown.is_object()) return;
-  for (const auto& [name, member] : shown.items()) add_missing(root, each, member, path + "/" + name, missing);
+  for (const auto& [name, member] : shown.items())
+    add_missing(root, each, member, fmt::format("{}/{}", path, name), missing);
 }
 
 class ConfigAnswer : public test::DaemonPartsTest {};
