@@ -72,19 +72,16 @@ Panel loop_panel(const char* title, const recordings::BlockTable& table, const s
 }
 
 /// A curve of octave points with its confidence band.
-Result<std::vector<Series>> allan_series(const evaluation::RateSource& seconds, const char* name, Ink ink,
-                                         const std::string& where) {
-  const auto analysis = analyse_seconds(seconds, where);
-  if (!analysis) return tl::unexpected(analysis.error());
+std::vector<Series> allan_series(const evaluation::AllanAnalysis& analysis, const char* name, Ink ink) {
   Series band{"", ink, SeriesStyle::kBand}, line{name, ink, SeriesStyle::kLinePoints};
-  for (const evaluation::AllanPoint& point : analysis->points) {
+  for (const evaluation::AllanPoint& point : analysis.points) {
     band.x.push_back(point.tau_s);
     band.y.push_back(point.low);
     band.high.push_back(point.high);
     line.x.push_back(point.tau_s);
     line.y.push_back(point.deviation);
   }
-  return std::vector<Series>{band, line};
+  return {band, line};
 }
 
 /// The two curves at the averaging times that both have.
@@ -212,20 +209,17 @@ Figure thermal_figure(const EvaluatedRecording& recording) {
   return figure;
 }
 
-Result<Figure> allan_figure(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& table = *recording.table;
+Result<Figure> allan_figure(const EvaluatedRecording& recording, const AllanPair& allan) {
   Panel panel{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}};
   for (const bool after : {false, true}) {
-    const auto seconds =
-        after ? recording.evaluation->corrected_seconds_deg_per_h(table) : table.second_bias_deg_per_h();
-    const auto series =
-        allan_series(seconds, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, table.name);
-    if (!series) return tl::unexpected(series.error());
-    panel.series.insert(panel.series.end(), series->begin(), series->end());
+    const auto& analysis = after ? allan.after : allan.before;
+    if (!analysis) return tl::unexpected(analysis.error());
+    const auto series = allan_series(*analysis, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel);
+    panel.series.insert(panel.series.end(), series.begin(), series.end());
   }
   const std::string meaning = compared(panel.series[1], panel.series[3]);  // each curve is a band and a line
   return Figure{recording.id + "_allan_curve",
-                "Allan deviation on " + table.name,
+                "Allan deviation on " + recording.table->name,
                 "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the fitted noises.",
                 {1, 380, {panel}},
                 meaning};

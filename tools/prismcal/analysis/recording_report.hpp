@@ -29,6 +29,12 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
 /// Allan analysis of a 1 Hz series. A gap of 60 s or more is a break: the series does not have its true length.
 Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& seconds, const std::string& where);
 
+/// Of the 1 Hz series before and after the correction.
+struct AllanPair {
+  Result<evaluation::AllanAnalysis> before, after;
+};
+AllanPair analyse_both(const EvaluatedRecording& recording);
+
 /// One sentence on the improvement and the share of blocks outside the training range. If `overlap` (see
 /// overlap_text()) is not empty, it states that this is not a test.
 report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap);
@@ -38,8 +44,8 @@ report::Table stability_table(const EvaluatedRecording& recording);
 Result<report::Table> segment_table(const EvaluatedRecording& recording);
 /// Hysteresis and temperature sensitivity of heating and cooling, before and after.
 Result<report::Table> hysteresis_table(const EvaluatedRecording& recording);
-/// Allan coefficients before and after from the 1 Hz series.
-Result<report::Table> allan_table(const EvaluatedRecording& recording);
+/// Allan coefficients before and after.
+Result<report::Table> allan_table(const EvaluatedRecording& recording, const AllanPair& allan);
 
 /// Temperature, its slope, UHFO and bias over time.
 report::Figure record_figure(const recordings::BlockTable& table, const std::string& id);
@@ -48,7 +54,7 @@ report::Figure bias_figure(const EvaluatedRecording& recording);
 /// Bias against temperature, with different points for heating and cooling, before and after.
 report::Figure thermal_figure(const EvaluatedRecording& recording);
 /// Allan deviation before and after, with the 68 % band.
-Result<report::Figure> allan_figure(const EvaluatedRecording& recording);
+Result<report::Figure> allan_figure(const EvaluatedRecording& recording, const AllanPair& allan);
 /// Histogram and autocorrelation of the residual.
 Result<report::Figure> residual_figure(const EvaluatedRecording& recording);
 /// Training and evaluated blocks in the planes (T, dT/dt) and (T, U). `recording.training` must not be null.

@@ -61,6 +61,12 @@ Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& 
   return evaluation::analyse_allan(std::move(rates), 1, evaluation::AllanGrid::kOctave, where);
 }
 
+AllanPair analyse_both(const EvaluatedRecording& recording) {
+  const recordings::BlockTable& data = *recording.table;
+  return {analyse_seconds(data.second_bias_deg_per_h(), data.name),
+          analyse_seconds(recording.evaluation->corrected_seconds_deg_per_h(data), data.name)};
+}
+
 namespace {
 
 /// A recording whose errors are larger than the model states, as after another turn-on. Nominal: 95 %.
@@ -221,9 +227,8 @@ Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
   return table;
 }
 
-Result<Table> allan_table(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& data = *recording.table;
-  Table table{recording.id + "_allan", "Allan coefficients on " + data.name, "", {}, {}};
+Result<Table> allan_table(const EvaluatedRecording& recording, const AllanPair& allan) {
+  Table table{recording.id + "_allan", "Allan coefficients on " + recording.table->name, "", {}, {}};
   table.caption =
       "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
       "times show the chamber. ≤: too uncertain for a value; 95 % bound.";
@@ -238,8 +243,7 @@ Result<Table> allan_table(const EvaluatedRecording& recording) {
   std::vector<evaluation::AllanCoefficients> found;
   std::string unexplained;
   for (const bool after : {false, true}) {
-    const auto analysis = analyse_seconds(
-        after ? recording.evaluation->corrected_seconds_deg_per_h(data) : data.second_bias_deg_per_h(), data.name);
+    const auto& analysis = after ? allan.after : allan.before;
     if (!analysis) return tl::unexpected(analysis.error());
     if (!analysis->coefficients) return tl::unexpected(analysis->coefficients.error());
     std::vector<Cell> row = {text_cell(after ? "after" : "before")};
@@ -268,8 +272,9 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   add(segment_table(recording));
   take(thermal_figure(recording));
   add(hysteresis_table(recording));
-  add(allan_figure(recording));
-  add(allan_table(recording));
+  const AllanPair allan = analyse_both(recording);
+  add(allan_figure(recording, allan));
+  add(allan_table(recording, allan));
   add(residual_figure(recording));
   if (recording.training) take(domain_figure(recording));
 }
