@@ -35,7 +35,7 @@ void CounterUnwrapper::reset() {
 CounterStep CounterUnwrapper::push(const wire::DecodedMessage& reading, double slope) {
   const CounterStep step = running_ ? step_to(reading, slope) : CounterStep{};
   running_ = true;
-  last_ = reading;
+  last_arrival_ns_ = reading.arrival_ns;
   if (reading.has_counter) last_counter_ = reading.counter;
   return step;
 }
@@ -57,7 +57,7 @@ std::uint32_t CounterUnwrapper::frames_of(double ticks) const { return whole(tic
 /// Counter periods during a time without data.
 double CounterUnwrapper::unseen_turns(const wire::DecodedMessage& reading, double ticks, double slope) const {
   const wire::CounterRule& rule = *description_->counter;
-  const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_.arrival_ns);
+  const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_arrival_ns_);
   if (rule.modulus == 0 || !by_arrival_ || elapsed_s <= kWrapUnseenS) return 0;
   if (waited_to_be_read(reading, description_->period_s(), elapsed_s)) return 0;
   return std::max(0.0, std::round((elapsed_s * rule.ticks_per_s / slope - ticks) / static_cast<double>(rule.modulus)));

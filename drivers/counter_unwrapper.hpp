@@ -50,7 +50,7 @@ class CounterUnwrapper {
   wire::FrameDescriptionPtr description_;
   bool by_arrival_;
   bool running_ = false;
-  wire::DecodedMessage last_;  ///< of any message type
+  std::int64_t last_arrival_ns_ = 0;  ///< of any message type
   std::optional<std::uint64_t> last_counter_;
 };
 
