@@ -126,8 +126,11 @@ void LiveLine::converse() {
   last_frame_ = last_data_;
   frames_ = acquisition_.frames_of(number_);
   const wire::Commands& commands = acquisition_.setup().line_commands(number_);
-  if (!commands.poll || !poller_ || poller_->poll() != *commands.poll) poller_.reset();
-  if (commands.poll && !poller_) poller_.emplace(*commands.poll);
+  if (!commands.poll) {
+    poller_.reset();
+  } else if (!poller_ || poller_->poll() != *commands.poll) {
+    poller_.emplace(*commands.poll);
+  }
   open_->conversation.emplace(io_, *open_->transport, commands, poller_ ? &*poller_ : nullptr, std::move(owner));
   open_->conversation->start();
 }

@@ -34,10 +34,12 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std
   auto effective = std::make_shared<wire::FrameDescription>(**frames);
   effective->wire = wire_format(line, effective->wire);
   effective->commands = effective->commands.with(line.commands);
-  const auto to = transport::parse_numeric_endpoint(line.network.from);
-  if (effective->commands.poll && line.network.type == "udp" && (!to || to->port.empty()))
-    return make_error(place,
-                      "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
+  if (effective->commands.poll && line.network.type == "udp") {
+    const auto to = transport::parse_numeric_endpoint(line.network.from);
+    if (!to || to->port.empty())
+      return make_error(place,
+                        "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
+  }
   return wire::FrameDescriptionPtr(std::move(effective));
 }
 
