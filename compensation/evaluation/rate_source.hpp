@@ -19,13 +19,6 @@ struct RateSource {
 
 inline constexpr std::size_t kRatePiece = 4096;
 
-/// The rates in memory, which must outlive the source.
-inline RateSource rate_source(std::span<const double> rates) {
-  return {rates.size(), [rates](std::size_t first, std::span<double> wanted) {
-            std::copy_n(rates.begin() + static_cast<std::ptrdiff_t>(first), wanted.size(), wanted.begin());
-          }};
-}
-
 /// Calls visit(index, rate) for each rate in order.
 template <class Visit>
 void for_each_rate(const RateSource& source, Visit&& visit) {

@@ -39,24 +39,6 @@ inline std::vector<double> random_walk(std::size_t count, double step_sd, std::u
   return values;
 }
 
-/// 1/f noise with coefficient B: a sum of Ornstein-Uhlenbeck processes with tau = 0.75, 3, 12, … samples. The Allan
-/// deviation is 0.664 B within 2 % from about 8 samples.
-inline std::vector<double> flicker_noise(std::size_t count, double b, std::uint64_t seed) {
-  Normal normal(seed);
-  std::vector<double> values(count, 0.0);
-  const double sd = b * std::sqrt(std::log(4.0) / std::numbers::pi);
-  double tau = 0.75;
-  for (int process = 0; process < 12; ++process, tau *= 4) {
-    const double memory = std::exp(-1 / tau), step_sd = sd * std::sqrt(1 - memory * memory);
-    double x = sd * normal();
-    for (double& value : values) {
-      value += x;
-      x = memory * x + step_sd * normal();
-    }
-  }
-  return values;
-}
-
 /// Replaces `gaps` single values by NaN, at nearly equal distances.
 inline std::vector<double> with_gaps(std::vector<double> values, std::size_t gaps) {
   for (std::size_t i = 1; i <= gaps; ++i)
