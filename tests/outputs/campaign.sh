@@ -13,9 +13,9 @@ cat >lot.json <<'J'
  "limits": {"repeat": {"improvement_percent": {"min": 30}, "bias_stability_deg_per_h": {"max": 0.02}}}, "output": {"folder": "out"}}
 J
 prismcal campaign lot.json --plan
-prismcal campaign lot.json --engine print >tasks || true
+prismcal campaign lot.json --engine print >tasks
 wc -l <tasks
-prismcal campaign lot.json --status || true
+prismcal campaign lot.json --status
 bash tasks >/dev/null 2>&1
 prismcal campaign lot.json --status
 prismcal campaign lot.json --collect || echo "exit $?"

@@ -4,11 +4,11 @@ awk 'BEGIN {print "Zeit;Rate (°/h);Gehäuse (°C);U (V)"; for (i = 0; i < 30000
   if (i == 7000) r = 900; if (i > 21000 && i < 21400) continue; if (i > 15000 && i < 15100) r = ""
   row = sprintf("%02d.%02d.2026 %02d:%02d:%02d;%s;%s;%s", 3 + int(i / 86400), 5, int(i / 3600) % 24, int(i / 60) % 60, i % 60, r == "" ? "" : sprintf("%.4f", r), sprintf("%.3f", t), sprintf("%.3f", 5 + t / 1000)); gsub(/\./, ",", row)
   sub(/,/, ".", row); sub(/,/, ".", row); print row } }' >t.csv
-prismcal inspect t.csv || true
+prismcal inspect t.csv
 map=(--map "rate=2:deg/h,temperature=3:degC,uhfo=4:V,time=1" --no-earth-rate --time-format dmy)
-prismcal inspect t.csv --time-format dmy || true
-prismcal inspect t.csv --time-format dmy --json || true
-prismcal train t.csv "${map[@]}" --method stepwise --inputs T --out m.json || prismcal train t.csv "${map[@]}" --method stepwise --inputs T --out m.json --force
+prismcal inspect t.csv --time-format dmy
+prismcal inspect t.csv --time-format dmy --json
+prismcal train t.csv "${map[@]}" --method stepwise --inputs T --out m.json
 prismcal evaluate m.json t.csv "${map[@]}" --in-sample
 prismcal convert t.csv "${map[@]}" --out t.pcap
 prismcal inspect t.pcap
