@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace prism::wire {
@@ -104,8 +105,9 @@ void MessageDecoder::reset() {
 void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& view, bool contiguous,
                                   DecodedMessage& reading) {
   for (const int field : roles.counter) {
-    reading.counter = view.bits(field);
-    if (reading.counter == 0 && !view.present(field)) continue;
+    const std::optional<std::uint64_t> counter = view.count(field);
+    if (!counter && !view.present(field)) continue;
+    reading.counter = counter.value_or(0);  // not a number: the counter check rejects it
     reading.has_counter = true;
     break;
   }

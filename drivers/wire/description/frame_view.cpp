@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "drivers/wire/description/printed_number.hpp"
 
@@ -134,6 +135,17 @@ std::uint64_t FrameView::bits_elsewhere(const Field& f) const {
   if (kind_->structure == Structure::kColumns) return text_bits(f);
   const std::uint8_t* at = find_elsewhere(f);
   return at == nullptr ? 0 : load_bits(f, at);
+}
+
+std::optional<std::uint64_t> FrameView::count(int field) const {
+  const Field& f = kind_->fields[static_cast<std::size_t>(field)];
+  if (f.type == NumberType::kUnsigned || f.type == NumberType::kSigned) {
+    const std::uint64_t value = bits(field);
+    return value == 0 && !present(field) ? std::nullopt : std::optional(value);
+  }
+  const double number = raw(field);
+  const bool counts = number >= 0 && number < 0x1p64 && number == std::floor(number);
+  return counts ? std::optional(static_cast<std::uint64_t>(number)) : std::nullopt;
 }
 
 double FrameView::raw_elsewhere(const Field& f) const {

@@ -172,11 +172,30 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
   read_wrap(s, description);
 }
 
+/// A counter counts: seconds with a fraction would be read as whole ticks.
+void check_counter_field(const Section& s, const Field& field) {
+  const bool real = field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
+  if (real || field.decimals > 0)
+    s.fail("field", fmt::format("the field \"{}\" is {}, expected an integer of frames or ticks", field.name,
+                                real ? "a floating-point number" : "a number with decimals"));
+}
+
+/// Where a counter that uses the whole field starts again; 0: at 2^64, or not known.
+std::uint64_t natural_modulus(const Field& field) {
+  if (field.type != NumberType::kDigits) return field.bits >= 64 ? 0 : std::uint64_t{1} << field.bits;
+  std::uint64_t modulus = 1;
+  for (unsigned i = 0; i < field.size; ++i) modulus *= 10;
+  return modulus;
+}
+
 void read_counter(const Section& s, FrameDescription& description) {
   CounterRule rule;
   assign(s, "field", description, &MessageFields::counter);
+  for (const MessageType& kind : description.kinds) {
+    for (const int at : kind.roles.counter) check_counter_field(s, kind.fields[static_cast<std::size_t>(at)]);
+  }
   const Field* field = first_with(description, [](const MessageFields& roles) { return &roles.counter; });
-  const std::uint64_t own = field == nullptr || field->bits >= 64 ? 0 : std::uint64_t{1} << field->bits;
+  const std::uint64_t own = field == nullptr ? 0 : natural_modulus(*field);
   rule.modulus = s.bits("modulus", own);
   if (own != 0 && rule.modulus > own)
     s.fail("modulus", fmt::format("{} is more than the field's {}", rule.modulus, own));

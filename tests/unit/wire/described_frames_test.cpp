@@ -125,6 +125,50 @@ TEST(HexDigits, RejectWhatTheyCannotHave) {
       "t.json:/kinds/0/fields/r/type: 16 bits after a shift of 0 need 4 bytes; expected at most 16 bytes and 64 bits");
 }
 
+/// A description of text lines "r,n" with a counter `n` of this type.
+std::string counting_lines(const std::string& type) {
+  std::string text = one_type(R"("length": {"terminator": "0A", "min": 4, "max": 20}, "text": {"separators": ","},
+      "fields": {"r": {"column": 0, "type": "decimal"}, "n": {"column": 1, "type": )" +
+                                  type + "}}",
+                              "");
+  text.back() = ',';
+  return text + R"( "counter": {"field": "n", "ticks_per_s": 1}})";
+}
+
+TEST(Counters, InTextAreWholeNumbers) {
+  for (const char* type : {R"("decimal")", R"("hex")"}) {
+    const auto readings =
+        test::decode(test::description_of(counting_lines(type)), characters("0,8\n0,9\n0,9.5\n0,-1\n0,z\n0,10\n"));
+    std::vector<int> counts;
+    for (const DecodedMessage& reading : readings)
+      counts.push_back(reading.has_counter ? static_cast<int>(reading.counter) : -1);
+    EXPECT_THAT(counts, testing::ElementsAre(8, 9, -1, -1, -1, type[1] == 'h' ? 16 : 10)) << type;
+  }
+  EXPECT_EQ(
+      error_of(counting_lines(R"("decimal", "decimals": 3)")),
+      "t.json:/counter/field: the field \"n\" is a number with decimals, expected a whole number of frames or ticks");
+}
+
+TEST(Counters, InDigitsWrapAtTheirWidth) {
+  const auto frame = [](const std::string& type) {
+    std::string text = one_type(R"("sync": {"bytes": "3A"}, "length": 9,
+        "fields": {"r": {"at": 1, "type": "s32"}, "n": {"at": 5, "type": )" +
+                                    type + "}}",
+                                "");
+    text.back() = ',';
+    return text + R"( "counter": {"field": "n"}})";
+  };
+  const auto digits = test::description_of(frame(R"("digits", "bytes": 2)"));
+  EXPECT_EQ(digits->counter->modulus, 100u);
+  const auto readings = test::decode(digits, characters(":    98..:    99..:    00..:    01.."));
+  ASSERT_EQ(readings.size(), 4u);
+  EXPECT_EQ(readings[2].counter, 0u);
+  EXPECT_EQ(digits->counter->ticks_between(readings[1].counter, readings[2].counter), 1u);
+  EXPECT_EQ(
+      error_of(frame(R"("f32")")),
+      "t.json:/counter/field: the field \"n\" is a floating-point number, expected a whole number of frames or ticks");
+}
+
 TEST(TextChecks, NeedAMarkOrAPlace) {
   const auto check = [](const std::string& keys) {
     return error_of(one_type(R"("length": {"terminator": "0D", "min": 4, "max": 20}, "text": {"separators": ","},
