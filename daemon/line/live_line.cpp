@@ -8,7 +8,9 @@
 #include <boost/asio/detached.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/host_time.hpp"
+#include "base/time_scale.hpp"
 #include "daemon/awaiting.hpp"
 #include "drivers/transport/device_users.hpp"
 
@@ -18,6 +20,8 @@ namespace {
 namespace asio = boost::asio;
 using daemon::kUse;
 using pipeline::LineState, pipeline::Severity;
+
+constexpr std::chrono::seconds kForget{60};  // without another host that is turned away
 
 auto as_steady(std::chrono::duration<double> seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(seconds);
@@ -95,7 +99,9 @@ void LiveLine::not_opened(const std::string& why) {
 
 void LiveLine::opened() {
   if (alone_) arrival_.begin();
-  last_data_ = last_progress_ = Clock::now();
+  opened_at_ = last_data_ = last_progress_ = Clock::now();
+  framed_ = false;
+  heard_.clear();
   status().notes = open_->transport->notes();
   status().hardware.reset();
   const bool known = fault_kind_ == "line_silent" || fault_kind_ == "line_start_up";
@@ -167,8 +173,9 @@ void LiveLine::readable() {
   const transport::Received received = open_->transport->read(buffer_);
   if (!open_->conversation) return proceed(received);
   if (received.kind == Kind::kLost) {
-    set(LineState::kConnecting, received.why);
-    return lose("line_lost", "lost: " + received.why);
+    const std::string why = received.why + heard_instead();
+    set(LineState::kConnecting, why);
+    return lose("line_lost", "lost: " + why);
   }
   if (received.kind == Kind::kEmpty) return rest();
   if (received.kind == Kind::kData) {
@@ -180,6 +187,7 @@ void LiveLine::readable() {
     const std::uint64_t frames = acquisition_.frames_of(number_);
     const std::uint64_t complete = frames > frames_ ? frames - frames_ : 0;
     frames_ = frames;
+    if (!framed_) remember(bytes);
     if (complete > 0) frames_came();
     listen();
     return open_->conversation->received(bytes, complete);
@@ -212,7 +220,6 @@ void LiveLine::begin_receiving(std::int64_t arrival_ns) {
 void LiveLine::receiving() {
   set(LineState::kReceiving);
   tell(Severity::kInfo, "line_receiving", transport::describe(settings()) + ": receiving");
-  retry_ = std::chrono::duration<double>(config().retry_min_s);
   fault_.clear();
   fault_kind_.clear();
 }
@@ -246,7 +253,7 @@ asio::awaitable<void> LiveLine::watch() {
     watch_timer_.expires_at(next);
     co_await watch_timer_.async_wait(kUse);
     if (poller_) status().polls = poller_->counters();
-    if (stopping_ || !open_) continue;
+    if (stopping_ || !open_ || watch_peers(silence)) continue;
     if (!open_->conversation) {  // a step may take seconds, and a peer may come at any time
       last_progress_ = Clock::now();
       continue;
@@ -268,6 +275,8 @@ asio::awaitable<void> LiveLine::watch() {
 
 void LiveLine::frames_came() {
   last_frame_ = last_data_;
+  retry_ = std::chrono::duration<double>(config().retry_min_s);
+  framed_ = true;
   if (status().state != LineState::kReceiving && !open_->conversation->is_starting()) receiving();
 }
 
@@ -282,6 +291,53 @@ void LiveLine::watch_frames(Clock::duration silence) {
   complain("line_silent", fmt::format("{}: no frame for {} s; sending the start-up commands again",
                                       transport::describe(settings()), config().silence_s));
   open_->conversation->start();
+}
+
+// A line that listens has one peer. If no frame came from it, it is replaced by another host that connects. Returns
+// true if it did.
+bool LiveLine::watch_peers(Clock::duration silence) {
+  const Clock::time_point now = Clock::now();
+  const std::string other = open_->transport->turned_away(), peer = open_->transport->peer();
+  if (!other.empty() && is_open() && !framed_ && now - opened_at_ >= silence) {
+    const std::string why = fmt::format("{} sent no frame for {} s and is replaced by {}{}", peer, config().silence_s,
+                                        other, heard_instead());
+    set(LineState::kConnecting, why);
+    lose("line_lost", "lost: " + why);
+    return true;
+  }
+  if (!other.empty()) turned_away_at_ = now;
+  std::string& problem = status().turned_away;
+  if (other.empty() && (problem.empty() || now - turned_away_at_ < scaled(kForget))) return false;
+  const std::string why =
+      peer.empty() ? fmt::format("only {} may connect", settings().network.from) : peer + " is connected";
+  const std::string text = other.empty() ? "" : fmt::format("{} is turned away: {}", other, why);
+  if (text.empty())
+    tell(Severity::kInfo, "line_peer", transport::describe(settings()) + ": no other host connects now");
+  if (!text.empty() && text != problem)
+    tell(Severity::kWarning, "line_peer", transport::describe(settings()) + ": " + text);
+  problem = text;
+  return false;
+}
+
+// A text or a Telnet server may answer where a gyro is expected.
+void LiveLine::remember(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kShown = 60;
+  constexpr std::uint8_t kCommand = 0xFF, kFirstRequest = 0xFB;
+  const bool first = heard_.empty();
+  heard_.append(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kShown - heard_.size()));
+  if (!first || bytes.size() < 3 || bytes[0] != kCommand || bytes[1] < kFirstRequest || bytes[1] == kCommand) return;
+  if (settings().network.type != "tcp") return;
+  status().notes.push_back(
+      fmt::format("the other end speaks Telnet (FF {:02X} {:02X}): set the port of the device server to raw TCP, else "
+                  "a byte FF comes twice",
+                  bytes[1], bytes[2]));
+  tell(Severity::kWarning, "line_note", status().notes.back());
+}
+
+std::string LiveLine::heard_instead() const {
+  if (framed_ || heard_.empty()) return {};
+  const std::size_t end = heard_.find_last_not_of("\r\n") + 1;
+  return fmt::format("; no frame came, but \"{}\"", printable(std::string_view(heard_).substr(0, end)));
 }
 
 // A line can be readable without data: without this pause it would be read in a busy loop.

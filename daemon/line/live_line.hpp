@@ -24,7 +24,7 @@ namespace prism::line {
 
 /// A line that opens slowly, through a network, is open only when its transport is. A session lasts from open until the
 /// line is lost (error, end of file, no data for silence_s). Between sessions it pauses: for retry_min_s if the device
-/// does not exist; else the pause doubles up to retry_max_s and is reset when data arrives.
+/// does not exist; else the pause doubles up to retry_max_s and is reset when a frame arrives.
 class LiveLine {
  public:
   /// `number`: of the line in the acquisition. `acquisition` and `clock` must outlive this. `alone`: no other line uses
@@ -86,6 +86,9 @@ class LiveLine {
   void receiving();
   void frames_came();
   void watch_frames(Clock::duration silence);
+  bool watch_peers(Clock::duration silence);
+  void remember(std::span<const std::uint8_t> bytes);
+  std::string heard_instead() const;
 
   const config::LineConfig& config() const { return acquisition_.setup().line_config(number_); }
   const transport::Settings& settings() const { return acquisition_.setup().line_settings(number_); }
@@ -107,6 +110,9 @@ class LiveLine {
   std::string fault_kind_;
   std::optional<drivers::Poller> poller_;  ///< of all openings
   std::uint64_t frames_ = 0;               ///< at last_frame_
+  std::string heard_;                      ///< the first bytes since it was opened, until a frame comes
+  bool framed_ = false;                    ///< a frame came since it was opened
+  Clock::time_point opened_at_, turned_away_at_;
   std::array<std::uint8_t, 65536> buffer_;
 };
 

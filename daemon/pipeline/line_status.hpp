@@ -21,6 +21,7 @@ struct LineStatus {
   std::int64_t last_data_ns = 0;                    ///< arrival of the last bytes; 0: none since the start
   std::optional<transport::LineCounters> hardware;  ///< nullopt if the driver does not count
   std::vector<std::string> notes;                   ///< settings that the device did not accept at open
+  std::string turned_away;                          ///< a host that a line that listens turns away now; empty: none
   drivers::PollCounters polls;                      ///< since the start
 
   /// True if the line delivers rows, so that the latest values are current.

@@ -56,11 +56,12 @@ void add_lines(Findings& found, const Sources& sources) {
   const pipeline::Acquisition& acquisition = sources.acquisition;
   for (std::size_t i = 0; i < acquisition.lines(); ++i) {
     const pipeline::LineStatus& line = acquisition.line(i);
+    const std::string name = i == 0 ? "line" : acquisition.setup().sensor_lines[i - 1].name;
+    if (!line.turned_away.empty()) found.add(Level::kCaution, fmt::format("{}: {}", name, line.turned_away));
     if (line.delivers()) {
       if (i > 0) found.add(Level::kCaution, unread_problem(sources, i - 1));
       continue;
     }
-    const std::string name = i == 0 ? "line" : acquisition.setup().sensor_lines[i - 1].name;
     found.add(i == 0 ? Level::kFailed : Level::kCaution,
               fmt::format("{}: {}{}{}", name, state_name(line.state), line.detail.empty() ? "" : ": ", line.detail));
   }

@@ -76,6 +76,11 @@ std::string SocketAddress::text() const {
   return family() == AF_INET6 ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port);
 }
 
+std::string SocketAddress::host() const {
+  char host[NI_MAXHOST] = "";
+  return ::getnameinfo(get(), size, host, sizeof host, nullptr, 0, NI_NUMERICHOST) == 0 ? host : "an unknown address";
+}
+
 bool SocketAddress::same_host(const SocketAddress& other) const {
   const in6_addr one = host_of(*this), two = host_of(other);
   return std::memcmp(&one, &two, sizeof one) == 0;
@@ -127,5 +132,14 @@ Resolver::Resolver(const Endpoint& endpoint, int socket_type, bool to_bind) : sh
 int Resolver::fd() const { return shared_->done.get(); }
 bool Resolver::is_ready() const { return shared_->ready; }
 Result<std::vector<SocketAddress>> Resolver::result() const { return shared_->result; }
+
+Result<SocketAddress> numeric_address(const std::string& text, int socket_type) {
+  auto endpoint = parse_numeric_endpoint(text);
+  if (!endpoint) return make_error(text, endpoint.error());
+  if (endpoint->port.empty()) endpoint->port = "1";
+  const auto found = Resolver(*endpoint, socket_type, false).result();
+  if (!found) return tl::unexpected<Error>(found.error());
+  return found->front();
+}
 
 }  // namespace prism::transport

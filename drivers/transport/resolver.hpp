@@ -24,9 +24,14 @@ struct SocketAddress {
   int family() const { return storage.ss_family; }
   /// "192.0.2.7:4001", "[::1]:4001"
   std::string text() const;
+  /// "192.0.2.7", "::1"
+  std::string host() const;
   /// Compares hosts, not ports; an IPv4 address equals its form within IPv6.
   bool same_host(const SocketAddress& other) const;
 };
+
+/// The address in a text that parse_numeric_endpoint() accepts; without a port in the text, its port is not used.
+Result<SocketAddress> numeric_address(const std::string& text, int socket_type);
 
 /// Opens a socket that listens at the address, or returns the error number; 0: none.
 int open_listener(const SocketAddress& address, int backlog, Descriptor& listener);

@@ -62,8 +62,8 @@ bool is_own_end(int fd) {
 
 class TcpLine : public Transport {
  public:
-  TcpLine(std::string name, const Endpoint& endpoint, bool listens)
-      : name_(std::move(name)), listens_(listens), resolver_(endpoint, SOCK_STREAM, listens) {
+  TcpLine(std::string name, const Endpoint& endpoint, bool listens, std::optional<SocketAddress> from)
+      : name_(std::move(name)), listens_(listens), from_(from), resolver_(endpoint, SOCK_STREAM, listens) {
     if (resolver_.fd() >= 0) waits_.wait_for(resolver_.fd(), EPOLLIN);
     waits_.wait_for(deadline_.fd(), EPOLLIN);
     progress_ = fmt::format("looking up {}", endpoint.host);
@@ -71,6 +71,8 @@ class TcpLine : public Transport {
 
   int fd() const override { return waits_.fd(); }
   std::string opening() const override { return connected_ ? "" : progress_; }
+  std::string peer() const override { return peer_; }
+  std::string turned_away() override { return std::exchange(turned_away_, {}); }
 
   Received read(std::span<std::uint8_t> buffer) override {
     if (!connected_) {
@@ -82,7 +84,10 @@ class TcpLine : public Transport {
     if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
     if (size == 0) return {Received::Kind::kLost, 0, "the other end closed the connection"};
     if (errno != EAGAIN && errno != EINTR) return {Received::Kind::kLost, 0, std::strerror(errno)};
-    if (listener_.get() >= 0) turn_away();
+    if (listener_.get() >= 0) {
+      SocketAddress other;
+      if (accept_from(other).get() >= 0) turned_away_ = other.host();
+    }
     return {};
   }
 
@@ -165,10 +170,16 @@ class TcpLine : public Transport {
   }
 
   Step accept_peer() {
-    Descriptor peer(::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    SocketAddress address;
+    Descriptor peer = accept_from(address);
     const bool none = errno == EAGAIN || errno == EINTR || errno == ECONNABORTED;
     if (peer.get() < 0 && !none) return tl::unexpected<std::string>(std::strerror(errno));  // no descriptor is left
     if (peer.get() < 0) return {};
+    if (from_ && !from_->same_host(address)) {
+      turned_away_ = address.host();
+      return {};
+    }
+    peer_ = address.host();
     socket_ = std::move(peer);
     return connected(), Step();
   }
@@ -180,10 +191,14 @@ class TcpLine : public Transport {
     waits_.wait_for(socket_.get(), EPOLLIN);
   }
 
-  void turn_away() { Descriptor other(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
+  Descriptor accept_from(SocketAddress& address) {
+    address.size = sizeof address.storage;
+    return Descriptor(::accept4(listener_.get(), address.get(), &address.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  }
 
   const std::string name_;
   const bool listens_;
+  const std::optional<SocketAddress> from_;
   WaitSet waits_;
   Deadline deadline_;
   Resolver resolver_;
@@ -191,7 +206,7 @@ class TcpLine : public Transport {
   std::size_t next_ = 0;  ///< the next of the addresses to try
   Descriptor listener_, socket_;
   bool connected_ = false;
-  std::string progress_, failure_;
+  std::string progress_, failure_, peer_, turned_away_;
 };
 
 }  // namespace
@@ -204,6 +219,14 @@ Network read_tcp_line(const Section& section) {
     section.fail("address", "given together with \"listen\"; expected one of them");
   network.address = section.text(key);
   if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail(key, endpoint.error());
+  if (!section.has("from")) return network;
+  network.from = section.text("from");
+  if (!network.listens) section.fail("from", "given with \"address\"; expected \"listen\"");
+  if (const auto from = parse_numeric_endpoint(network.from); !from) {
+    section.fail("from", from.error());
+  } else if (!from->port.empty()) {
+    section.fail("from", "has a port, which a peer that connects chooses itself; expected an address");
+  }
   return network;
 }
 
@@ -211,7 +234,13 @@ Result<std::unique_ptr<Transport>> open_tcp_line(const Settings& settings) {
   const std::string name = describe_tcp_line(settings);
   const auto endpoint = parse_endpoint(settings.network.address);
   if (!endpoint) return make_error(name, endpoint.error());
-  auto line = std::make_unique<TcpLine>(name, *endpoint, settings.network.listens);
+  std::optional<SocketAddress> from;
+  if (!settings.network.from.empty()) {
+    const auto found = numeric_address(settings.network.from, SOCK_STREAM);
+    if (!found) return tl::unexpected<Error>(found.error());
+    from = *found;
+  }
+  auto line = std::make_unique<TcpLine>(name, *endpoint, settings.network.listens, from);
   if (line->fd() < 0) return make_error(name, std::strerror(errno));
   if (const auto begun = line->proceed(); !begun) return make_error(name, begun.error());
   return line;

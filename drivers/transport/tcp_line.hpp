@@ -7,7 +7,7 @@
 
 namespace prism::transport {
 
-/// Reads {"address": "HOST:PORT"} or {"listen": "HOST:PORT"}.
+/// Reads {"address": "HOST:PORT"} or {"listen": "HOST:PORT", "from": "ADDRESS"}.
 Network read_tcp_line(const Section& section);
 
 /// Begins to connect, or to wait for a peer. Tries all addresses of a name in turn, at most 5 s each. A peer that

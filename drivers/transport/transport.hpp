@@ -22,7 +22,7 @@ struct Network {
   std::string type;      ///< key of a row of the table in transport.cpp: "tcp", "udp"
   std::string address;   ///< HOST:PORT
   bool listens = false;  ///< waits at the address for the device, instead of connecting to it
-  std::string from;      ///< address of the only accepted sender; empty: any
+  std::string from;      ///< of a line that listens: address of the only accepted peer or sender; empty: any
 
   bool operator==(const Network&) const = default;
 };
@@ -76,6 +76,10 @@ class Transport {
   virtual bool has_unread() const = 0;
   /// Returns nullopt if this type of line has no counters.
   virtual std::optional<LineCounters> counters() const { return std::nullopt; }
+  /// Of a line that listens: the host that is connected; empty: none, or not known.
+  virtual std::string peer() const { return {}; }
+  /// The host that was turned away last; empty: none since the last call.
+  virtual std::string turned_away() { return {}; }
   /// Optional settings that the line does not support, one sentence each.
   virtual std::vector<std::string> notes() const { return {}; }
 };

@@ -119,13 +119,11 @@ Result<std::unique_ptr<Transport>> open_udp_line(const Settings& settings) {
   const std::string& peer = settings.network.listens ? settings.network.from : settings.network.address;
   if (!settings.network.listens) *endpoint = {endpoint->host.find(':') == std::string::npos ? "0.0.0.0" : "::", "0"};
   if (!peer.empty()) {
-    auto numeric = parse_numeric_endpoint(peer);
-    if (!numeric) return make_error(name, numeric.error());
-    sends = !numeric->port.empty();
-    if (!sends) numeric->port = "1";  // not used
-    const auto found = Resolver(*numeric, SOCK_DGRAM, false).result();
+    const auto numeric = parse_numeric_endpoint(peer);
+    const auto found = numeric_address(peer, SOCK_DGRAM);
     if (!found) return tl::unexpected<Error>(found.error());
-    from = found->front();
+    sends = !numeric->port.empty();
+    from = *found;
   }
   auto line = std::make_unique<UdpLine>(name, *endpoint, from, sends);
   if (line->fd() < 0) return make_error(name, std::strerror(errno));

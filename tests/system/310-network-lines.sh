@@ -53,6 +53,46 @@ wait_for 10 field_is .state status receiving
 wait_for 5 field_above .decoder.frames line 100
 same "missing frames" "$(field .timing.missing_frames line)" 0
 
+# A stranger at a line that listens is replaced by the gyro; then it is turned away.
+port=$(free_port)
+net_config "\"tcp\": {\"listen\": \"127.0.0.1:$port\"}"
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+rm -f "$PRISM_SOCKET"; start_prismd
+drip='import socket, sys, time
+line = socket.create_connection(("127.0.0.1", int(sys.argv[1])), source_address=(sys.argv[2], 0))
+while True: line.send(b"x"); time.sleep(0.3)'
+start stranger python3 -c "$drip" "$port" 127.0.0.9
+wait_for 5 field_is .state status receiving
+start sim prismsim --tcp "127.0.0.1:$port" --frames "$dir/frames.json" --profile steady; sim=$pid
+wait_for 20 field_above .decoder.frames line 100
+contains "the stranger" "$(cat "$dir/prismd.err")" 'lost: 127.0.0.9 sent no frame for 1 s and is replaced by 127.0.0.1; no frame came, but "xx'
+start stranger python3 -c "$drip" "$port" 127.0.0.8
+problems() { prismctl --json status | jq -r '.health.problems[]'; }
+wait_for 5 sh -c "$(declare -f problems); problems | grep -qx 'line: 127.0.0.8 is turned away: 127.0.0.1 is connected'"
+
+# Only one host may connect.
+kill -9 "$sim"
+net_config "\"tcp\": {\"listen\": \"127.0.0.1:$port\", \"from\": \"127.0.0.7\"}"
+prismctl reload >/dev/null || fail "the reload with \"from\" failed"
+start stranger python3 -c "$drip" "$port" 127.0.0.8
+wait_for 5 sh -c "$(declare -f problems); problems | grep -qx 'line: 127.0.0.8 is turned away: only 127.0.0.7 may connect'"
+start gyro python3 -c "$drip" "$port" 127.0.0.7
+wait_for 5 field_is .state status receiving
+
+# A server that greets in Telnet and closes: its text is shown, and the pauses grow.
+greet='import socket, sys, time
+server = socket.create_server(("127.0.0.1", int(sys.argv[1])))
+while True: peer = server.accept()[0]; peer.send(b"\xff\xfb\x01login: "); peer.close(); print(time.monotonic(), flush=True)'
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+port=$(free_port)
+start server python3 -c "$greet" "$port"
+net_config "\"tcp\": {\"address\": \"127.0.0.1:$port\"}, \"retry_min_s\": 0.05, \"retry_max_s\": 60"
+rm -f "$PRISM_SOCKET"; start_prismd
+wait_for 20 sh -c "[ \$(wc -l <'$dir/server.out') -ge 6 ]"
+awk '{ if (NR > 2 && $1 - last < 1.5 * pause) exit 1; pause = $1 - last; last = $1 }' <(tail -4 "$dir/server.out") || fail "pauses: $(cat "$dir/server.out")"
+contains "what came" "$(field .detail status)" 'the other end closed the connection; no frame came, but "\xff\xfb\x01login: "'
+contains "Telnet" "$(cat "$dir/prismd.err")" "the other end speaks Telnet (FF FB 01): set the port of the device server to raw TCP"
+
 # Mistakes name the missing part.
 refused() { # TEXT LINE-MEMBERS
   net_config "$2"
@@ -65,3 +105,5 @@ refused '/line/tcp/address: found ":4001" without a host, expected HOST:PORT' '"
 refused '/line/tcp/listen: found "::1:4001", an IPv6 address without brackets; expected [ADDRESS]:PORT' '"tcp": {"listen": "::1:4001"}'
 refused '/line/udp: "listen" is missing' '"udp": {}'
 refused '/line/tcp: given together with "device"; expected one of them' '"device": "tty", "tcp": {"address": "moxa:4001"}'
+refused '/line/tcp/from: given with "address"; expected "listen"' '"tcp": {"address": "moxa:4001", "from": "192.0.2.7"}'
+refused '/line/tcp/from: has a port, which a peer that connects chooses itself; expected an address' '"tcp": {"listen": "[::]:4001", "from": "192.0.2.7:4001"}'
