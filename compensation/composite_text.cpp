@@ -81,7 +81,10 @@ Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
   p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
   p.weight = vector_of(top.numbers("weight", kPositive, false));
   p.time_h = vector_of(top.numbers("time_h", kAnyNumber, false));
-  for (const double number : top.numbers("recording", {0, 1e6}, false)) p.recording.push_back(static_cast<int>(number));
+  for (const double number : top.numbers("recording", {0, 1e6}, false)) {
+    p.recording.push_back(static_cast<int>(number));
+    if (p.recording.back() != number) top.fail("recording", fmt::format("found {}, expected integers", number));
+  }
   p.gram = symmetric_of(top, "gram", top.numbers("gram", kAnyNumber, false));
   p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
   if (top.has("prior")) p.prior = read_prior(top.object("prior"));

@@ -35,15 +35,18 @@ std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
   if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
   if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
-    return fmt::format("found {} input scales, expected {}", p.normalisation.input_scale.size(), d);
+    return fmt::format("found {} input shifts and {} input scales, expected {}", p.normalisation.input_shift.size(),
+                       p.normalisation.input_scale.size(), d);
   }
+  if (p.weight.size() != 0 && p.weight.size() != n)
+    return fmt::format("found {} weights, expected {}", p.weight.size(), n);
   if (p.linear.size() != 0 && p.linear.size() != d)
     return fmt::format("found {} linear coefficients, expected {}", p.linear.size(), d);
   if (!p.uncertainty) return {};
   const Eigen::Index gram = p.uncertainty->gram.rows();
   if (gram != 0 && (gram != n + 1 || p.uncertainty->gram.cols() != n + 1))
     return fmt::format("gram has {} rows, expected {}", gram, n + 1);
-  if (gram == 0 && p.weight.size() != n) return fmt::format("found {} weights, expected {}", p.weight.size(), n);
+  if (gram == 0 && p.weight.size() == 0) return fmt::format("found no weights, expected {}", n);
   return {};
 }
 

@@ -134,7 +134,8 @@ Result<ModelPtr> read_model(Section& top) {
   }
   Result<ModelPtr> model = kind->read(top, std::move(info));
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  if (model && (*model)->info().id != stated) {
+  if (!model) return make_error(where, model.error().text());
+  if ((*model)->info().id != stated) {
     return make_error(where + ":/id",
                       fmt::format("found {}, but the content gives \"{:.12}...\": it was changed or damaged",
                                   in_quotes(stated), (*model)->info().id));

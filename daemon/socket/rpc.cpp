@@ -292,8 +292,8 @@ void Rpc::change_subscription(const Call& call, bool on) {
   if (!known) {
     return fail(call, kInvalidParams,
                 "found " + shown(call.params) +
-                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": [)" +
-                    fmt::format("{}]}}", fmt::join(names_of(sources_.acquisition), ", ")));
+                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
+                    json_text(json(names_of(sources_.acquisition))) + "}");
   }
   wanted.axes = *axes;
   reply(call, {{"sample_every", wanted.sample_every},

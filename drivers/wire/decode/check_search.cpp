@@ -110,7 +110,7 @@ std::vector<Variant> ranges_of(const CheckRule& rule) {
   std::vector<Variant> all;
   for (int from = 0; from <= kLastBegin; ++from) {
     for (const int to : {rule.to, rule.at}) {
-      if (from == rule.from && to == rule.to) continue;
+      if ((from == rule.from && to == rule.to) || (to > 0 && to <= from)) continue;
       std::string keys = from != rule.from ? fmt::format("\"from\": {}", from) : "";
       if (to != rule.to) keys += fmt::format("{}\"to\": {}", keys.empty() ? "" : ", ", to);
       all.push_back({rule, keys});

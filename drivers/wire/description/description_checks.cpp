@@ -60,7 +60,7 @@ class MessageCheck {
       return make_error("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
                                                check.at, length_));
     }
-    if (from < 0 || to > length_ || to < from) {
+    if (from < 0 || to > length_ || to <= from) {
       return make_error("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
                                                check.to, length_));
     }

@@ -205,7 +205,7 @@ TEST_F(AxesRpcTest, TellsTheAxesThatASubscriptionChose) {
       ask("subscribe", {{"streams", {"window"}}, {"axes", {"z"}}})["result"]["axes"].get<std::vector<std::string>>(),
       ElementsAre("z"));
   EXPECT_THAT(ask("subscribe", {{"axes", {"w"}}})["error"]["message"].get<std::string>(),
-              HasSubstr("\"axes\": [x, y, z]"));
+              HasSubstr("\"axes\": [\"x\",\"y\",\"z\"]"));
 }
 
 TEST_F(AxesRpcTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
