@@ -47,3 +47,4 @@ write("twice.csv", ["t,T,T,y"] + lines[1:])
 END
 mkdir -p empty data
 cp table.csv data/
+prismcal fit table.csv --inputs T,U --target y --method lssvm --c 10 --sigma2 1 --out kernel.json --quiet >/dev/null
