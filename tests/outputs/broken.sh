@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+# A lot with missing, changed and damaged recordings, plans, results and models.
+for gyro in 1 2 3; do
+  sed "s/70-1/70-$gyro/" g.json >g$gyro.json
+  for part in 1 2; do
+    capture x 4 $((gyro * 10 + part)) --profile fast
+    prismd g$gyro.json --replay x.pcap --out rec/$gyro/cycle$part >/dev/null 2>&1
+  done
+done
+sed 's/"70-1"/""/' g.json >none.json && prismd none.json --replay x.pcap --out rec/4/cycle1 >/dev/null 2>&1
+mkdir -p rec/5/cycle1 rec/6/cycle1
+for gyro in 1 2; do cp rec/$gyro/cycle1/*.csv rec/5/cycle1/$gyro.csv; done
+rm -r rec/3/cycle2
+cat >lot.json <<'J'
+{"name": "lot", "recordings": [{"role": "train", "paths": "rec/*/cycle1"}, {"role": "repeat", "paths": "rec/*/cycle2"}],
+ "models": {"line": {"method": "ls", "inputs": "T", "force": true}, "short": {"method": "ls", "inputs": "T", "window": 300}}, "output": {"folder": "out", "reports": false}}
+J
+run() { echo "== $*" && prismcal campaign lot.json "$@" 2>&1 || echo "exit $?"; }
+each() { while read -r task; do bash -c "$task" 2>&1 || echo "exit $?"; done; }
+run --status
+run --collect
+run --task 0123
+run --plan
+run --engine print >tasks
+sed -E 's|^.*/prismcal (.*) --task .*|prismcal \1 --task ID|' tasks
+cp rec/2/cycle2/*.csv kept && sed -i '2000s/7/8/' rec/2/cycle2/*.csv
+grep campaign tasks | each
+grep campaign tasks | each
+run --status
+cp kept "$(echo rec/2/cycle2/*.csv)" && cp kept rec/2/cycle2/more.csv && grep campaign tasks | each
+rm rec/2/cycle2/more.csv && run --engine print | grep campaign | each
+run --status
+run --task ../x
+run --collect
+sed -n '/^# table,models/,$p' out/report/report.csv
+run --install models
+for damage in 's/prism-manifest/x/' 's/"models"/"m"/' '1s/{/[/'; do
+  cp models/manifest.json m.json && sed -i "$damage" models/manifest.json && run --install models
+  cp m.json models/manifest.json
+done
+rm models/manifest.json && run --install models
+cp m.json models/manifest.json && run --install models
+model() { echo "out/tasks/$(awk -F'\t' -v gyro="$1 z" '$2 == gyro && $3 == "line" {print $1}' out/plan.tsv)/model.json"; }
+cp "$(model 70-1)" m.json && sed 's/"70-1"/"70-2"/' m.json >"$(model 70-1)" && run --install models
+cp "$(model 70-2)" "$(model 70-1)" && run --install models
+rm "$(model 70-1)" && run --install models
+echo 'a b' >>out/plan.tsv && run --status
