@@ -8,3 +8,7 @@ prismcal allan t.csv --column rate_dps --unit deg/s --grid decade
 prismcal allan t.csv --column rate_dps --unit deg/s --json
 head -60 t.csv >short.csv
 prismcal allan short.csv --column rate_dps --unit deg/s
+for rows in 7 8 9 31 32 33 64 65 150 600; do
+  head -$((rows + 1)) t.csv | awk -F, 'NR == 1 {print $2} NR > 1 {print (NR == 40 || NR == 100 ? "nan" : $2 + NR / 300000)}' OFMT=%.8g >r.csv
+  prismcal allan r.csv --column rate_dps --unit deg/s --interval 0.5 --quiet || echo "exit $?"
+done

@@ -13,19 +13,16 @@ for gyro in 1 2; do cp rec/$gyro/cycle1/*.csv rec/5/cycle1/$gyro.csv; done
 rm -r rec/3/cycle2
 cat >lot.json <<'J'
 {"name": "lot", "recordings": [{"role": "train", "paths": "rec/*/cycle1"}, {"role": "repeat", "paths": "rec/*/cycle2"}],
- "models": {"line": {"method": "ls", "inputs": "T", "force": true}, "short": {"method": "ls", "inputs": "T", "window": 300}}, "output": {"folder": "out", "reports": false}}
+ "models": {"line": {"method": "ls", "inputs": "T", "force": true},
+ "short": {"method": "ls", "inputs": "T", "window": 300}}, "output": {"folder": "out", "reports": false}}
 J
 run() { echo "== $*" && prismcal campaign lot.json "$@" 2>&1 || echo "exit $?"; }
 each() { while read -r task; do bash -c "$task" 2>&1 || echo "exit $?"; done; }
-run --status
-run --collect
-run --task 0123
-run --plan
+for action in --status --collect --task=0123 --plan; do run "$action"; done
 run --engine print >tasks
 sed -E 's|^.*/prismcal (.*) --task .*|prismcal \1 --task ID|' tasks
 cp rec/2/cycle2/*.csv kept && sed -i '2000s/7/8/' rec/2/cycle2/*.csv
-grep campaign tasks | each
-grep campaign tasks | each
+cat tasks tasks | grep campaign | each
 run --status
 cp kept "$(echo rec/2/cycle2/*.csv)" && cp kept rec/2/cycle2/more.csv && grep campaign tasks | each
 rm rec/2/cycle2/more.csv && run --engine print | grep campaign | each

@@ -15,6 +15,8 @@ while read -r line; do
   [[ $line != fit* ]] || line+=" --diagnostics d.csv"
   # shellcheck disable=SC2086 # words
   prismcal $line 2>&1 || echo "exit $?"
-  [[ $line != fit* ]] || awk -F, 'NR == 1 {print} NR > 1 {for (k = 1; k <= NF; ++k) sum[k] += $k * sqrt(NR)} END {for (k = 1; k <= NF; ++k) printf "%.6g%s", sum[k], (k < NF ? "," : "\n")}' d.csv
-  [[ $line != *" p.csv"* ]] || cat p.csv
-done <"$SOURCE/tests/outputs/options.txt" | awk '/^== / {printf "%s%s\n", (NR > 1 ? "\n" : ""), $0; text = 0; next} {gsub(/  +/, " "); printf "%s%s", (text++ ? " | " : ""), $0} END {print ""}'
+  [[ $line != fit* ]] || awk -F, 'NR == 1 {print} {for (k = 1; k <= NF; ++k) sum[k] += $k * sqrt(NR)}
+    END {for (k = 1; k <= NF; ++k) printf "%.6g%s", sum[k], (k < NF ? "," : "\n")}' d.csv
+  [[ $line != *" p.csv"* ]] || sed -E 's/([0-9],[0-9]{9})[0-9]+/\1/g' p.csv
+done <"$SOURCE/tests/outputs/options.txt" |
+  awk '/^== / {printf "%s%s\n", (NR > 1 ? "\n" : ""), $0; text = 0; next} {gsub(/  +/, " "); printf "%s%s", (text++ ? " | " : ""), $0} END {print ""}'
