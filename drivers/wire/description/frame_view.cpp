@@ -168,7 +168,6 @@ Bytes FrameView::column(const Field& field) const {
   while (!text.empty() && text.front() == ' ') text = text.subspan(1);
   while (!text.empty() && text.back() == ' ') text = text.first(text.size() - 1);
   if (field.is_hex()) return text.size() == field.size && are_hex_digits(text.data(), field.size) ? text : Bytes{};
-  if (!text.empty() && text.front() == '+') text = text.subspan(1);
   return text;
 }
 

@@ -47,7 +47,7 @@ std::string spark(const ColumnSummary& column) {
   const std::size_t step = column.course.size() > 32 ? 2 : 1;
   for (std::size_t i = 0; i < column.course.size(); i += step) {
     const double mean = column.course[i];
-    const double part = !constant ? (mean - low) / (high - low) : 0;
+    const double part = !constant ? (mean / 2 - low / 2) / (high / 2 - low / 2) : 0;  // high - low may overflow
     text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
   }
   return text;

@@ -32,7 +32,7 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
   command
       .add_option("--time-unit", options.time_unit,
                   "of a table's time: s, ms, us, ns, min, h or d (default: by its header, else detected)")
-      ->check(CLI::IsMember({"s", "ms", "us", "ns", "min", "h"}));
+      ->check(CLI::IsMember({"s", "ms", "us", "ns", "min", "h", "d"}));
   options.progress = read_progress();
   // Each file once, also if a command reads it several times.
   options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {

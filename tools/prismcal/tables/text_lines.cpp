@@ -115,9 +115,9 @@ Result<TextLines> TextLines::open(const std::string& path, const std::string& en
   lines.fill();
   if (lines.text_.starts_with("\xEF\xBB\xBF")) lines.at_ = 3;
   // CR alone ends a line if the first chunk has one that no LF follows.
-  for (std::size_t i = lines.text_.find('\r'); i + 1 < lines.text_.size(); i = lines.text_.find('\r', i + 1)) {
-    lines.cr_only_ = lines.cr_only_ || lines.text_[i + 1] != '\n';
-    if (lines.cr_only_) break;
+  for (std::size_t i = lines.text_.find('\r'); !lines.cr_only_ && i < lines.text_.size() - 1;
+       i = lines.text_.find('\r', i + 1)) {
+    lines.cr_only_ = lines.text_[i + 1] != '\n';
   }
   return lines;
 }
