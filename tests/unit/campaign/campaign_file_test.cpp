@@ -69,21 +69,6 @@ TEST(CampaignFile, HasDefaults) {
   EXPECT_TRUE(file.models.at(0).words.empty());
 }
 
-TEST(CampaignFile, IsRejectedWithAJsonPointer) {
-  EXPECT_THAT(error_of("/modles", 1), HasSubstr("modles"));
-  EXPECT_THAT(error_of("/recordings", TestJson::array({{{"role", "train"}, {"paths", "a"}}})),
-              HasSubstr("role repeat"));
-  EXPECT_THAT(error_of("/recordings/0/role", "teach"), HasSubstr("/recordings/0/role"));
-  EXPECT_THAT(error_of("/models", TestJson::object()), HasSubstr("/models: found none"));
-  EXPECT_THAT(error_of("/models/kernel/lag", TestJson::array()), HasSubstr("/models/kernel/lag: found []"));
-  EXPECT_THAT(error_of("/limits/repeat/improvement", TestJson{{"min", 1}}),
-              HasSubstr("/limits/repeat/improvement: no such quantity"));
-  EXPECT_THAT(error_of("/limits/repeat", 1), HasSubstr("/limits/repeat: not a JSON object"));
-  EXPECT_THAT(error_of("/limits/data_quality/findings/noice", TestJson{{"min", 1}}), HasSubstr("no such finding"));
-  EXPECT_THAT(error_of("/limits/data_quality/findings/noise", TestJson::object()), HasSubstr("neither min nor max"));
-  EXPECT_THAT(parse_campaign("{", "/lab/lot.json").error().text(), HasSubstr("/lab/lot.json:1"));
-}
-
 TEST(CampaignFile, OfVersion03IsReadWithoutSlurmButNotWithALevel) {
   TestJson json = TestJson::parse(kAllKeys);
   json["slurm"] = {{"options", {"--time=1:00:00"}}};

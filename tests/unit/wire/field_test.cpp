@@ -23,37 +23,6 @@ Field field_of(const char* json) {
   return draft.field;
 }
 
-double number(const char* json, std::vector<std::uint8_t> bytes) { return load_number(field_of(json), bytes.data()); }
-
-TEST(Field, ReadsOrdersAndSigns) {
-  EXPECT_EQ(number(R"({"at": 0, "type": "u16"})", {0x12, 0x34}), 0x1234);
-  EXPECT_EQ(number(R"({"at": 0, "type": "u16", "order": "little"})", {0x12, 0x34}), 0x3412);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s24"})", {0xFF, 0xFF, 0xFE}), -2);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s24", "order": [1, 2, 0]})", {0x18, 0xFF, 0xFC}), -1000)
-      << "Fizoptika: low, high, middle";
-  EXPECT_EQ(number(R"({"at": 0, "type": "u8"})", {0xFF}), 255);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s32"})", {0x80, 0, 0, 0}), -2147483648.0);
-}
-
-TEST(Field, ReadsSevenBitGroups) {
-  EXPECT_EQ(number(R"({"at": 0, "type": "s32", "group": 7, "order": "little"})", {0x47, 0x1F, 0x7F, 0x7F, 0x0F}),
-            -12345);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s28", "group": 7})", {0x7F, 0x7B, 0x5D, 0x10}), -70000)
-      << "most significant first";
-  EXPECT_EQ(number(R"({"at": 0, "type": "s14", "group": 7, "order": "little"})", {0x30, 0x7B}), -592);
-}
-
-TEST(Field, ReadsPartsOfBytesAndFloats) {
-  EXPECT_EQ(number(R"({"at": 0, "type": "u2", "shift": 3})", {0b00011000}), 3);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s26", "bytes": 4})", {0x83, 0xFF, 0xFF, 0xFF}), -1)
-      << "DSP-3000: flags above the sign";
-  EXPECT_EQ(number(R"({"at": 0, "type": "f32"})", {0x3F, 0xC0, 0, 0}), 1.5);
-  EXPECT_EQ(number(R"({"at": 0, "type": "f64", "order": "little"})", {0, 0, 0, 0, 0, 0, 0xF8, 0xBF}), -1.5);
-  EXPECT_EQ(number(R"({"at": 0, "type": "s48", "order": [4, 5, 0, 1, 2, 3]})", {0x80, 0, 0, 0, 0x00, 0x01}),
-            1.5 * 4294967296)
-      << "Xsens 16.32: the fraction first, then the whole part";
-}
-
 TEST(Field, WritesOnlyItsOwnBits) {
   std::mt19937_64 random(4);
   for (int round = 0; round < 5000; ++round) {
