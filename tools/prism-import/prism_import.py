@@ -335,8 +335,8 @@ def read_lines(path, encoding, notes):
     return encoding, lines
 
 
-def split(lines, separator, begin, width=None):
-    """(line, the first cells) below the line `begin`."""
+def split(lines, separator, begin):
+    """(line, cells) below the line `begin`."""
     if separator in (" ", ""):
         for number, line in enumerate(lines, 1):
             if number > begin and line.strip():
@@ -348,7 +348,7 @@ def split(lines, separator, begin, width=None):
             if reader.line_num > before + 20:
                 raise csv.Error("a cell over 20 lines")
             if cells and before >= begin:
-                yield before + 1, cells[:width]
+                yield before + 1, cells
             before = reader.line_num
     except csv.Error as error:
         raise Refused(f"line {before + 1}: found a quote that is not closed ({error})") from None
@@ -369,8 +369,12 @@ def read_text(path, options):
     stated = SEPARATORS.get(options.separator, options.separator or (sep and sep[1]))
 
     def table_of(lines, separator, rows):
-        width = comment_line.count(separator) if comment_line else None
-        rows += split(lines, separator, end, width)
+        rows += split(lines, separator, end)
+        width = comment_line.count(separator) if comment_line else 0
+        for i, (line, cells) in enumerate(rows) if width else ():
+            number = next((cell for cell in cells[width:] if kind(cell) == "v"), None)
+            check(number is None, f"line {line}: found the number \"{number}\" in the column Comment, expected a text: was a number divided?")
+            rows[i] = line, cells[:width]
         units = next((line.rstrip("\r\n").split(separator or None) for line in lines[:end] if line.startswith("Y_Unit_Label")), [""])
         name = next((name for name, mark in SEPARATORS.items() if mark == separator), separator)
         marked = [cells for line in comments[::-1] for _, cells in split([line], separator, 0)]
