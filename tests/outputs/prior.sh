@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+# Training with what other recordings and gyros tell: models of siblings, and two recordings that warm up.
+train() { echo "== $*"; prismcal train "$@" --out m.json --force --quiet | sed -E "s|, [0-9]+ evaluations||"; jq -c 'del(.id, .provenance.made)' m.json | cut -c1-4000; }
+mkdir models
+for i in 1 2; do
+  sed -i "s/70-[0-9]/70-$i/" g.json
+  log s$i 3 $i --profile fast --turn-on 0.1
+  prismcal train s$i --out models/s$i.json --force --quiet >made 2>&1 || cat made
+done
+sed -i "s/70-[0-9]/70-7/" g.json
+log own 2 7 --profile fast
+train own --prior models
+log w1 9 4 --warm-up 0.2
+log w2 9 5 --warm-up 0.2
+train w1 w2 --inputs T,dTdt
