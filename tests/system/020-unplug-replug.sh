@@ -9,13 +9,12 @@ start_prismd
 wait_for 20 field_is .sample.quality status good
 prismctl watch --json >"$dir/watch" & children+=("$!")
 wait_for 5 test -s "$dir/watch"
-kill -9 "$sim"
+kill -9 "$sim"; rm "$dir/tty"  # else another test may get its number of pseudo-terminal
 wait_for 5 grep -q line_lost "$dir/watch"
 wait_for 5 field_is .state status connecting
 same "quality of an unplugged gyro" "$(field .quality status) $(field .sample.quality status) $(field .quality bias)" "no_data no_data no_data"
 same "values of an unplugged gyro" "$(field .sample.rate_deg_per_h status) $(field .window.bias_deg_per_h status) $(field .corrected_deg_per_h bias)" "null null null"
 [ "$(field '.age_s > 0' status)" = true ] || fail "the status has no age of the last data"
-rm -f "$dir/tty"
 wait_for 5 grep -q 'retrying' "$dir/prismd.err"
 # The pause between attempts does not double, which would be 600 s soon. Each attempt shows the present reason.
 names_link() { field_is '.detail | test("symbolic link")' status "$1"; }

@@ -13,7 +13,7 @@ sed -i 's/"silence_s": 1/"silence_s": 60/' "$dir/gyro.json"  # on a slow machine
 start_sim --profile steady --obey
 start_prismd
 wait_for 5 field_is .state status receiving
-kill -9 "$sim"; wait_for 5 field_is .state status connecting
+kill -9 "$sim"; rm -f "$dir/tty"; wait_for 5 field_is .state status connecting
 rm -f "$dir/tty"; start_sim --profile steady --obey
 wait_for 5 field_is .state status receiving
 wait_for 5 field_above .log.rows status $(($(field .log.rows status) + 1))
