@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -32,6 +33,12 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
     return make_error(recording.name,
                       "found no site in its log, expected --latitude and --elevation, or --no-earth-rate");
   }
+  const auto within = [](double angle, double most) { return std::fabs(angle) <= most; };  // not NaN
+  if (!within(placement.latitude_deg, 90) || !within(placement.elevation_deg, 90) ||
+      !within(placement.azimuth_deg, 360))
+    return make_error(recording.name, fmt::format("found the site \"{}\", expected a latitude and an elevation within "
+                                                  "-90 to 90 and an azimuth within -360 to 360",
+                                                  site));
   return placement;
 }
 
