@@ -93,6 +93,13 @@ bool better(const Reading& a, const Reading& b) {
   return false;
 }
 
+/// Rows such as "1,2" below names such as "a,b,c": the names tell that the comma separates, the widths that it does
+/// not.
+bool has_names_with_commas(const Reading& reading) {
+  return reading.decimal() == ',' && reading.width() == 1 && reading.has_names() &&
+         reading.names()[0].find(',') != std::string::npos;
+}
+
 /// A separator that is in no row reads the same as none.
 bool usable(const Reading& reading, const std::vector<Reading>& all) {
   return reading.good() && (reading.width() > 1 || reading.separator() == 0 || all.size() <= 2);
@@ -115,10 +122,16 @@ Result<const Reading*> choose(const std::string& path, const std::vector<Reading
     if (!rival || (other.separator() == ' ' && best->width() > 1)) continue;
     const bool by_names = best->has_names() && best->names_line_has(best->separator());
     if (best->separator() != other.separator() && (by_names || best->separator() == '\t')) continue;
-    if (other.has_names() && !best->has_names()) return &other;
-    if (best->has_names() && !other.has_names()) continue;
+    if (other.has_names() && !best->has_names() && !has_names_with_commas(other)) return &other;
+    if (best->has_names() && !other.has_names() && !has_names_with_commas(*best)) continue;
     return tl::unexpected<Error>(both_readings(
         path, *best, other, best->separator() == other.separator() ? "--decimal" : "--separator or --decimal"));
+  }
+  if (options.decimal.empty() && options.separator.empty() && has_names_with_commas(*best)) {
+    for (const Reading& other : readings) {
+      if (other.separator() == ',' && other.decimal() == '.' && other.good())
+        return tl::unexpected<Error>(both_readings(path, *best, other, "--separator or --decimal"));
+    }
   }
   if (options.decimal.empty() && best->decimal() == ',' && best->only_groups())
     return tl::unexpected<Error>(
