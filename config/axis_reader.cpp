@@ -108,6 +108,7 @@ void read_axes(const Section& top, const fs::path& base, Config& config) {
     AxisConfig& axis = config.axes.emplace_back();
     axis.name = name;
     if (section.has("temperature")) axis.thermometer = section.text("temperature", {}, TextRule::kSensorName);
+    if (section.has("uhfo")) axis.uhfo = section.text("uhfo", {}, TextRule::kSensorName);
     read_mounting(section, axis);
     read_direction(section, axis);
     read_models(section, base, axis);

@@ -23,6 +23,7 @@ struct AxisConfig {
   double sign = 1;   ///< 1 or −1, from the mounting
   std::optional<double> scale_factor_arcsec_per_pulse;  ///< of this gyro; default: from the frame description
   std::string thermometer;              ///< the sensor used as its temperature T; empty: as in the frame description
+  std::string uhfo;                     ///< the sensor used as its UHFO voltage U; empty: as in the frame description
   std::string model, fallback_model;    ///< paths; empty: none
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east

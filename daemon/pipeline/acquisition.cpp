@@ -32,7 +32,9 @@ bool same_stream(const Setup& a, const Setup& b) {
   const auto same_line = [](const Setup::SensorLine& one, const Setup::SensorLine& other) {
     return one.name == other.name && one.frames->id == other.frames->id && one.stale_after_s == other.stale_after_s;
   };
-  const auto same_source = [](const auto& one, const auto& other) { return one.thermometer == other.thermometer; };
+  const auto same_source = [](const auto& one, const auto& other) {
+    return one.thermometer == other.thermometer && one.uhfo == other.uhfo;
+  };
   return a.frames->id == b.frames->id && a.clock.source == b.clock.source &&
          a.clock.check_frame_rate == b.clock.check_frame_rate &&
          sensors_of_list(a.sensors) == sensors_of_list(b.sensors) &&

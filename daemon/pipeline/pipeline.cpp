@@ -14,7 +14,8 @@ Pipeline::Pipeline(const Setup& setup)
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
     axes_.push_back({.name = setup.frames->axes[i].name,
                      .engine = compensation::CompensationEngine(setup.axes[i].engine, setup.sensors),
-                     .thermometer = setup.axes[i].thermometer});
+                     .thermometer = setup.axes[i].thermometer,
+                     .uhfo = setup.axes[i].uhfo});
   }
   for (const Setup::SensorLine& line : setup.sensor_lines) feeds_.emplace_back(line);
   values_.assign(sensors_of_list(setup.sensors).size(), kUnknown);
@@ -154,6 +155,10 @@ void Pipeline::handle(const wire::DecodedMessage& reading) {
     if (axes_[i].thermometer >= 0) {
       sample->temperature_degc = values_[static_cast<std::size_t>(axes_[i].thermometer)];
       sample->out_of_bounds.temperature = false;
+    }
+    if (axes_[i].uhfo >= 0) {
+      sample->uhfo_v = values_[static_cast<std::size_t>(axes_[i].uhfo)];
+      sample->out_of_bounds.uhfo = false;
     }
     if (rows_.samples.size() == before) enter_second(*sample, reading.arrival_ns);  // the same for all axes
     Rows::Sample& made = rows_.samples.emplace_back();

@@ -45,6 +45,7 @@ struct Axis {
   std::int64_t last_ns = 0;  ///< arrival of its last frame
   std::uint64_t rates = 0;   ///< samples with a known rate
   int thermometer = -1;      ///< index into Setup::sensors; -1: as in the frame description
+  int uhfo = -1;             ///< the same of the UHFO voltage
 };
 
 /// Synchronous and deterministic: the rows depend only on the bytes, their arrival times and the set-up. The rows that

@@ -68,23 +68,24 @@ SensorList all_sensors(const Setup& setup) {
   return sensors.empty() ? nullptr : std::make_shared<const std::vector<SensorName>>(std::move(sensors));
 }
 
-/// The configured thermometer of an axis.
-Result<int> find_thermometer(const Setup& setup, const config::AxisConfig& axis) {
-  if (axis.thermometer.empty()) return -1;
+/// The sensor that an axis takes instead of the frame's own quantity; -1: none is configured. `key`: of the axis.
+Result<int> find_source(const Setup& setup, const std::string& axis, const char* key, const std::string& name,
+                        const std::string& unit) {
+  if (name.empty()) return -1;
   const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
-  const std::size_t index = sensor_index(there, axis.thermometer);
-  const std::string where = fmt::format("{}:/axes/{}/temperature", setup.config.path, axis.name);
+  const std::size_t index = sensor_index(there, name);
+  const std::string where = fmt::format("{}:/axes/{}/{}", setup.config.path, axis, key);
   if (index == there.size())
-    return make_error(where, fmt::format("found \"{}\", expected one of {}", axis.thermometer, sensors_text(there)));
-  if (there[index].unit != "degC")
-    return make_error(
-        where, fmt::format("found {} in {}, expected a thermometer in degC", axis.thermometer, there[index].unit));
+    return make_error(where, fmt::format("found \"{}\", expected one of {}", name, sensors_text(there)));
+  if (there[index].unit != unit)
+    return make_error(where, fmt::format("found {} in {}, expected a sensor in {}", name, there[index].unit, unit));
   return static_cast<int>(index);
 }
 
-// Rejects a model of another gyro or axis, or with inputs that the frames do not have. `place`: where `path` was given.
+// Rejects a model of another gyro or axis, or with inputs that neither the frames nor configured sensors have. `place`:
+// where `path` was given.
 Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string& axis, const std::string& path,
-                                          const std::string& place, bool own_thermometer) {
+                                          const std::string& place, const Setup::Axis& sources) {
   const config::Config& config = setup.config;
   const wire::FrameDescription& frames = *setup.frames;
   if (path.empty()) return compensation::ModelPtr();
@@ -102,9 +103,9 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
     return make_error(path + ":/gyro/axis",
                       fmt::format("found \"{}\", expected \"{}\": the model is of another axis", info.gyro_axis, axis));
   for (const std::string& input : info.inputs) {
-    const bool of_sensor = !compensation::sensors_of({input}).empty();
-    const bool own = own_thermometer && input != compensation::kInputUhfo;
-    if (of_sensor || own || (input == compensation::kInputUhfo ? frames.uhfo : frames.temperature).present) continue;
+    const bool of_sensor = !compensation::sensors_of({input}).empty(), is_uhfo = input == compensation::kInputUhfo;
+    const bool own = (is_uhfo ? sources.uhfo : sources.thermometer) >= 0;
+    if (of_sensor || own || (is_uhfo ? frames.uhfo : frames.temperature).present) continue;
     return make_error(path + ":/inputs",
                       fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
   }
@@ -126,15 +127,16 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
 
 Result<void> load_models(const Setup& setup, std::size_t index, const Overrides& overrides, Setup::Axis& axis) {
   const config::AxisConfig& config = setup.config.axes[index];
-  const bool own = axis.thermometer >= 0 || setup.frames->axes[index].thermometer >= 0;
+  Setup::Axis sources = axis;
+  sources.thermometer = std::max(axis.thermometer, setup.frames->axes[index].thermometer);
   const std::string& name = setup.frames->axes[index].name;
   const std::string keys = setup.config.path + (setup.config.by_axes ? ":/axes/" + config.name : ":");
   Result<compensation::ModelPtr> model =
-      load_model(setup, name, config.model, overrides.model.empty() ? keys + "/model" : "--model", own);
+      load_model(setup, name, config.model, overrides.model.empty() ? keys + "/model" : "--model", sources);
   if (!model) return tl::unexpected<Error>(model.error());
   axis.model = std::move(*model);
   Result<compensation::ModelPtr> fallback =
-      load_model(setup, name, config.fallback_model, keys + "/fallback_model", own);
+      load_model(setup, name, config.fallback_model, keys + "/fallback_model", sources);
   if (!fallback) return tl::unexpected<Error>(fallback.error());
   axis.fallback = std::move(*fallback);
   compensation::CompensationEngine trial(axis.engine);
@@ -151,9 +153,11 @@ void leave_out_models(Setup::Axis& axis, const Error& why) {
 Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overrides& overrides) {
   const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
-  const Result<int> thermometer = find_thermometer(setup, config);
+  const Result<int> thermometer = find_source(setup, config.name, "temperature", config.thermometer, "degC");
   if (!thermometer) return tl::unexpected<Error>(thermometer.error());
-  axis.thermometer = *thermometer;
+  const Result<int> uhfo = find_source(setup, config.name, "uhfo", config.uhfo, "V");
+  if (!uhfo) return tl::unexpected<Error>(uhfo.error());
+  axis.thermometer = *thermometer, axis.uhfo = *uhfo;
   axis.engine = config.engine;
   axis.engine.plausibility.take(setup.frames->plausible);
   axis.engine.plausibility.take(setup.config.plausibility);
@@ -287,6 +291,7 @@ std::string log_metadata(const Setup& setup, std::size_t axis) {
   for (const Setup::SensorLine& line : setup.sensor_lines)
     text += fmt::format("# sensor_line: {} {} {}\n", line.name, line.frames->name, line.frames->id);
   if (own.thermometer >= 0) text += fmt::format("# temperature: {}\n", mounted.thermometer);
+  if (own.uhfo >= 0) text += fmt::format("# uhfo: {}\n", mounted.uhfo);
   return text;
 }
 

@@ -21,6 +21,7 @@ struct Setup {
     compensation::ModelPtr model, fallback;  ///< null: none
     std::string model_problem;               ///< why the configured models are not used; empty: they are
     int thermometer = -1;                    ///< configured thermometer, index into Setup::sensors; -1: not configured
+    int uhfo = -1;                           ///< the same of the UHFO voltage
     compensation::CompensationSettings
         engine;  ///< plausibility limits combine defaults, frame description and configuration
 

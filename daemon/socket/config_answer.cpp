@@ -53,6 +53,7 @@ ordered_json axis_json(const pipeline::Setup& setup, std::size_t axis) {
   const config::AxisConfig& config = setup.config.axes[axis];
   ordered_json json = {{"sign", config.sign}, {"unit_scale", setup.frames->axes[axis].scale}};
   if (!config.thermometer.empty()) json["temperature"] = config.thermometer;
+  if (!config.uhfo.empty()) json["uhfo"] = config.uhfo;
   json["elevation_deg"] = config.elevation_deg ? ordered_json(*config.elevation_deg) : ordered_json();
   json["azimuth_deg"] = config.azimuth_deg;
   put_correction(json, setup, axis);

@@ -33,6 +33,11 @@ contains "metadata" "$(head -30 a)" "# sensor_line: chamber ascii-columns "
 contains "metadata" "$(head -30 a)" "# temperature: chamber.temperature"
 contains "columns" "$(grep -m1 ^time_utc a)" ",chamber.temperature_degc,"
 prismcal train named --inputs chamber.temperature,dchamber.temperature/dt --method stepwise --quiet --out own.json >/dev/null || fail "training on the log"
+config '"temperature": "chamber.temperature", "uhfo": "chamber.u"' ', "u": {"column": 2, "unit": "V"}' >both.json
+prismd both.json --replay two/fog.pcap --out both >/dev/null
+contains "metadata" "$(cat both/*.csv | head -30)" "# uhfo: chamber.u"
+same "rows whose U is the number of the line" "$(awk -F, '/^[0-9]/ {print ($7 != "" && ($7 - $6) ^ 2 < 1e-8) ? "U" : "none"}' both/*.csv | sort | uniq -c | sort -rn | awk 'NR == 1 {print ($1 > 28000), $2}')" "1 U"
+prismcal train two/fog.pcap --config both.json --inputs U --method stepwise --force --quiet --out u.json >/dev/null || fail "training on the voltage of a sensor line"
 mv two/chamber two/elsewhere
 prismd fog-z.json --replay two/fog.pcap --out without >/dev/null 2>without.err || true
 contains "a missing capture" "$(cat without.err)" "chamber: found no capture of this sensor line; its values are unknown"
@@ -55,6 +60,7 @@ refused() { # WHAT EXPECTED: wrong.json must be rejected with this text
 }
 jq 'del(.axes) + {gyro: {axis: "z"}}' fog-z.json >wrong.json; refused "no axes" '/sensor_lines: given without "axes"'
 jq '.axes.z.temperature = "oven.temperature"' fog-z.json >wrong.json; refused "no such thermometer" '/axes/z/temperature: found "oven.temperature", expected one of chamber.temperature'
+jq '.axes.z.uhfo = "chamber.temperature"' fog-z.json >wrong.json; refused "a voltage in degC" '/axes/z/uhfo: found chamber.temperature in degC, expected a sensor in V'
 jq 'del(.sensor_lines.chamber.columns)' fog-z.json >wrong.json; refused "no columns" 'ascii-columns.json: found no sensor with a name, expected at least one; name them in "columns" of the sensor line chamber'
 jq '.sensor_lines.chamber.frames = "trplg"' fog-z.json >wrong.json; refused "a gyro's frames" 'trplg.json'
 jq '.frames = "lutron-btm4208sd"' fog-z.json >wrong.json; refused "no gyro" 'found no gyro, expected one'

@@ -93,8 +93,7 @@ bool better(const Reading& a, const Reading& b) {
   return false;
 }
 
-/// Rows such as "1,2" below names such as "a,b,c": the names tell that the comma separates, the widths that it does
-/// not.
+/// Rows such as "1,2" below names such as "a,b,c": by the names, the comma separates; by the widths, it does not.
 bool has_names_with_commas(const Reading& reading) {
   return reading.decimal() == ',' && reading.width() == 1 && reading.has_names() &&
          reading.names()[0].find(',') != std::string::npos;
