@@ -132,6 +132,9 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
 // segment only.
 std::vector<LogPager::Part> LogPager::parts(const OpenSegment& open) {
   std::vector<NumberedSegment> segments = segments_.numbered();
+  if (std::exchange(log_, segments_.id()) != segments_.id()) {  // its numbers are those of other files
+    heads_.clear(), torn_.clear(), places_.clear(), reported_.clear();
+  }
   for (NumberedSegment& segment : segments) {
     if (segment.path.empty()) continue;
     if (segment.path == open.path) {

@@ -74,6 +74,7 @@ class LogPager {
   void report_loss(const NumberedSegment& segment, const PartRows& found);
 
   Segments& segments_;
+  std::string log_;                              ///< the log to which the following belong
   std::map<std::uint64_t, Head> heads_;          ///< by number
   std::map<std::uint64_t, std::uint64_t> torn_;  ///< rows of segments without an end line
   std::map<std::uint64_t, Place> places_;        ///< end of the last page, by segment

@@ -134,7 +134,7 @@ class Segments {
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
   std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
   Alarm hold_alarm_, deletion_alarm_;                       // problem: the consumer; the file
-  std::map<std::uint64_t, std::uint64_t> counted_;          // rows of segments without an end line, by number
+  std::map<std::string, std::uint64_t> counted_;            // rows of segments without an end line, by file
   mutable std::mutex status_mutex_;
   std::optional<pipeline::RetentionStatus> status_;
 };

@@ -32,7 +32,7 @@ std::uint64_t count_rows(const std::string& path) {
 std::uint64_t Segments::rows_in(const Segment& segment) {
   const std::uint64_t rows = index_.rows(segment.file);
   if (rows > 0 || extension_ != ".csv") return rows;
-  const auto [counted, is_new] = counted_.try_emplace(index_.number(segment.file), 0);
+  const auto [counted, is_new] = counted_.try_emplace(segment.file, 0);
   if (is_new) counted->second = count_rows(segment.path);
   return counted->second;
 }
@@ -142,7 +142,7 @@ bool Segments::remove(const Segment& segment, NextDeletion::Why why) {
 }
 
 void Segments::record_deletion(const pipeline::SegmentDeletion& deletion, const std::string& text) {
-  counted_.erase(index_.number(deletion.file));
+  counted_.erase(deletion.file);
   if (guard_ != nullptr) guard_->deleted(index_.number(deletion.file), deletion.rows);
   index_.deleted(deletion);
   report(pipeline::Severity::kInfo, "retention", fmt::format("{}: deleted {}", section(), text));

@@ -266,5 +266,24 @@ TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
               HasSubstr("the directory was emptied or replaced; use \"earliest\" to read it from the start"));
 }
 
+TEST_F(LogRowsTest, EmptiedWhileItIsWrittenItBeginsAgain) {
+  const auto log = open();
+  log->append(row_of(1), 0);
+  log->sync();
+  std::string cursor = "earliest", again = cursor;
+  std::uint64_t missing = 0;
+  take(*log, cursor, 10, missing);
+  for (const auto& entry : std::filesystem::directory_iterator(settings.directory))
+    std::filesystem::remove(entry.path());
+  log->set_metadata(
+      "# prism TEST data log, format 2\n# instance: gyro\n# model: another, so that the header is longer\n");
+  for (int second = 2; second < 9; ++second) log->append(row_of(second), 0), log->sync();
+  const auto seconds = take(*log, again, 10, missing);
+  ASSERT_FALSE(seconds.empty());
+  for (std::size_t i = 0; i < seconds.size(); ++i)
+    EXPECT_EQ(seconds[i], 9 - static_cast<std::int64_t>(seconds.size() - i));
+  EXPECT_FALSE(log->page({cursor, 10})) << "a cursor of the log before";
+}
+
 }  // namespace
 }  // namespace prism::log
