@@ -113,12 +113,13 @@ bool RowLog::open_segment(std::int64_t second) {
   rows_ = synced_rows_ = 0;
   sum_ = Sha256();
   torn_ = false;
+  const std::string superseded = superseded_;
   if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
                  (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n") +
                  compensation::csv_columns(compensation::sensors_in(metadata_)) + "\n")) {
     ::unlink(path_.c_str());
-    torn_ = true;
-    close_segment();
+    if (file_ >= 0) ::close(std::exchange(file_, -1));
+    superseded_ = superseded;  // no segment names these rows yet
     return false;
   }
   ++counters_.segments;
@@ -251,12 +252,12 @@ void ThreadedRowWriter::set_metadata(const std::string& metadata) {
 }
 
 void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
-  if (!log_) return;
+  const auto refuse = [done](const std::string& why) {
+    done(tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kUnreadable, "rows: " + why}));
+  };
+  if (!log_) return refuse("the log is closed");
   disk_.post(
-      0, [log = log_, query, done] { done(log->page(query)); },
-      [done](const std::string& why) {
-        done(tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kUnreadable, "rows: " + why}));
-      });
+      0, [log = log_, query, done] { done(log->page(query)); }, refuse);
 }
 
 DirectRowWriter::DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,

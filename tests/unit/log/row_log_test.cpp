@@ -248,6 +248,25 @@ TEST_F(RowLogTest, AfterAFailedSyncItsRowsStandAgainInASegmentThatSupersedesThem
               HasSubstr("# supersedes: gyro-20261121T120000Z.csv from row 4\n"));
 }
 
+TEST_F(RowLogTest, AFullDiskAfterAFailedSyncDoesNotHideWhichRowsAreUncertain) {
+  append(3);
+  log->sync();
+  append(1);
+  {
+    const test::FailingCall fault(test::failing_fdatasync, EIO, 1);
+    log->sync();
+  }
+  {
+    const test::FailingCall fault(test::failing_write, ENOSPC);
+    log->sync();
+  }
+  append(1);
+  log->sync();
+  log.reset();
+  EXPECT_THAT(test::content(path("gyro-20261121T120004Z.csv")),
+              HasSubstr("# supersedes: gyro-20261121T120000Z.csv from row 4\n"));
+}
+
 TEST_F(RowLogTest, ADiskThatNeverSyncsGetsNoFileASecondAndLosesNoRow) {
   append(1);
   log->sync();
@@ -325,6 +344,10 @@ TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
     writer.sync();
     disk.drain();
     EXPECT_EQ(writer.counters().rows, 2u);
+    writer.close();
+    std::string answer;
+    writer.read({}, [&answer](const pipeline::RowResult& page) { answer = page ? "a page" : page.error().text; });
+    EXPECT_EQ(answer, "rows: the log is closed");
   }
   disk.drain();
   EXPECT_EQ(test::files_in(settings.directory).size(), 2u);
