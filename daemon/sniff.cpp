@@ -75,7 +75,7 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
                                                                       : "nothing fits");
   std::size_t shown = 0;
   for (const wire::SniffScore& score : ranking) {
-    const bool worth = score.fits || (!any && score.frames > 0 && shown < kShownMisses);
+    const bool worth = score.fits || (!any && (score.frames > 0 || score.has_gaps()) && shown < kShownMisses);
     if (!worth) continue;
     fmt::print("  {}\n", wire::sniff_line(score));
     ++shown;

@@ -3,15 +3,20 @@
 
 #include <fmt/format.h>
 
+#include "drivers/wire/decode/sniffer.hpp"
+
 namespace prism::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastInput = 10;
 
-std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes, std::uint64_t refused) {
+std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes, std::uint64_t refused, std::uint64_t single) {
   if (refused > 0)
     return fmt::format("{} frames of {} with a fault of the device (its description refuses them), and no good one",
                        refused, pipeline.decoder().description().name);
+  if (single >= kLeastInput)
+    return fmt::format("{} bytes and no frame of {}: {}", bytes, pipeline.decoder().description().name,
+                       wire::single_frames_text(single));
   return fmt::format("{} bytes and no frame of {}: wrong description or line settings (prismd --sniff finds them)",
                      bytes, pipeline.decoder().description().name);
 }
@@ -33,7 +38,7 @@ std::string no_rate(const Pipeline& pipeline, std::size_t axis, std::uint64_t sa
 StageCounts counts_of(const Pipeline& pipeline) {
   const wire::DecoderCounters& line = pipeline.decoder().counters();
   const drivers::ClockStatus& clock = pipeline.clock().status();
-  StageCounts counts{line.bytes, line.frames, line.refused, clock.duplicates, clock.samples, {}};
+  StageCounts counts{line.bytes, line.frames, line.refused, line.unconfirmed, clock.duplicates, clock.samples, {}};
   for (const Axis& axis : pipeline.axes()) counts.rates.push_back(axis.rates);
   return counts;
 }
@@ -52,9 +57,10 @@ std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts
     }
     const bool starved = input >= kLeastInput && static_cast<double>(now_ns - stage.since_ns) >= 1e9 * kStarvedS;
     if (!starved || !problem.empty()) continue;
-    problem = i == 0   ? no_frame(pipeline, input, counts.refused - stage.before.refused)
-              : i == 1 ? no_sample(input, counts.repeated - stage.before.repeated)
-                       : no_rate(pipeline, i - 2, input);
+    problem =
+        i == 0   ? no_frame(pipeline, input, counts.refused - stage.before.refused, counts.single - stage.before.single)
+        : i == 1 ? no_sample(input, counts.repeated - stage.before.repeated)
+                 : no_rate(pipeline, i - 2, input);
   }
   return problem;
 }

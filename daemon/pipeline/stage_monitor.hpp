@@ -18,6 +18,7 @@ namespace prism::pipeline {
 struct StageCounts {
   std::uint64_t bytes = 0, frames = 0;
   std::uint64_t refused = 0;         ///< frames that a refuse rule rejects
+  std::uint64_t single = 0;          ///< frames that no second one confirmed
   std::uint64_t repeated = 0;        ///< frames with the counter or time tag of the frame before
   std::uint64_t samples = 0;         ///< frames that gave a sample of at least one axis
   std::vector<std::uint64_t> rates;  ///< samples with a known rate, by axis

@@ -44,6 +44,7 @@ std::vector<SniffScore> Sniffer::ranking() const {
     score.frames = counters.frames;
     score.rates = rates_[i];
     score.bytes = counters.bytes;
+    score.single = counters.unconfirmed;
     score.framed_bytes = counters.bytes - counters.skipped_bytes - decoder.held_bytes();
     const double seconds = 1e-9 * static_cast<double>(last_ns_ - first_ns_);
     score.rate_hz = seconds > 0 ? static_cast<double>(counters.frames) / seconds : 0;
@@ -51,10 +52,16 @@ std::vector<SniffScore> Sniffer::ranking() const {
     score.fits = explained && score.frames >= kLeastFrames;
     score.too_few = explained && !score.fits;
   }
-  const auto rank = [](const SniffScore& s) { return std::tuple(s.fits, s.too_few, s.share(), s.frames); };
+  const auto rank = [](const SniffScore& s) {
+    return std::tuple(s.fits, s.too_few, s.share(), s.frames, s.has_gaps());
+  };
   std::stable_sort(scores.begin(), scores.end(),
                    [&](const SniffScore& a, const SniffScore& b) { return rank(a) > rank(b); });
   return scores;
+}
+
+std::string single_frames_text(std::uint64_t count) {
+  return fmt::format("{} single frames fit, never two in a row; describe the messages between them", count);
 }
 
 std::string sniff_line(const SniffScore& score) {
@@ -62,6 +69,7 @@ std::string sniff_line(const SniffScore& score) {
                                  score.fits ? "fits" : "-", score.frames, 100 * score.share(), score.bytes);
   if (score.frames > 0 && score.rate_hz > 0) line += fmt::format(", {:.4g} Hz", score.rate_hz);
   if (score.too_few) line += fmt::format(": too few, at least {} are needed", kLeastFrames);
+  if (score.has_gaps()) line += ": " + single_frames_text(score.single);
   if (score.frames > 0 && score.rates == 0) line += ": none with a rate";
   return line;
 }

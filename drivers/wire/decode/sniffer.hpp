@@ -17,11 +17,16 @@ struct SniffScore {
   std::uint64_t rates = 0;         ///< of them, frames with a rate
   std::uint64_t bytes = 0;         ///< received bytes
   std::uint64_t framed_bytes = 0;  ///< of them, bytes in good frames or their trailers
+  std::uint64_t single = 0;        ///< frames that fit, but are not accepted, because no second one confirmed them
   double rate_hz = 0;              ///< frames per second by arrival times; 0 if the times are unusable
   bool fits = false;
   bool too_few = false;  ///< everything matches except the number of frames
 
   double share() const { return bytes == 0 ? 0 : static_cast<double>(framed_bytes) / static_cast<double>(bytes); }
+  /// Too many single frames to be chance: bytes of other messages are between them.
+  bool has_gaps() const {
+    return !fits && 5 * single * static_cast<std::uint64_t>(description->max_frame_bytes) >= bytes && single >= 10;
+  }
 };
 
 /// Feeds the same bytes to a decoder of each description. Use one Sniffer per speed and parity, because other settings
@@ -49,6 +54,9 @@ class Sniffer {
   std::int64_t first_ns_ = 0;
   std::int64_t last_ns_ = 0;
 };
+
+/// Why a weak check accepts no frame of a stream that has many.
+std::string single_frames_text(std::uint64_t count);
 
 /// One human-readable line: "kvh1750      fits   1204 frames, 99.8 % of 43441 bytes, 1000 Hz"; if it does not fit,
 /// followed by the reason.
