@@ -6,22 +6,23 @@
 namespace prism::pipeline {
 namespace {
 
-bool has_one_length(const wire::FrameDescription& frames) {
-  return std::all_of(frames.kinds.begin(), frames.kinds.end(), [&](const wire::MessageType& kind) {
-    return kind.length.min == frames.max_frame_bytes && kind.length.max == frames.max_frame_bytes;
-  });
+/// True if time follows from the number of bytes: every frame counts, and all have one length.
+bool bytes_tell_time(const wire::FrameDescription& frames) {
+  const wire::LengthRule& length = frames.kinds.front().length;
+  return frames.kinds.size() == 1 && frames.counts_frames() && length.min == frames.max_frame_bytes &&
+         length.max == frames.max_frame_bytes;
 }
 
 }  // namespace
 
-// The pace of raw bytes is that of the longest frames; it is true only if all frames have one length.
+// The pace of raw bytes is that of the longest frames; see bytes_tell_time().
 Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames) {
   return drivers::CaptureReader::open(
       path, drivers::RawByteStream{std::max(1.0, frames.rate_hz * frames.max_frame_bytes), 0});
 }
 
 Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup) {
-  if (!reader.is_bare() || has_one_length(*setup.frames)) return {};
+  if (!reader.is_bare() || bytes_tell_time(*setup.frames)) return {};
   if (!setup.sensor_lines.empty())
     return make_error(path, "found raw bytes without arrival times, expected a capture (pcap): sensor lines need them");
   setup.clock.source = drivers::ClockSource::kDevice;

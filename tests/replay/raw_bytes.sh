@@ -44,3 +44,12 @@ END
   tested=$((tested + 1))
 done
 [ "$tested" -ge 10 ] || fail "found $tested descriptions with several lengths, expected 10 or more"
+
+# Four message types of one length, one of them with the rate: 60 frames are 60 s, not 240.
+kinds=$(for i in 1 2 3 4; do echo "{\"name\": \"k$i\", \"sync\": {\"bytes\": \"AA 5$i 77 88\"}, \"length\": 6, \"fields\": {\"n$i\": {\"at\": 4, \"type\": \"u16\"}}},"; done)
+echo "{\"format\": \"prism-frames\", \"version\": 1, \"name\": \"x\", \"line\": {\"baud\": 9600}, \"rate_hz\": 1, \"kinds\": [${kinds%,}],
+  \"gyro\": {\"meaning\": \"rate\", \"unit\": \"deg/h\", \"axes\": {\"z\": \"n1\"}}}" >"$dir/x.json"
+echo "{\"frames\": \"$dir/x.json\", \"clock\": \"host\"}" >"$dir/gyro.json"
+python3 -c 'import sys; open(sys.argv[1], "wb").write(b"".join(bytes.fromhex("AA527788%04XAA5177880001AA5377880003AA5477880004" % i) for i in range(60)))' "$dir/x"
+rm -rf "$dir/log"; prismd "$dir/gyro.json" --replay "$dir/x" --out "$dir/log" >/dev/null 2>"$dir/prismd.err" || fail "four message types: exit code $?"
+same "seconds of four message types" "$(awk -F, '/^[12]/ {if (!first) first = $2; last = $2} END {print last - first}' "$dir"/log/*.csv)" 59

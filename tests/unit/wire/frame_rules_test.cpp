@@ -17,14 +17,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 Bytes text(const std::string& line) { return {line.begin(), line.end()}; }
 
-/// One message type "k" with the given members, a rate r and nothing else.
-FrameDescriptionPtr one_kind(const std::string& members) {
-  return test::description_of(
-      R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 1,
-    "kinds": [{"name": "k", )" +
-      members + R"(}], "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}})");
-}
-
 bool decodes(const FrameDescriptionPtr& description, const Bytes& bytes) {
   return inspect_frame(*description, bytes).has_value();
 }
@@ -54,14 +46,6 @@ TEST(FrameRules, RejectALineThatLostACharacter) {
   }
 }
 
-TEST(FrameRules, RejectALengthBelowItsMinimum) {
-  const auto description = one_kind(R"("sync": {"bytes": "AB"}, "length": {"at": 1, "type": "u8", "min": 5, "max": 9},
-    "checks": {"kind": "sum", "to": -1, "at": -1}, "fields": {"r": {"at": 2, "type": "u8"}})");
-  EXPECT_TRUE(decodes(description, {0xAB, 5, 1, 2, 0xB3}));
-  EXPECT_FALSE(decodes(description, {0xAB, 3, 0xAE}));
-  EXPECT_FALSE(decodes(description, {0xAB, 10, 1, 2, 3, 4, 5, 6, 7, 0xD1}));
-}
-
 TEST(FrameRules, RejectABodyThatBreaksItsRule) {
   const auto description = test::shipped("xor7-f50b");
   EXPECT_TRUE(decodes(description, {0x80, 1, 2, 3, 4, 5, 1}));
@@ -83,15 +67,6 @@ TEST(FrameRules, RejectFillerWithAValidChecksum) {
   frame[18] = static_cast<std::uint8_t>(sum);
   frame[19] = static_cast<std::uint8_t>(sum >> 8);
   EXPECT_TRUE(decodes(hg, frame));
-}
-
-TEST(FrameRules, RejectItemsBeyondTheEnd) {
-  const auto description =
-      one_kind(R"("sync": {"bytes": "AB"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
-    "items": {"from": 1, "to": -1}, "fields": {"r": {"item": 7, "at": 0, "type": "u16"}})");
-  EXPECT_TRUE(decodes(description, {0xAB, 7, 2, 0, 9, 0xBD}));
-  EXPECT_FALSE(decodes(description, {0xAB, 7, 3, 0, 9, 0xBE}));
-  EXPECT_FALSE(decodes(description, {0xAB, 1, 0, 1, 1, 0xAE})) << "an id that promises a byte that is the check";
 }
 
 TEST(FrameRules, TestTheHeaderCheckBeforeUsingTheLength) {
@@ -184,18 +159,6 @@ FrameDescriptionPtr halves_description(const std::string& counter) {
     "temperature": {"high": "high", "low": "low", "stale_after_s": 0.05}})");
 }
 
-TEST(FrameRules, JoinOnlyAdjacentHalves) {
-  const auto description = halves_description(R"({"field": "n"})");
-  EXPECT_EQ(test::decode(description, half_frames({{7, 1, 1}, {8, 2, 2}}))[1].temperature_degc, 258);
-  EXPECT_TRUE(std::isnan(test::decode(description, half_frames({{7, 1, 1}, {9, 2, 2}}))[1].temperature_degc))
-      << "the counter knows of one between";
-  Bytes bytes = half_frames({{7, 1, 1}, {8, 2, 2}});
-  bytes.insert(bytes.begin() + 7, {1, 2, 3});
-  const auto apart = test::decode(description, bytes);
-  ASSERT_EQ(apart.size(), 2u);
-  EXPECT_TRUE(std::isnan(apart[1].temperature_degc)) << "bytes between them, whole turns of the counter perhaps";
-}
-
 TEST(FrameRules, AgeASlowChannelByCountedFrames) {
   // 600 counted frames a second, of which 100 have gyro data: 50 ms are 30 of them.
   const auto description = halves_description(R"({"field": "n", "ticks_per_s": 600, "step": 1})");
@@ -223,27 +186,6 @@ TEST(FrameRules, KeepASlowChannelUntilItsLimitInOneSession) {
   decoder.reset();
   send(1);
   EXPECT_TRUE(std::isnan(out.back().temperature_degc)) << "of the session before";
-}
-
-TEST(FrameRules, ReportAStaleChannelAsUnknown) {
-  const auto description = test::description_of(
-      R"({"format": "prism-frames", "version": 1, "name": "x", "line": {"baud": 115200}, "rate_hz": 100,
-    "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 8, "checks": {"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2},
-      "fields": {"r": {"at": 2, "type": "u8"}, "has_t": {"at": 3, "type": "u1"}, "t": {"at": 4, "type": "s16", "when": {"field": "has_t", "values": 1}}}}],
-    "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "r"}}, "temperature": {"field": "t", "stale_after_s": 0.05}})");
-  const Crc crc({16, 0x1021, 0, false, false, 0});
-  Bytes bytes;
-  for (int i = 0; i < 10; ++i) {
-    Bytes frame = {0xAB, 0xCD, 1, static_cast<std::uint8_t>(i == 0), 0, 25};
-    const auto check = crc.compute(frame);
-    frame.push_back(static_cast<std::uint8_t>(check >> 8));
-    frame.push_back(static_cast<std::uint8_t>(check));
-    bytes.insert(bytes.end(), frame.begin(), frame.end());
-  }
-  const auto readings = test::decode(description, bytes);
-  ASSERT_EQ(readings.size(), 10u);
-  EXPECT_EQ(readings[5].temperature_degc, 25) << "50 ms are five frames";
-  EXPECT_TRUE(std::isnan(readings[6].temperature_degc));
 }
 
 }  // namespace
