@@ -21,7 +21,7 @@ struct Error {
 template <class T>
 using Result = tl::expected<T, Error>;
 
-/// `return refuse(where, what);` from any function that returns a Result.
+/// `return make_error(where, what);` from any function that returns a Result.
 inline tl::unexpected<Error> make_error(std::string where, std::string what) {
   return tl::unexpected<Error>(Error{std::move(where), std::move(what)});
 }

@@ -64,14 +64,14 @@ void read_correction(const Section& correction, AxisConfig& axis, std::vector<st
 
 /// Keys of a single axis are not allowed at the top level if "axes" is given.
 void refuse_both_forms(const Section& top) {
-  const auto make_error = [](const Section& section, std::initializer_list<const char*> keys) {
+  const auto refuse = [](const Section& section, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (section.has(key)) section.fail(key, "given together with \"axes\"; expected it in each axis of \"axes\"");
     }
   };
-  make_error(top, {"model", "fallback_model", "correction"});
-  make_error(top.object("gyro"), {"axis", "sign", "scale_factor_arcsec_per_pulse"});
-  make_error(top.object("site"), {"elevation_deg", "azimuth_deg"});
+  refuse(top, {"model", "fallback_model", "correction"});
+  refuse(top.object("gyro"), {"axis", "sign", "scale_factor_arcsec_per_pulse"});
+  refuse(top.object("site"), {"elevation_deg", "azimuth_deg"});
 }
 
 /// Of an axis that is not vertical.

@@ -11,7 +11,7 @@ SensorFeed::SensorFeed(const Setup::SensorLine& line)
 
 void SensorFeed::begin_session(std::int64_t now_ns) {
   decoder_.reset();
-  if (!said_.empty() && said_.back().arrival_ns > now_ns) said_.clear();
+  if (!values_.empty() && values_.back().arrival_ns > now_ns) values_.clear();
 }
 
 // A frame that waits for its end or for a second frame is completed by later bytes, never by a timer: a replay has
@@ -22,20 +22,20 @@ void SensorFeed::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_
   decoder_.feed(bytes, arrival_ns, readings_);
   if (readings_.empty()) return;
   const auto& values = readings_.back().sensors;
-  said_.push_back({arrival_ns, {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(sensors())}});
+  values_.push_back({arrival_ns, {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(sensors())}});
   forget(needed_since_ns, latest_ns);
 }
 
 void SensorFeed::forget(std::int64_t needed_since_ns, std::int64_t latest_ns) {
-  const auto before_last = [&] { return said_.end() - 2; };
-  while (said_.size() >= 2 && before_last()->arrival_ns > latest_ns) said_.erase(before_last());
-  while (said_.size() >= 2 && said_[1].arrival_ns <= needed_since_ns) said_.pop_front();
+  const auto before_last = [&] { return values_.end() - 2; };
+  while (values_.size() >= 2 && before_last()->arrival_ns > latest_ns) values_.erase(before_last());
+  while (values_.size() >= 2 && values_[1].arrival_ns <= needed_since_ns) values_.pop_front();
 }
 
 void SensorFeed::values_at(std::int64_t at_ns, std::span<double> values) const {
   const auto found =
-      std::find_if(said_.rbegin(), said_.rend(), [&](const PriorPrediction& said) { return said.arrival_ns <= at_ns; });
-  if (found == said_.rend() || at_ns - found->arrival_ns > stale_ns_) {
+      std::find_if(values_.rbegin(), values_.rend(), [&](const Values& one) { return one.arrival_ns <= at_ns; });
+  if (found == values_.rend() || at_ns - found->arrival_ns > stale_ns_) {
     std::fill(values.begin(), values.end(), kUnknown);
   } else {
     std::copy(found->values.begin(), found->values.end(), values.begin());
@@ -43,7 +43,7 @@ void SensorFeed::values_at(std::int64_t at_ns, std::span<double> values) const {
 }
 
 std::optional<std::int64_t> SensorFeed::last_ns() const {
-  return said_.empty() ? std::nullopt : std::optional(said_.back().arrival_ns);
+  return values_.empty() ? std::nullopt : std::optional(values_.back().arrival_ns);
 }
 
 }  // namespace prism::pipeline

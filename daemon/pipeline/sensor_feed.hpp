@@ -35,7 +35,7 @@ class SensorFeed {
   const wire::FrameDecoder& decoder() const { return decoder_; }
 
  private:
-  struct PriorPrediction {
+  struct Values {
     std::int64_t arrival_ns;
     std::vector<double> values;
   };
@@ -43,7 +43,7 @@ class SensorFeed {
 
   wire::FrameDecoder decoder_;
   std::int64_t stale_ns_;
-  std::deque<PriorPrediction> said_;  ///< oldest first
+  std::deque<Values> values_;  ///< oldest first
   std::vector<wire::DecodedMessage> readings_;
 };
 

@@ -25,7 +25,7 @@ class MessageCheck {
     for (const CheckRule& check : kind_.checks) check_coverage(check);
     if (kind_.structure == Structure::kColumns) {
       const std::string fault = template_fault(kind_);
-      return fault.empty() ? void() : make_error("/text/write", fault);
+      return fault.empty() ? void() : fail("/text/write", fault);
     }
     for (const Field& field : kind_.fields) check_inside(field);
     if (!whole_.good()) return;
@@ -33,21 +33,20 @@ class MessageCheck {
   }
 
  private:
-  void make_error(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
+  void fail(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
 
   void check_sync() {
     std::set<std::uint32_t> seen;
     for (const ByteRule& rule : kind_.sync) {
       if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::LengthType::kFixed) {
-        make_error("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
+        fail("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
       }
-      if (!seen.insert(rule.at).second) make_error("/sync", fmt::format("sets byte {} twice", rule.at));
+      if (!seen.insert(rule.at).second) fail("/sync", fmt::format("sets byte {} twice", rule.at));
     }
     if (kind_.header_bytes > kind_.length.max)
-      make_error("/length",
-                 fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
+      fail("/length", fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
     if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
-      make_error("", "has neither sync nor checks: any byte could start a frame");
+      fail("", "has neither sync nor checks: any byte could start a frame");
     }
   }
 
@@ -57,18 +56,18 @@ class MessageCheck {
     const int from = absolute(check.from);
     const int to = check.to <= 0 ? length_ + check.to : check.to;
     if (at < 0 || at + check.size > length_) {
-      return make_error("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
-                                               check.at, length_));
+      return fail("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
+                                         check.at, length_));
     }
     if (from < 0 || to > length_ || to <= from) {
-      return make_error("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
-                                               check.to, length_));
+      return fail("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
+                                         check.to, length_));
     }
     const bool inside = from < at + check.size && to > at;
     if (inside && check.sum != CheckRule::Sum::kParity) {
       const char* name = check.sum == CheckRule::Sum::kCrc ? "CRC" : "check";
-      make_error("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
-                                        check.from, check.to));
+      fail("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
+                                  check.from, check.to));
     }
   }
 
@@ -79,8 +78,8 @@ class MessageCheck {
                           : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
     const int at = field.at < 0 ? limit + field.at : field.at;
     if (at < 0 || at + field.size > limit) {
-      make_error("/fields/" + field.name,
-                 fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
+      fail("/fields/" + field.name,
+           fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
     }
   }
 
@@ -90,14 +89,14 @@ class MessageCheck {
     for (const Field& field : kind_.fields) {
       if (field.item >= 0 || field.when.field >= 0) continue;
       const Bits own = bits_of(field);
-      if (common(own, checks) != 0) make_error("/fields/" + field.name, "overlaps a check");
+      if (common(own, checks) != 0) fail("/fields/" + field.name, "overlaps a check");
       for (const auto& [other, bits] : seen) {
         const auto shared = common(own, bits);
         const bool view =
             shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
         if (shared != 0 && !view) {
-          make_error("/fields/" + field.name,
-                     fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
+          fail("/fields/" + field.name,
+               fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
         }
       }
       seen.emplace_back(&field, own);
