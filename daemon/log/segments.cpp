@@ -17,13 +17,15 @@
 
 #include "base/file.hpp"
 #include "base/text_number.hpp"
+#include "base/time_scale.hpp"
 
 namespace prism::log {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kStampChars = 16;  // 20261121T091100Z
+constexpr std::size_t kStampChars = 16;       // 20261121T091100Z
+constexpr std::int64_t kLookAfterNew_s = 10;  // a line that flaps begins a segment with each connection
 
 // Order by name, for files without a number: "-10" after "-2", since the longer name is later.
 auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
@@ -51,7 +53,8 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   fs::create_directories(settings_.directory, error);
   if (error) return make_error(settings_.directory, "cannot be created: " + error.message());
   measure();
-  number_all();
+  if (!is_listed_ || !index_.in_place()) number_all();  // later segments are this object's own
+  is_listed_ = true;
   const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
   for (int number = 1;;) {
     NewSegment made{-1, number == 1 ? stem + extension_ : fmt::format("{}-{}{}", stem, number, extension_)};
@@ -60,7 +63,7 @@ Result<NewSegment> Segments::make(std::int64_t second) {
       ::flock(made.descriptor, LOCK_EX | LOCK_NB);
       current_ = made.path;
       index_.made(fs::path(current_).filename().string());
-      next_look_s_ = INT64_MIN;
+      next_look_s_ = std::min(next_look_s_, policy_.uptime_s() + scaled_s(kLookAfterNew_s));
       return made;
     }
     const int why = errno;

@@ -129,6 +129,7 @@ class Segments {
   pipeline::SegmentIndex index_;
   SegmentGuard* guard_ = nullptr;
   std::int64_t period_ = INT64_MIN;
+  bool is_listed_ = false;                                  ///< all files of the folder have numbers
   std::optional<std::int64_t> measured_s_;                  // uptime when the index's clock was advanced last
   std::int64_t next_look_s_ = INT64_MIN;                    // uptime
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime

@@ -34,6 +34,9 @@ class SegmentIndex {
   /// before a power cut).
   void refresh(const std::vector<std::string>& files);
 
+  /// False if the file is not there, or is not the one that refresh() read or made.
+  bool in_place() const;
+
   /// Returns true once after refresh() replaced a damaged index: all numbers and ages begin again.
   bool take_damage() { return std::exchange(was_damaged_, false); }
 
@@ -76,7 +79,6 @@ class SegmentIndex {
     std::uint64_t rows = 0;
     std::int64_t clock_s = 0;  ///< clock_s_ at its last entry
   };
-  bool in_place() const;
   bool take_line(const std::string& line);
   void begin();
   void compact();

@@ -118,6 +118,8 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
   LogCounters counters;
   SegmentPolicy policy;
   policy.notice_s = 0;
+  std::int64_t now_s = 1000;
+  policy.uptime_s = [&now_s] { return now_s; };
   policy.tell = [this](pipeline::Severity, const std::string&, const std::string& what) { told.push_back(what); };
   RowLog log(
       settings, "gyro", "# prism TEST data log, format 2\n", counters, [](const std::string&) {}, policy);
@@ -137,7 +139,7 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
     log.sync();
   };
   write(100);
-  for (int i = 0; i < 100; ++i) log.sync();
+  for (int i = 0; i < 100; ++i, ++now_s) log.sync();
   const std::size_t kept = files();
   EXPECT_GT(kept, 8u);
   EXPECT_EQ(log.retention()->next->held_by, "relay");
@@ -151,7 +153,7 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
     after = page->after.text();
   }
   write(30);
-  for (int i = 0; i < 100; ++i) log.sync();
+  for (int i = 0; i < 100; ++i, ++now_s) log.sync();
   EXPECT_LT(files(), kept);
 }
 

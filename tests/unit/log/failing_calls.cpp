@@ -57,6 +57,7 @@ int ftruncate(int descriptor, off_t length) noexcept {
 
 dirent* readdir(DIR* folder) {
   static const auto real = reinterpret_cast<dirent* (*)(DIR*)>(::dlsym(RTLD_NEXT, "readdir"));
+  ++prism::test::entries_read;
   const int error = fault(prism::test::failing_readdir);
   if (error == 0 || prism::test::readable_entries-- > 0) return real(folder);
   failed(error);

@@ -30,6 +30,7 @@ inline std::atomic<int> failing_ftruncate{0};  ///< ftruncate(2)
 inline std::atomic<int> failing_readdir{0};    ///< readdir(3), as std::filesystem calls it
 /// Bytes that write(2) accepts before failing_write starts.
 inline std::atomic<long> writable_bytes{0};
+inline std::atomic<long> entries_read{0};  ///< calls of readdir(3)
 /// Entries that readdir(3) gives, "." and ".." among them, before failing_readdir begins.
 inline std::atomic<long> readable_entries{0};
 

@@ -67,6 +67,15 @@ TEST_F(SegmentsTest, AreNamedAfterTheirFirstSecondAndNumberedWithinIt) {
   EXPECT_EQ(made(segments, kNoon + 1), "gyro-20261121T120001Z.csv");
 }
 
+TEST_F(SegmentsTest, CostTheSameHoweverManyThereAre) {
+  Segments segments(settings, "gyro", ".csv", policy());
+  made(segments);
+  const long before = test::entries_read;
+  for (int i = 1; i < 100; ++i) made(segments, kNoon + i);
+  EXPECT_EQ(test::entries_read, before) << "no folder is read for a new segment";
+  EXPECT_EQ(segments.numbered().size(), 100u);
+}
+
 TEST_F(SegmentsTest, EndAtMultiplesOfTheirAgeAndBeforeTheyGrowTooLong) {
   settings.max_bytes = 1000;
   Segments segments(settings, "gyro", ".csv");

@@ -217,11 +217,6 @@ std::vector<std::vector<double>> values(const GyroChoice& choice, const std::str
   return found;
 }
 
-TEST(Instruments, ReadColumnsWithExponents) {
-  EXPECT_THAT(values(columns({{{"p", "Pa"}, 0}}), "\n1.25E-03\n1e3\n+1.5E+02\n"),
-              ElementsAre(ElementsAre(1.25e-3), ElementsAre(1000), ElementsAre(150)));
-}
-
 TEST(Instruments, ReadTheConfiguredColumns) {
   const auto choice = columns({{{"inlet", "degC"}, 1}, {{"outlet", "degC"}, 3, -40, 120}});
   EXPECT_THAT(

@@ -46,13 +46,6 @@ TEST(FrameRules, RejectALineThatLostACharacter) {
   }
 }
 
-TEST(FrameRules, RejectABodyThatBreaksItsRule) {
-  const auto description = test::shipped("xor7-f50b");
-  EXPECT_TRUE(decodes(description, {0x80, 1, 2, 3, 4, 5, 1}));
-  EXPECT_FALSE(decodes(description, {0x80, 0x81, 2, 3, 4, 5, 1}))
-      << "bit 7 inside the frame; the 7-bit XOR does not see it";
-}
-
 TEST(FrameRules, RejectFillerWithAValidChecksum) {
   const auto hg = test::shipped("hg4930");
   Bytes frame = {0x0E, 0x01, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55,
