@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Runs a case, a script of commands, and compares everything that it prints with NAME.expected. usage: run.py NAME; run.py --write [NAME]...
+# Runs a case, NAME.sh, a script of commands, or NAME.txt, a page of check.py, and compares everything that it prints with NAME.expected. usage: run.py NAME; run.py --write [NAME]...
 # Numbers may differ by one in the last of at most nine digits, by 1e-6 of a longer one: another C library rounds differently. All other numbers and
 # the words between must be equal. --write makes the expected output again: review its difference before you commit.
 import difflib
@@ -23,7 +23,8 @@ def output(name):
         path = ":".join(f"{programs}/{program}" for program in PROGRAMS)
         environment = {"PATH": f"{path}:{os.environ['PATH']}", "HOME": folder, "LC_ALL": "C.UTF-8", "TZ": "UTC", "SOURCE": source}
         environment |= {name: os.environ[name] for name in ("GLIBC_TUNABLES", "LD_LIBRARY_PATH", "TMPDIR") if name in os.environ}
-        done = subprocess.run(["bash", "-euc", f". {HERE}/inputs.sh; . {HERE}/{name}.sh"], cwd=folder, env=environment, capture_output=True,
+        script = f". {HERE}/inputs.sh; . {HERE}/{name}.sh" if os.path.exists(f"{HERE}/{name}.sh") else f"python3 -B {HERE}/check.py {HERE}/{name}.txt"
+        done = subprocess.run(["bash", "-euc", script], cwd=folder, env=environment, capture_output=True,
                               stdin=subprocess.DEVNULL, check=False)
     text = (done.stdout + b"== messages\n" + done.stderr).decode("utf-8", errors="backslashreplace") + f"exit {done.returncode}\n"
     text = text.replace(folder, "DIR").replace(source, "SOURCE")
@@ -54,7 +55,7 @@ def near(found, expected):
 
 def main(arguments):
     if arguments[:1] == ["--write"]:
-        for name in arguments[1:] or sorted(os.path.basename(path)[:-3] for path in glob.glob(f"{HERE}/*.sh") if not path.endswith("inputs.sh")):
+        for name in arguments[1:] or sorted(os.path.basename(path)[:-len(".expected")] for path in glob.glob(f"{HERE}/*.expected")):
             with open(f"{HERE}/{name}.expected", "w", encoding="utf-8") as file:
                 file.write(output(name))
         return 0
