@@ -12,3 +12,5 @@ prismcal train t.csv "${map[@]}" --method stepwise --inputs T --out m.json
 prismcal evaluate m.json t.csv "${map[@]}" --in-sample
 prismcal convert t.csv "${map[@]}" --out t.pcap
 prismcal inspect t.pcap
+for form in v6 v7; do prismcal inspect "$SOURCE/tests/files/octave/octave-$form.mat" --json; done
+prismcal convert "$SOURCE/tests/files/octave/octave-v7.mat" --map "rate=s.rate:deg/h,temperature=m(1):degC,time=s.time:s" --out mat.pcap
