@@ -13,7 +13,8 @@ namespace prism::pipeline {
 Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames);
 
 /// Prepares the setup for raw bytes of several message types or lengths, or with time tags: time comes from the counter
-/// and rate_hz (clock "device"). Without effect for other files. Errors: sensor lines, whose data could not be assigned in time.
+/// and rate_hz (clock "device"). Without effect for other files. Errors: sensor lines, whose data could not be assigned
+/// in time.
 Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup);
 
 }  // namespace prism::pipeline

@@ -37,7 +37,8 @@ TEST(FrameRules, RejectALineThatLostACharacter) {
   for (std::size_t at = 0; at < good.size(); ++at) {
     std::string line = good;
     line.erase(at, 1);
-    for (const DecodedMessage& reading : test::decode(description, text(good + line + good + good))) {
+    for (const DecodedMessage& reading :
+         test::decode(description, text(std::string(good).append(line).append(good).append(good)))) {
       const bool seen = at < sign || at >= point;  // the manual states no width: a sign or a first digit may be missing
       if (seen && reading.gyro[0].valid) {
         EXPECT_EQ(reading.gyro[0].value, -123.456789) << "without character " << at;
