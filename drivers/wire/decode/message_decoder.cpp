@@ -119,8 +119,8 @@ void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& v
   if (last_counter_) {
     const std::uint64_t ticks = rule.ticks_between(*last_counter_, reading.counter);
     if (static_cast<double>(ticks) != rule.ticks_per_frame) {
-      steps_ =
-          static_cast<std::uint64_t>(std::max(1.0, std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame)));
+      const double steps = std::nearbyint(static_cast<double>(ticks) / rule.ticks_per_frame);
+      steps_ = static_cast<std::uint64_t>(std::clamp(steps, 1.0, 0x1p63));  // a counter of 64 bits that goes back
     }
     if (!rule.step_varies && steps_ != 1) adjacent_ = false;
   }
