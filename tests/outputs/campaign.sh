@@ -1,12 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A lot of three gyros with two models: plan, commands, status, report and accepted models.
-for gyro in 1 2 3; do
-  sed "s/70-1/70-$gyro/" g.json >g$gyro.json
-  for part in 1 2; do
-    capture x 4 $((gyro * 10 + part)) --profile fast
-    prismd g$gyro.json --replay x.pcap --out rec/$gyro/cycle$part >/dev/null 2>&1
-  done
-done
+lot
 cat >lot.json <<'J'
 {"name": "lot", "recordings": [{"role": "train", "paths": "rec/*/cycle1"}, {"role": "repeat", "paths": "rec/*/cycle2"}],
  "models": {"line": {"method": "ls", "inputs": "T", "force": true}, "steps": {"method": "stepwise", "force": true}},

@@ -6,3 +6,14 @@ capture() { prismsim --frames second-means --rate 1 --hours "$2" --seed "$3" --o
 log() { capture "$@"; prismd g.json --replay "$1.pcap" --out "$1" >/dev/null 2>&1; }
 # show FILE...: the text of each, with its name
 show() { local file; for file; do echo "== $file"; cat "$file"; echo; done; }
+# lot: the logs of two recordings of each of three gyros, rec/GYRO/cycle1 and cycle2; the last is also x.pcap
+lot() {
+  local gyro part
+  for gyro in 1 2 3; do
+    sed "s/70-1/70-$gyro/" g.json >g$gyro.json
+    for part in 1 2; do
+      capture x 4 $((gyro * 10 + part)) --profile fast
+      prismd g$gyro.json --replay x.pcap --out rec/$gyro/cycle$part >/dev/null 2>&1
+    done
+  done
+}
