@@ -21,8 +21,8 @@ std::string losses(std::initializer_list<std::pair<std::uint64_t, const char*>> 
 
 }  // namespace
 
-std::string funnel_text(const pipeline::Acquisition& acquisition) {
-  const pipeline::Pipeline& pipeline = acquisition.pipeline();
+std::string funnel_text(const pipeline::Device& device) {
+  const pipeline::Pipeline& pipeline = *device.pipeline;
   const wire::DecoderCounters& line = pipeline.decoder().counters();
   const drivers::ClockStatus& clock = pipeline.clock().status();
   std::string text = row("bytes", line.bytes, losses({{line.skipped_bytes, "in no frame"}}));
@@ -31,13 +31,13 @@ std::string funnel_text(const pipeline::Acquisition& acquisition) {
                       {clock.missing_frames, "missing"},
                       {pipeline.rejected_counters(), "with a wrong counter"}}));
   text += row("samples", clock.samples, losses({{clock.duplicates, "repeat the counter or time of the frame before"}}));
-  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
-    const std::string axis = acquisition.axes() > 1 ? " " + acquisition.axis_name(i) : "";
-    const pipeline::AxisRecord::RowCounts& rows = acquisition.record(i).rows();
+  for (std::size_t i = 0; i < device.axes.size(); ++i) {
+    const std::string axis = device.axes.size() > 1 ? " " + device.axes[i].name : "";
+    const pipeline::AxisRecord& rows = device.axes[i];
     text += row("rates" + axis, pipeline.axes()[i].rates);
     text += row("seconds" + axis, rows.seconds);
-    text += row("windows" + axis, rows.windows, fmt::format("of {} s", acquisition.block_s(i)));
-    text += row("corrected" + axis, rows.corrected, acquisition.setup().axes[i].model ? "" : "no model");
+    text += row("windows" + axis, rows.windows, fmt::format("of {} s", device.setup.axes[i].features().length_s));
+    text += row("corrected" + axis, rows.corrected, device.setup.axes[i].model ? "" : "no model");
   }
   return text;
 }

@@ -4,11 +4,11 @@
 
 #include <string>
 
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 
 namespace prism::daemon {
 
 /// Returns one line per stage, with what was lost there; the stages after the samples by axis.
-std::string funnel_text(const pipeline::Acquisition& acquisition);
+std::string funnel_text(const pipeline::Device& device);
 
 }  // namespace prism::daemon

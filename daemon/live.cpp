@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/dispatch.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -44,17 +45,20 @@ constexpr int kStopSteps = 100;
 class Live {
  public:
   Live(const Options& options, const pipeline::Setup& setup)
-      : disk_(kDiskQueueBytes, disk_teller()),
-        acquisition_(
+      : disk_(kDiskQueueBytes, [tell = teller()](const std::string& what) { tell(Severity::kWarning, "disk", what); }),
+        device_(
             setup, make_logs(setup), make_captures(setup),
-            [this](const pipeline::Rows& rows) { publisher_.rows(rows, acquisition_.unwritten()); }, tell_),
+            [this](const pipeline::Rows& rows) {
+              publisher_.rows(rows, device_.log != nullptr && device_.log->pending > 0);
+            },
+            tell_, problems_),
         reloader_(Reloader::make(io_, loader_,
                                  {[path = options.config, overrides = overrides_of(options)] {
                                     auto loaded = pipeline::load_setup(path, overrides);
                                     if (loaded) loaded->loaded_ns = host_time_ns();
                                     return loaded;
                                   },
-                                  acquisition_,
+                                  device_,
                                   [this] {
                                     for (const auto& line : lines_) line->reopen();
                                   },
@@ -64,10 +68,10 @@ class Live {
         tick_(io_),
         stop_timer_(io_) {
     rpc_.send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) { return lines_[line]->send(bytes); });
-    for (std::size_t i = 0; i < acquisition_.lines(); ++i) {
-      acquisition_.line(i).since_ns = started_ns_;
-      const bool alone = acquisition_.lines() == 1;
-      lines_.push_back(std::make_unique<line::LiveLine>(io_, acquisition_, i, clock_, alone, tell_));
+    for (std::size_t i = 0; i < device_.lines.size(); ++i) {
+      device_.lines[i].since_ns = started_ns_;
+      const bool alone = device_.lines.size() == 1;
+      lines_.push_back(std::make_unique<line::LiveLine>(io_, device_, i, clock_, alone, tell_));
     }
   }
 
@@ -75,7 +79,7 @@ class Live {
     const config::Config& config = setup().config;
     const int inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited >= 0) {
-      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_);
+      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_, problems_);
       if (!server) {
         spdlog::error(server.error().text());
         return kExitFailed;
@@ -92,12 +96,12 @@ class Live {
     notify_ready(socket::summary(sources()));
     io_.run();
     notify_stopping();
-    acquisition_.finish(kGyroLine);
+    device_.finish(kGyroLine);
     return end_disk();
   }
 
  private:
-  socket::Sources sources() const { return {acquisition_, events_, publisher_, started_ns_}; }
+  socket::Sources sources() const { return {device_, events_, publisher_, started_ns_}; }
 
   // If the gyro's line is closed (and is the only line), its next session takes the new clock.
   void follow_clock() {
@@ -106,14 +110,14 @@ class Live {
     tell_(Severity::kWarning, "host_clock",
           fmt::format("host clock stepped by {:+.3f} s; window restarted", static_cast<double>(step) * 1e-9));
     const std::int64_t now_ns = clock_.now_ns();
-    acquisition_.clock_set(now_ns - step, now_ns);
+    device_.clock_set(now_ns - step, now_ns);
   }
 
   void report_missing_models() {
-    for (std::size_t i = 0; i < acquisition_.axes(); ++i) {
+    for (std::size_t i = 0; i < device_.axes.size(); ++i) {
       const pipeline::Setup::Axis& axis = setup().axes[i];
       if (axis.model) continue;
-      const std::string prefix = acquisition_.axis_prefix(i);
+      const std::string prefix = device_.axes[i].prefix;
       if (axis.model_problem.empty()) {
         tell_(Severity::kWarning, "no_model",
               prefix + "no model is configured: rates are published uncorrected and marked no_model");
@@ -127,8 +131,8 @@ class Live {
 
   // A blocked disk does not delay the exit: prismd logs the unwritten rows and exits.
   int end_disk() {
-    const pipeline::LogCounters* const log = acquisition_.log();
-    acquisition_.close();
+    const pipeline::LogCounters* const log = device_.log;
+    device_.close();
     const bool done = disk_.drain(kExitTimeout);
     publisher_.release();
     if (done && loader_.drain(kExitTimeout)) return kExitDone;
@@ -143,30 +147,25 @@ class Live {
     ::_exit(kExitFailed);
   }
 
-  bool is_disk_blocked() const { return !acquisition_.disk_problem().empty(); }
-
   // A blocked disk returns no error.
   void watch_disk() {
     using std::chrono::seconds;
     const auto busy = std::chrono::duration_cast<seconds>(disk_.busy_for());
-    const bool is_blocked = busy >= kDiskTimeout;
-    if (!acquisition_.set_disk_problem(is_blocked ? fmt::format("disk: no answer for {} s", busy.count()) : "")) return;
-    if (is_blocked) {
-      const pipeline::LogCounters* const log = acquisition_.log();
-      tell_(
-          Severity::kWarning, "disk",
-          fmt::format("the disk has not answered for {} s; {} rows wait", busy.count(), log ? log->pending.load() : 0));
-    } else {
-      tell_(Severity::kInfo, "disk", "the disk answers again");
-    }
+    if (busy < kDiskTimeout) return problems_.clear(pipeline::kDiskBlocked, "the disk answers again");
+    const pipeline::LogCounters* const log = device_.log;
+    problems_.set(pipeline::kDiskBlocked, {.kind = "disk",
+                                           .level = Problem::Level::kFailed,
+                                           .text = fmt::format("the disk has not answered for {} s; {} rows wait",
+                                                               busy.count(), log ? log->pending.load() : 0)});
   }
 
-  const pipeline::Setup& setup() const { return acquisition_.setup(); }
+  const pipeline::Setup& setup() const { return device_.setup; }
 
-  // Reports errors of the disk thread on the live thread.
-  std::function<void(const std::string&)> disk_teller() {
-    return
-        [this](const std::string& what) { asio::post(io_, [this, what] { tell_(Severity::kWarning, "disk", what); }); };
+  // Tells on the live thread what another thread found.
+  pipeline::Tell teller() {
+    return [this](Severity severity, const std::string& kind, const std::string& text) {
+      asio::dispatch(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
+    };
   }
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
@@ -174,17 +173,14 @@ class Live {
     const auto synced = [this] { asio::post(io_, [this] { row_requests_.synced(); }); };
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
-                                                      disk_teller(), written, counters, synced, segment_policy());
+                                                      problems_, written, counters, synced, segment_policy());
     });
   }
 
-  // Reports events of the disk thread on the live thread.
   log::SegmentPolicy segment_policy() {
     log::SegmentPolicy policy;
     policy.notice_s = scaled_s(policy.notice_s);
-    policy.tell = [this](Severity severity, const std::string& kind, const std::string& text) {
-      asio::post(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
-    };
+    policy.tell = teller();
     return policy;
   }
 
@@ -195,7 +191,7 @@ class Live {
     const auto add = [&](const std::string& folder, const std::string& name) {
       config::LogSegmentSettings settings = *setup.config.capture;
       settings.directory += folder;
-      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, disk_teller(),
+      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, problems_,
                                                            log::CaptureLog::kMostHeld, segment_policy()));
     };
     add("", setup.config.name);
@@ -232,7 +228,7 @@ class Live {
     for (;;) {
       tick_.expires_after(period);
       co_await tick_.async_wait(kUse);
-      if (!is_disk_blocked()) acquisition_.sync();
+      if (!problems_.has(pipeline::kDiskBlocked)) device_.sync();
       watch_disk();
       events_.tell_late();
       follow_clock();
@@ -247,6 +243,9 @@ class Live {
   }
 
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; the others only post
+  Problems problems_{[tell = teller()](bool begins, const std::string& kind, const std::string& text) {
+    tell(begins ? Severity::kWarning : Severity::kInfo, kind, text);
+  }};
   DiskThread disk_;
   DiskThread loader_{
       0, [](const std::string&) {}};  ///< reads the files of a reload: a server that does not respond stops no log
@@ -257,10 +256,10 @@ class Live {
     publisher_.event(event);
   }};
   const pipeline::Tell tell_ = events_.teller();
-  pipeline::Acquisition acquisition_;
+  pipeline::Device device_;
   socket::RowRequests row_requests_;
   line::ArrivalClock clock_;
-  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< in the acquisition's order
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< in the device's order
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;

@@ -37,7 +37,7 @@ void Reloader::begin() {
 void Reloader::finish(Result<pipeline::Setup> setup) {
   const Result<std::string> outcome = take(std::move(setup));
   if (outcome) {
-    for (const std::string& key : parts_.acquisition.setup().config.removed_keys)
+    for (const std::string& key : parts_.device.setup.config.removed_keys)
       parts_.tell(pipeline::Severity::kWarning, "removed_key", key);
     parts_.tell(pipeline::Severity::kInfo, "reloaded", "reloaded: " + *outcome);
   } else {
@@ -51,10 +51,10 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
 
 Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!setup) return tl::unexpected<Error>(setup.error());
-  const auto reopen = parts_.acquisition.reconfigure(std::move(*setup));
+  const auto reopen = parts_.device.reconfigure(std::move(*setup));
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
-  const pipeline::Setup& now = parts_.acquisition.setup();
+  const pipeline::Setup& now = parts_.device.setup;
   return now.config.path + " in use, model " + pipeline::models_text(now);
 }
 

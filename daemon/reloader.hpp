@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/disk_thread.hpp"
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 
 namespace prism::daemon {
 
@@ -22,7 +22,7 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
 
   struct Parts {
     Load load;  ///< runs on the loader (not the thread that writes the log) and uses its own data only
-    pipeline::Acquisition& acquisition;
+    pipeline::Device& device;
     std::function<void()> lines_changed;  ///< the lines must be opened again
     pipeline::Tell tell;
     std::function<std::string()> summary;  ///< for systemd's status, when the reload is over

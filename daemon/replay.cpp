@@ -20,7 +20,7 @@
 #include "daemon/funnel.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/service.hpp"
@@ -63,11 +63,11 @@ Result<pipeline::SensorFiles> named_files(const std::vector<std::string>& named)
   return files;
 }
 
-void pass(pipeline::Acquisition& acquisition, std::size_t line, const drivers::CapturePacket& packet) {
+void pass(pipeline::Device& device, std::size_t line, const drivers::CapturePacket& packet) {
   if (packet.event == drivers::CaptureEvent::kData) {
-    acquisition.feed(line, packet.bytes, packet.time_ns);
+    device.feed(line, packet.bytes, packet.time_ns);
   } else if (packet.event == drivers::CaptureEvent::kOpened) {
-    acquisition.begin_session(line, packet.time_ns);
+    device.begin_session(line, packet.time_ns);
   }
 }
 
@@ -81,10 +81,10 @@ class Replay {
  public:
   Replay(const Options& options, const pipeline::Setup& setup)
       : options_(options),
-        acquisition_(
+        device_(
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
-            events_.teller()),
-        rpc_({acquisition_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
+            events_.teller(), problems_),
+        rpc_({device_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
              [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
@@ -92,9 +92,9 @@ class Replay {
   int run() {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
     if (!options_.socket.empty()) {
-      auto server =
-          socket::Server::open(io_, acquisition_.setup().config.socket, -1, publisher_, rpc_,
-                               [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); });
+      auto server = socket::Server::open(
+          io_, device_.setup.config.socket, -1, publisher_, rpc_,
+          [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); }, problems_);
       if (!server) return fail(server.error().text());
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
@@ -110,12 +110,12 @@ class Replay {
     if (!fault_.empty()) return fail(fault_);
     for (const log::DirectRowWriter* rows : logs_) {
       if (rows->first_fault().empty()) continue;
-      const pipeline::LogCounters* log = acquisition_.log();
+      const pipeline::LogCounters* log = device_.log;
       return fail(fmt::format("{}; {} rows lost", rows->first_fault(), log ? log->dropped.load() : 0));
     }
-    if (acquisition_.frames() == 0 && !stopped_) return fail(no_frame());
+    if (device_.frames() == 0 && !stopped_) return fail(no_frame());
     if (options_.check) {
-      fmt::print("{}", funnel_text(acquisition_));
+      fmt::print("{}", funnel_text(device_));
     } else {
       summarise(seconds);
     }
@@ -124,20 +124,20 @@ class Replay {
 
  private:
   int verdict() const {
-    if (const std::string& clocks = acquisition_.last_clocks_problem(); !clocks.empty()) {
+    if (const std::string& clocks = device_.clocks_differed; !clocks.empty()) {
       fail(fmt::format("{}; correct the description, or accept it with --accept-clock", clocks));
       return kExitClock;
     }
     if (!options_.check) return kExitDone;
-    if (!acquisition_.starved().empty()) return fail(acquisition_.starved());
-    for (const pipeline::Axis& axis : acquisition_.pipeline().axes()) {
+    if (problems_.has(pipeline::kNoRate)) return fail(problems_.find(pipeline::kNoRate).text);
+    for (const pipeline::Axis& axis : device_.pipeline->axes()) {
       if (axis.rates == 0) return fail(fmt::format("found no rate of axis {}, expected at least one", axis.name));
     }
     return kExitDone;
   }
 
   Result<void> open_sensors() {
-    const pipeline::Setup& setup = acquisition_.setup();
+    const pipeline::Setup& setup = device_.setup;
     if (setup.sensor_lines.empty() && options_.replay_sensors.empty()) return {};
     auto files = named_files(options_.replay_sensors);
     if (!files) return tl::unexpected<Error>(files.error());
@@ -160,7 +160,7 @@ class Replay {
   }
 
   void set_lines(pipeline::LineState state, const std::string& detail) {
-    for (std::size_t i = 0; i < acquisition_.lines(); ++i) acquisition_.line(i).set(state, detail, host_time_ns());
+    for (std::size_t i = 0; i < device_.lines.size(); ++i) device_.lines[i].set(state, detail, host_time_ns());
   }
 
   asio::awaitable<void> handle_signals() {
@@ -175,20 +175,20 @@ class Replay {
       co_await feed_file(file);
       if (!fault_.empty() || stopped_) break;
     }
-    acquisition_.finish(kGyroLine);
-    acquisition_.line(kGyroLine).set(pipeline::LineState::kEnded, "the replay is over", host_time_ns());
+    device_.finish(kGyroLine);
+    device_.lines[kGyroLine].set(pipeline::LineState::kEnded, "the replay is over", host_time_ns());
     io_.stop();
   }
 
   asio::awaitable<void> feed_file(const std::string& file) {
-    Result<drivers::CaptureReader> reader = pipeline::open_capture(file, *acquisition_.setup().frames);
+    Result<drivers::CaptureReader> reader = pipeline::open_capture(file, *device_.setup.frames);
     if (!reader) {
       fault_ = reader.error().text();
       co_return;
     }
     constexpr int kSlice = 4096;  // packets between two checks of sockets and signals
     const pipeline::SensorCaptures::Give give = [this](std::size_t line, const drivers::CapturePacket& sensors) {
-      pass(acquisition_, kGyroLine + 1 + line, sensors);
+      pass(device_, kGyroLine + 1 + line, sensors);
     };
     Pace pace(options_.speed);
     for (int count = 1;; ++count) {
@@ -201,7 +201,7 @@ class Replay {
         co_await asio::post(io_, kUse);
       }
       if (sensors_) sensors_->until(*packet, give);
-      pass(acquisition_, kGyroLine, *packet);
+      pass(device_, kGyroLine, *packet);
     }
     if (const std::string damage = reader->damaged_places().text(); !damage.empty())
       spdlog::warn("{}: {}; skipped, and the rest of the capture was read", file, damage);
@@ -211,18 +211,16 @@ class Replay {
   }
 
   std::string no_frame() const {
-    const pipeline::Acquisition& s = acquisition_;
     return fmt::format(
         "{}: found no frame of \"{}\" in {} bytes, expected at least one; prismd --sniff {} prints which description "
         "fits",
-        fmt::join(options_.replay, ", "), s.setup().frames->name, s.pipeline().decoder().counters().bytes,
+        fmt::join(options_.replay, ", "), device_.setup.frames->name, device_.decoded(kGyroLine).bytes,
         shell_word(options_.replay.front()));
   }
 
   void summarise(double seconds) const {
-    const pipeline::Acquisition& s = acquisition_;
-    const auto& line = s.pipeline().decoder().counters();
-    const drivers::ClockStatus& clock = s.pipeline().clock().status();
+    const auto& line = device_.decoded(kGyroLine);
+    const drivers::ClockStatus& clock = device_.pipeline->clock().status();
     fmt::print(
         "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing{}, {} bytes skipped\n",
         line.frames, seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
@@ -230,11 +228,11 @@ class Replay {
         clock.missing_by_arrival > 0 ? fmt::format(" ({} of them by arrival times)", clock.missing_by_arrival) : "",
         line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");
-    if (const pipeline::LogCounters* log = s.log())
-      fmt::print("log: {} rows in {}\n", log->rows.load(), s.setup().config.log->directory);
-    for (std::size_t i = 0; i < s.axes(); ++i) {
-      fmt::print("{}", s.axis_prefix(i));
-      summarise(s.record(i).stability());
+    if (const pipeline::LogCounters* log = device_.log)
+      fmt::print("log: {} rows in {}\n", log->rows.load(), device_.setup.config.log->directory);
+    for (const pipeline::AxisRecord& axis : device_.axes) {
+      fmt::print("{}", axis.prefix);
+      summarise(axis.stability);
     }
   }
 
@@ -260,7 +258,10 @@ class Replay {
     if (event.kind != "quality") log_event(event);  // each row of the log contains it
     publisher_.event(event);
   }};
-  pipeline::Acquisition acquisition_;
+  Problems problems_{[tell = events_.teller()](bool begins, const std::string& kind, const std::string& text) {
+    tell(begins ? pipeline::Severity::kWarning : pipeline::Severity::kInfo, kind, text);
+  }};
+  pipeline::Device device_;
   socket::RowRequests row_requests_;
   socket::Rpc rpc_;
   std::unique_ptr<socket::Server> server_;

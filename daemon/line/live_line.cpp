@@ -29,17 +29,19 @@ auto as_steady(std::chrono::duration<double> seconds) {
 
 }  // namespace
 
-LiveLine::LiveLine(asio::io_context& io, pipeline::Acquisition& acquisition, std::size_t number, ArrivalClock& clock,
-                   bool alone, pipeline::Tell tell)
+LiveLine::LiveLine(asio::io_context& io, pipeline::Device& device, std::size_t number, ArrivalClock& clock, bool alone,
+                   pipeline::Tell tell)
     : io_(io),
-      acquisition_(acquisition),
+      device_(device),
       number_(number),
       tell_(std::move(tell)),
       watch_timer_(io),
       pause_timer_(io),
       arrival_(clock),
       alone_(alone),
-      last_progress_(Clock::now()) {}
+      last_progress_(Clock::now()),
+      fault_key_(fmt::format("line {}", number)),
+      peer_key_(fmt::format("peer {}", number)) {}
 
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
@@ -104,7 +106,8 @@ void LiveLine::opened() {
   heard_.clear();
   status().notes = open_->transport->notes();
   status().hardware.reset();
-  const bool known = fault_kind_ == "line_silent" || fault_kind_ == "line_start_up";
+  const std::string kind = fault_kind();
+  const bool known = kind == "line_silent" || kind == "line_start_up";
   if (!known && !continues_fault()) {  // else logged once, even if the line is reopened
     set(LineState::kConnecting, "open, no data yet");
     tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
@@ -117,21 +120,21 @@ void LiveLine::opened() {
 void LiveLine::converse() {
   Conversation::Owner owner;
   owner.sent = [this](std::span<const std::uint8_t> bytes) {
-    acquisition_.sent(number_, bytes, arrival_.stamp(Clock::now()));
+    if (const auto& capture = status().capture) capture->sent(bytes, arrival_.stamp(Clock::now()));
   };
   owner.starting = [this](const std::string& step) {
-    if (!fault_.is_active()) set(LineState::kConnecting, "start-up: " + step);
+    if (fault_kind().empty()) set(LineState::kConnecting, "start-up: " + step);
   };
   owner.started = [this] {
-    if (begun_ && fault_kind_ != "line_silent") receiving();
+    if (begun_ && fault_kind() != "line_silent") receiving();
   };
   owner.failed = [this](const char* kind, const std::string& why) {
     set(LineState::kConnecting, why);
     lose(kind, why);
   };
   last_frame_ = last_data_;
-  frames_ = acquisition_.frames_of(number_);
-  const wire::Commands& commands = acquisition_.setup().line_commands(number_);
+  frames_ = device_.decoded(number_).frames;
+  const wire::Commands& commands = device_.setup.line_commands(number_);
   if (!commands.poll) {
     poller_.reset();
   } else if (!poller_ || poller_->poll() != *commands.poll) {
@@ -143,10 +146,12 @@ void LiveLine::converse() {
 
 void LiveLine::close() { open_.reset(); }
 
-// A sensor line's texts begin with its name.
+std::string LiveLine::prefix() const {
+  return number_ == pipeline::kGyroLine ? "" : device_.setup.sensor_lines[number_ - 1].name + ": ";
+}
+
 void LiveLine::tell(Severity severity, const char* kind, const std::string& text) {
-  const bool gyro = number_ == pipeline::kGyroLine;
-  tell_(severity, kind, gyro ? text : acquisition_.setup().sensor_lines[number_ - 1].name + ": " + text);
+  tell_(severity, kind, prefix() + text);
 }
 
 void LiveLine::set(LineState state, const std::string& detail) { status().set(state, detail, host_time_ns()); }
@@ -154,10 +159,11 @@ void LiveLine::set(LineState state, const std::string& detail) { status().set(st
 // Logs a fault once; again only if it changes, or after data arrived. A connection that was lost, then refused, is one
 // fault.
 void LiveLine::complain(const char* kind, const std::string& text) {
-  const bool same = fault_kind_ == "line_start_up" && fault_kind_ == kind;
-  if (same || continues_fault() || !fault_.set(text)) return;
-  fault_kind_ = kind;
-  tell(Severity::kWarning, kind, text);
+  const Problem before = device_.problems.find(fault_key_);
+  const bool same = before.kind == "line_start_up" && before.kind == kind;
+  if (same || continues_fault() || before.text == prefix() + text) return;
+  device_.problems.forget(fault_key_);  // another fault is reported
+  device_.problems.set(fault_key_, {.kind = kind, .text = prefix() + text});
 }
 
 // Asio only waits until the line is readable. read(2) is called directly, which saves Asio's reads before and after.
@@ -183,8 +189,8 @@ void LiveLine::readable() {
     const std::int64_t arrival_ns = arrival_.stamp(last_data_);
     const std::span<const std::uint8_t> bytes(buffer_.data(), received.bytes);
     if (!begun_) begin_receiving(arrival_ns);
-    acquisition_.feed(number_, bytes, arrival_ns);
-    const std::uint64_t frames = acquisition_.frames_of(number_);
+    device_.feed(number_, bytes, arrival_ns);
+    const std::uint64_t frames = device_.decoded(number_).frames;
     const std::uint64_t complete = frames > frames_ ? frames - frames_ : 0;
     frames_ = frames;
     if (!framed_) remember(bytes);
@@ -205,14 +211,14 @@ void LiveLine::proceed(const transport::Received& received) {
   listen();
   if (const std::string step = open_->transport->opening(); step.empty()) {
     opened();
-  } else if (!fault_.is_active()) {
+  } else if (fault_kind().empty()) {
     set(LineState::kConnecting, step);
   }
 }
 
 void LiveLine::begin_receiving(std::int64_t arrival_ns) {
   begun_ = true;
-  acquisition_.begin_session(number_, arrival_ns);
+  device_.begin_session(number_, arrival_ns);
   if (!open_->conversation->is_starting()) receiving();
 }
 
@@ -220,14 +226,13 @@ void LiveLine::begin_receiving(std::int64_t arrival_ns) {
 void LiveLine::receiving() {
   set(LineState::kReceiving);
   tell(Severity::kInfo, "line_receiving", transport::describe(settings()) + ": receiving");
-  fault_.clear();
-  fault_kind_.clear();
+  device_.problems.forget(fault_key_);
 }
 
 void LiveLine::lose(const char* kind, const std::string& why) {
   complain(kind, transport::describe(settings()) + ": " + why + "; opening it again until data comes");
   close();
-  acquisition_.finish(number_);
+  device_.finish(number_);
   pause();
 }
 
@@ -258,7 +263,7 @@ asio::awaitable<void> LiveLine::watch() {
       last_progress_ = Clock::now();
       continue;
     }
-    acquisition_.expire(number_, arrival_.now_ns());
+    device_.expire(number_, arrival_.now_ns());
     count_hardware();
     if (open_->conversation->is_starting()) last_data_ = last_progress_ = Clock::now();  // it has its own time limits
     watch_frames(silence);
@@ -283,7 +288,7 @@ void LiveLine::frames_came() {
 // A device that sends bytes but no frames may have lost its settings.
 void LiveLine::watch_frames(Clock::duration silence) {
   const Clock::time_point now = Clock::now();
-  const wire::Commands& commands = acquisition_.setup().line_commands(number_);
+  const wire::Commands& commands = device_.setup.line_commands(number_);
   const bool again = commands.again_when_silent.value_or(false) && commands.start && !commands.start->empty();
   if (!again || open_->conversation->is_starting() || now - last_frame_ < silence || now - last_data_ >= silence)
     return;
@@ -306,16 +311,15 @@ bool LiveLine::watch_peers(Clock::duration silence) {
     return true;
   }
   if (!other.empty()) turned_away_at_ = now;
-  std::string& problem = status().turned_away;
-  if (other.empty() && (problem.empty() || now - turned_away_at_ < scaled(kForget))) return false;
-  const std::string why =
-      peer.empty() ? fmt::format("only {} may connect", settings().network.from) : peer + " is connected";
-  const std::string text = other.empty() ? "" : fmt::format("{} is turned away: {}", other, why);
-  if (text.empty())
-    tell(Severity::kInfo, "line_peer", transport::describe(settings()) + ": no other host connects now");
-  if (!text.empty() && text != problem)
-    tell(Severity::kWarning, "line_peer", transport::describe(settings()) + ": " + text);
-  problem = text;
+  const std::string place = prefix() + transport::describe(settings()) + ": ";
+  if (!other.empty()) {
+    const std::string why =
+        peer.empty() ? fmt::format("only {} may connect", settings().network.from) : peer + " is connected";
+    device_.problems.set(peer_key_,
+                         {.kind = "line_peer", .text = fmt::format("{}{} is turned away: {}", place, other, why)});
+  } else if (now - turned_away_at_ >= scaled(kForget)) {
+    device_.problems.clear(peer_key_, place + "no other host connects now");
+  }
   return false;
 }
 

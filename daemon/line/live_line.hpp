@@ -14,10 +14,9 @@
 #include <span>
 #include <string>
 
-#include "base/alarm.hpp"
 #include "daemon/line/arrival_clock.hpp"
 #include "daemon/line/conversation.hpp"
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::line {
@@ -27,10 +26,10 @@ namespace prism::line {
 /// does not exist; else the pause doubles up to retry_max_s and is reset when a frame arrives.
 class LiveLine {
  public:
-  /// `number`: of the line in the acquisition. `acquisition` and `clock` must outlive this. `alone`: no other line uses
+  /// `number`: of the line in the device. `device` and `clock` must outlive this. `alone`: no other line uses
   /// the clock.
-  LiveLine(boost::asio::io_context& io, pipeline::Acquisition& acquisition, std::size_t number, ArrivalClock& clock,
-           bool alone, pipeline::Tell tell);
+  LiveLine(boost::asio::io_context& io, pipeline::Device& device, std::size_t number, ArrivalClock& clock, bool alone,
+           pipeline::Tell tell);
 
   /// Opens the line now or as soon as the device exists, until stop().
   void start();
@@ -77,9 +76,13 @@ class LiveLine {
   void pause();
   void lose(const char* kind, const std::string& why);
   void complain(const char* kind, const std::string& text);
+  /// Of texts: a sensor line's begin with its name.
+  std::string prefix() const;
   void tell(pipeline::Severity severity, const char* kind, const std::string& text);
   /// All faults of a network line until the next data are one: it was lost, refused and not answered.
-  bool continues_fault() const { return fault_.is_active() && transport::needs_network(settings()); }
+  bool continues_fault() const { return !fault_kind().empty() && transport::needs_network(settings()); }
+  /// Empty: data come, or were never expected yet.
+  std::string fault_kind() const { return device_.problems.find(fault_key_).kind; }
   void set(pipeline::LineState state, const std::string& detail = {});
   void converse();
   void begin_receiving(std::int64_t arrival_ns);
@@ -90,12 +93,12 @@ class LiveLine {
   void remember(std::span<const std::uint8_t> bytes);
   std::string heard_instead() const;
 
-  const config::LineConfig& config() const { return acquisition_.setup().line_config(number_); }
-  const transport::Settings& settings() const { return acquisition_.setup().line_settings(number_); }
-  pipeline::LineStatus& status() { return acquisition_.line(number_); }
+  const config::LineConfig& config() const { return device_.setup.line_config(number_); }
+  const transport::Settings& settings() const { return device_.setup.line_settings(number_); }
+  pipeline::LineStatus& status() { return device_.lines[number_]; }
 
   boost::asio::io_context& io_;
-  pipeline::Acquisition& acquisition_;
+  pipeline::Device& device_;
   const std::size_t number_;
   const pipeline::Tell tell_;
   std::optional<Open> open_;
@@ -106,12 +109,11 @@ class LiveLine {
   Clock::time_point last_data_, last_progress_, last_frame_;
   std::chrono::duration<double> retry_{0};
   bool stopping_ = false, begun_ = false;
-  Alarm fault_;
-  std::string fault_kind_;
-  std::optional<drivers::Poller> poller_;  ///< of all openings
-  std::uint64_t frames_ = 0;               ///< at last_frame_
-  std::string heard_;                      ///< the first bytes since it was opened, until a frame comes
-  bool framed_ = false;                    ///< a frame came since it was opened
+  const std::string fault_key_, peer_key_;  ///< of the device's problems
+  std::optional<drivers::Poller> poller_;   ///< of all openings
+  std::uint64_t frames_ = 0;                ///< at last_frame_
+  std::string heard_;                       ///< the first bytes since it was opened, until a frame comes
+  bool framed_ = false;                     ///< a frame came since it was opened
   Clock::time_point opened_at_, turned_away_at_;
   std::array<std::uint8_t, 65536> buffer_;
 };

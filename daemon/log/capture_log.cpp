@@ -27,11 +27,10 @@ constexpr std::int64_t kPacketOverhead = 28;  // pcap packet header and the reco
 // sync it truncates the file at the last successful sync and writes the batches again to a new segment.
 class CaptureLog::Writer {
  public:
-  Writer(config::LogSegmentSettings settings, std::string name, std::size_t most_held, WriteErrorReporter::Tell tell,
+  Writer(config::LogSegmentSettings settings, std::string name, std::size_t most_held, Problems& problems,
          SegmentPolicy policy)
       : most_held_(most_held),
-        tell_(tell),
-        fault_("capture", "bytes", dropped_, std::move(tell)),
+        fault_("capture", name, "bytes", dropped_, problems),
         segments_(std::move(settings), std::move(name), ".pcap", std::move(policy)) {}
 
   ~Writer() {
@@ -61,13 +60,12 @@ class CaptureLog::Writer {
 
   std::uint64_t dropped() const { return dropped_; }
   std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
-  std::optional<pipeline::WriteError> write_error() const { return fault_.current(); }
 
  private:
   void try_held() {
     if (!put_held()) return distrust();
     if (file_ && !segments_.in_place(file_->descriptor())) {
-      tell_(fmt::format("capture: {}: was deleted or moved away; starting a new segment", file_->path()));
+      warn(fmt::format("capture: {}: was deleted or moved away; starting a new segment", file_->path()));
       file_.reset();
       if (!put_held()) return distrust();
     }
@@ -128,6 +126,8 @@ class CaptureLog::Writer {
     return true;
   }
 
+  void warn(const std::string& text) { segments_.report(pipeline::Severity::kWarning, "disk", text); }
+
   bool good(const Result<void>& result) {
     if (!result) fault_.begin(result.error().text());
     return result.has_value();
@@ -142,8 +142,8 @@ class CaptureLog::Writer {
     if (synced_bytes_ == 0) {
       ::unlink(path.c_str());
     } else if (::truncate(path.c_str(), static_cast<off_t>(synced_bytes_)) != 0) {
-      tell_(fmt::format("capture: {}: cannot truncate at byte {}: {}; the next segment repeats the bytes after it",
-                        path, synced_bytes_, std::strerror(errno)));
+      warn(fmt::format("capture: {}: cannot truncate at byte {}: {}; the next segment repeats the bytes after it", path,
+                       synced_bytes_, std::strerror(errno)));
     }
   }
 
@@ -156,8 +156,7 @@ class CaptureLog::Writer {
 
   const std::size_t most_held_;
   std::atomic<std::uint64_t> dropped_{0};
-  WriteErrorReporter::Tell tell_;
-  WriteErrorReporter fault_;
+  WriteFault fault_;
   ExponentialBackoff pause_;
   Segments segments_;
   std::optional<drivers::CaptureWriter> file_;
@@ -167,11 +166,10 @@ class CaptureLog::Writer {
   bool lost_ = false;  // the next data begin a new session
 };
 
-CaptureLog::CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk,
-                       WriteErrorReporter::Tell tell, std::size_t most_held, SegmentPolicy policy)
+CaptureLog::CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk, Problems& problems,
+                       std::size_t most_held, SegmentPolicy policy)
     : disk_(disk),
-      writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, std::move(tell),
-                                       std::move(policy))) {}
+      writer_(std::make_shared<Writer>(std::move(settings), std::move(name), most_held, problems, std::move(policy))) {}
 
 CaptureLog::~CaptureLog() {
   flush();
@@ -181,8 +179,6 @@ CaptureLog::~CaptureLog() {
 std::uint64_t CaptureLog::dropped_bytes() const { return writer_->dropped(); }
 
 std::optional<pipeline::RetentionStatus> CaptureLog::retention() const { return writer_->retention(); }
-
-std::optional<pipeline::WriteError> CaptureLog::write_error() const { return writer_->write_error(); }
 
 void CaptureLog::mark_opened(std::int64_t time_ns) {
   batch_.chunks.push_back({time_ns, batch_.bytes.size(), drivers::CaptureEvent::kOpened});

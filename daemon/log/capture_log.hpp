@@ -12,7 +12,7 @@
 #include "base/disk_thread.hpp"
 #include "config/config.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/log/write_error_reporter.hpp"
+#include "daemon/log/write_fault.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "drivers/capture_record.hpp"
 
@@ -26,9 +26,9 @@ class CaptureLog : public pipeline::CaptureSink {
  public:
   static constexpr std::size_t kMostHeld = 16 << 20;
 
-  /// `tell` is called on any thread, at the start and at the end of an error. `most_held`: max. bytes kept in memory
+  /// `problems` must outlive the disk thread. `most_held`: max. bytes kept in memory
   /// while the disk fails; above it, the oldest batches are dropped.
-  CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk, WriteErrorReporter::Tell tell,
+  CaptureLog(config::LogSegmentSettings settings, std::string name, DiskThread& disk, Problems& problems,
              std::size_t most_held = kMostHeld, SegmentPolicy policy = {});
   ~CaptureLog() override;
 
@@ -39,7 +39,6 @@ class CaptureLog : public pipeline::CaptureSink {
 
   std::uint64_t dropped_bytes() const override;
   std::optional<pipeline::RetentionStatus> retention() const override;
-  std::optional<pipeline::WriteError> write_error() const override;
 
  private:
   class Writer;

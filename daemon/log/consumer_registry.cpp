@@ -26,7 +26,7 @@ T number_of(const json& object, const char* key) {
 
 }  // namespace
 
-ConsumerRegistry::ConsumerRegistry(std::string path, std::vector<std::string> keep_for, WriteErrorReporter::Tell tell)
+ConsumerRegistry::ConsumerRegistry(std::string path, std::vector<std::string> keep_for, pipeline::Tell tell)
     : path_(std::move(path)), keep_for_(std::move(keep_for)), tell_(std::move(tell)) {}
 
 // A missing or invalid file means no consumers.
@@ -116,7 +116,9 @@ void ConsumerRegistry::deleted(std::uint64_t segment, std::uint64_t rows) {
     if (lost == 0) continue;
     follower.lost_rows += lost;
     changed_ = true;
-    tell_(fmt::format("log: {} rows of segment {} were deleted that \"{}\" had not fetched", lost, segment, name));
+    if (tell_)
+      tell_(pipeline::Severity::kWarning, "disk",
+            fmt::format("log: {} rows of segment {} were deleted that \"{}\" had not fetched", lost, segment, name));
   }
 }
 

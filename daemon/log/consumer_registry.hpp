@@ -11,8 +11,8 @@
 
 #include "base/result.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/log/write_error_reporter.hpp"
 #include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/notice.hpp"
 
 namespace prism::log {
 
@@ -28,7 +28,7 @@ class ConsumerRegistry : public SegmentGuard {
   static constexpr std::size_t kMost = 64;
 
   /// `path`: of the file with the cursors.
-  ConsumerRegistry(std::string path, std::vector<std::string> keep_for, WriteErrorReporter::Tell tell);
+  ConsumerRegistry(std::string path, std::vector<std::string> keep_for, pipeline::Tell tell);
 
   /// Returns the cursor of `name`, nullopt if it is new. Errors: the name belongs to another user; too many names.
   Result<std::optional<RowCursor>> find(const std::string& name, std::uint32_t user);
@@ -47,7 +47,7 @@ class ConsumerRegistry : public SegmentGuard {
 
   const std::string path_;
   const std::vector<std::string> keep_for_;
-  const WriteErrorReporter::Tell tell_;
+  const pipeline::Tell tell_;
   mutable std::mutex mutex_;
   std::map<std::string, FollowerStatus> followers_;
   bool loaded_ = false, changed_ = false;

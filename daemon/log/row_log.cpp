@@ -17,13 +17,12 @@
 namespace prism::log {
 
 RowLog::RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-               WriteErrorReporter::Tell tell, SegmentPolicy policy)
+               Problems& problems, const SegmentPolicy& policy)
     : metadata_(std::move(metadata)),
       counters_(counters),
-      tell_(tell),
-      fault_("log", "rows", counters.dropped, tell),
-      segments_(settings, name, ".csv", std::move(policy)),
-      followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, std::move(tell)) {
+      fault_("log", name, "rows", counters.dropped, problems),
+      segments_(settings, name, ".csv", policy),
+      followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, policy.tell) {
   segments_.ask(followers_);
 }
 
@@ -74,7 +73,9 @@ void RowLog::sync() {
   if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
   if (!segments_.in_place(file_)) {
-    tell_(fmt::format("log: {}: was deleted or moved away, and its rows with it; starting a new segment", path_));
+    segments_.report(
+        pipeline::Severity::kWarning, "disk",
+        fmt::format("log: {}: was deleted or moved away, and its rows with it; starting a new segment", path_));
     close_segment();
   }
   fault_.synced();
@@ -200,12 +201,12 @@ bool RowLog::write_all(const std::string& text) {
 }
 
 ThreadedRowWriter::ThreadedRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, WriteErrorReporter::Tell tell, Written written,
-                                     std::shared_ptr<LogCounters> counters, Written synced, SegmentPolicy policy)
+                                     DiskThread& disk, Problems& problems, Written written,
+                                     std::shared_ptr<LogCounters> counters, Written synced, const SegmentPolicy& policy)
     : disk_(disk),
       counters_(std::move(counters)),
-      log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_,
-                                    std::move(tell), std::move(policy))),
+      log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_, problems,
+                                    policy)),
       written_(std::move(written)),
       synced_(std::move(synced)) {}
 
@@ -261,13 +262,8 @@ void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
 }
 
 DirectRowWriter::DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                                 std::shared_ptr<LogCounters> counters, SegmentPolicy policy)
+                                 std::shared_ptr<LogCounters> counters, const SegmentPolicy& policy)
     : counters_(std::move(counters)),
-      log_(
-          std::move(settings), std::move(name), std::move(metadata), *counters_,
-          [this](const std::string& what) {
-            if (first_fault_.empty()) first_fault_ = what;
-          },
-          std::move(policy)) {}
+      log_(std::move(settings), std::move(name), std::move(metadata), *counters_, problems_, policy) {}
 
 }  // namespace prism::log

@@ -16,7 +16,7 @@
 #include "daemon/log/consumer_registry.hpp"
 #include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/log/write_error_reporter.hpp"
+#include "daemon/log/write_fault.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 
 namespace prism::log {
@@ -33,10 +33,10 @@ using pipeline::FollowerStatus, pipeline::LogCounters, pipeline::RowPage, pipeli
 /// intervals.
 class RowLog {
  public:
-  /// `metadata`: lines "# key: value\n" at the top of each segment, before its session. `tell` is called at the start
-  /// and at the end of an error, with one line.
+  /// `metadata`: lines "# key: value\n" at the top of each segment, before its session. `problems` must outlive
+  /// this.
   RowLog(config::LogSegmentSettings settings, std::string name, std::string metadata, LogCounters& counters,
-         WriteErrorReporter::Tell tell, SegmentPolicy policy = {});
+         Problems& problems, const SegmentPolicy& policy = {});
   ~RowLog();
   RowLog(const RowLog&) = delete;
   RowLog& operator=(const RowLog&) = delete;
@@ -55,7 +55,6 @@ class RowLog {
   const ConsumerRegistry& followers() const { return followers_; }
   /// Thread-safe.
   std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
-  std::optional<pipeline::WriteError> write_error() const { return fault_.current(); }
   /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
   void lose(const std::string& why);
 
@@ -78,8 +77,7 @@ class RowLog {
 
   std::string metadata_;
   LogCounters& counters_;
-  WriteErrorReporter::Tell tell_;
-  WriteErrorReporter fault_;
+  WriteFault fault_;
   Segments segments_;
   LogPager log_rows_{segments_};
   ConsumerRegistry followers_;
@@ -100,14 +98,13 @@ class RowLog {
 /// `written` is called on the disk thread when no row of `counters` (which several writers may share) is pending.
 class ThreadedRowWriter : public RowWriter {
  public:
-  /// Arguments as for RowLog; `tell` is called on any thread.
+  /// Arguments as for RowLog; `problems` must outlive the disk thread.
   using Written = std::function<void()>;
   /// `synced` is called on the disk thread after each sync.
   ThreadedRowWriter(
-      config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread& disk,
-      WriteErrorReporter::Tell tell, Written written,
-      std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {},
-      SegmentPolicy policy = {});
+      config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread& disk, Problems& problems,
+      Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {},
+      const SegmentPolicy& policy = {});
   ~ThreadedRowWriter() override;
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
@@ -120,7 +117,6 @@ class ThreadedRowWriter : public RowWriter {
   std::optional<pipeline::RetentionStatus> retention() const override {
     return log_ ? log_->retention() : std::nullopt;
   }
-  std::optional<pipeline::WriteError> write_error() const override { return log_ ? log_->write_error() : std::nullopt; }
   void close() override;
   const LogCounters& counters() const override { return *counters_; }
 
@@ -139,7 +135,8 @@ class ThreadedRowWriter : public RowWriter {
 class DirectRowWriter : public RowWriter {
  public:
   DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), SegmentPolicy policy = {});
+                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(),
+                  const SegmentPolicy& policy = {});
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
     log_.append(row, session_ns);
@@ -154,6 +151,9 @@ class DirectRowWriter : public RowWriter {
  private:
   std::shared_ptr<LogCounters> counters_;
   std::string first_fault_;
+  Problems problems_{[this](bool begins, const std::string&, const std::string& text) {
+    if (begins && first_fault_.empty()) first_fault_ = text;
+  }};
   RowLog log_;
 };
 

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "base/alarm.hpp"
 #include "base/host_time.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
@@ -134,7 +133,7 @@ class Segments {
   std::int64_t next_look_s_ = INT64_MIN;                    // uptime
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
   std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
-  Alarm hold_alarm_, deletion_alarm_;                       // problem: the consumer; the file
+  std::string held_by_, kept_;                              // as told: the consumer; the file that cannot be deleted
   std::map<std::string, std::uint64_t> counted_;            // rows of segments without an end line, by file
   mutable std::mutex status_mutex_;
   std::optional<pipeline::RetentionStatus> status_;

@@ -88,7 +88,8 @@ std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments,
                       status.bytes,
                       since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
   const bool held = stored.hold && exceeds_limits(settings_, stored);
-  if (hold_alarm_.set(held ? stored.hold->consumer : "") && held)
+  const std::string consumer = held ? stored.hold->consumer : "";
+  if (std::exchange(held_by_, consumer) != consumer && held)
     report(
         pipeline::Severity::kWarning, "retention",
         fmt::format("{0}: segments are kept longer than {0}/keep_mib or {0}/keep_days because \"{1}\" has not fetched "
@@ -129,7 +130,7 @@ bool Segments::remove(const Segment& segment, NextDeletion::Why why) {
   index_.deleting(deletion);
   fs::remove(segment.path, error);
   if (error) {
-    if (deletion_alarm_.set(segment.file))
+    if (std::exchange(kept_, segment.file) != segment.file)
       report(pipeline::Severity::kWarning, "retention",
              fmt::format("{}: {}: cannot be deleted: {}", section(), segment.path, error.message()));
     return false;

@@ -4,63 +4,38 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
+#include "base/problems.hpp"
 #include "compensation/block_stability.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/plausibility_alarm.hpp"
 #include "daemon/pipeline/sensor_changes.hpp"
 
 namespace prism::pipeline {
 
-class AxisRecord {
- public:
-  /// `log` may be null. `prefix`: of event texts, "x: " if there are several axes.
-  AxisRecord(std::unique_ptr<RowWriter> log, std::string prefix) : log_(std::move(log)), prefix_(std::move(prefix)) {}
+struct AxisRecord {
+  /// Consecutive plausible seconds after which a sensor's fault is over.
+  static constexpr int kCalmS = 30;
+
+  std::string name;                ///< as in the frame description
+  std::string prefix;              ///< of texts about the axis: "x: "; empty for a device with one axis
+  std::unique_ptr<RowWriter> log;  ///< null: none is configured
+  compensation::BlockStability stability;
+  std::uint64_t seconds = 0;    ///< rows since the start
+  std::uint64_t windows = 0;    ///< of these: with a full window
+  std::uint64_t corrected = 0;  ///< of these: with a corrected rate
+  /// Of the current session: none before its first frame or full second, and after its end.
+  std::optional<compensation::Compensated> last_sample;
+  std::optional<compensation::CompensatedWindow> last_window;
+  SensorChanges changes;
+  std::uint32_t last_quality = compensation::kNoModel;  ///< as reported
 
   /// `block_s`: length of the stability blocks.
   void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
-  void keep(const compensation::Compensated& row);
   /// Reports a change of quality, values that became implausible or plausible again, and changes of sensors.
-  void watch(const compensation::CompensatedWindow& row, const Tell& tell);
-  /// The stored values are no longer current.
-  void end_session() { sampled_ = windowed_ = false; }
-  /// Restarts the stability, after a change of model.
-  void begin_stability() { stability_.reset(); }
-
-  struct RowCounts {
-    std::uint64_t seconds = 0;    ///< rows
-    std::uint64_t windows = 0;    ///< of these: with a full window
-    std::uint64_t corrected = 0;  ///< of these: with a corrected rate
-  };
-  /// Since the start.
-  const RowCounts& rows() const { return rows_; }
-  /// Changes of sensors that may be faults: one line each.
-  std::vector<std::string> changes() const { return with_prefix(changes_.open()); }
-  /// Ends these; returns their texts.
-  std::vector<std::string> end_changes() { return with_prefix(changes_.end_all()); }
-  RowWriter* log() const { return log_.get(); }
-  const compensation::BlockStability& stability() const { return stability_; }
-  /// Of the current session: null before its first frame or full second, and after its end.
-  const compensation::Compensated* last_sample() const { return sampled_ ? &last_sample_ : nullptr; }
-  const compensation::CompensatedWindow* last_window() const { return windowed_ ? &last_window_ : nullptr; }
-
- private:
-  std::vector<std::string> with_prefix(std::vector<std::string> texts) const;
-
-  std::unique_ptr<RowWriter> log_;
-  std::string prefix_;
-  PlausibilityAlarm plausibility_watch_;
-  SensorChanges changes_;
-  compensation::BlockStability stability_;
-  compensation::Compensated last_sample_;
-  compensation::CompensatedWindow last_window_;
-  RowCounts rows_;
-  bool sampled_ = false, windowed_ = false;
-  std::uint32_t last_quality_ = compensation::kNoModel;
+  void watch(const compensation::CompensatedWindow& row, const Tell& tell, Problems& problems);
 };
 
 }  // namespace prism::pipeline

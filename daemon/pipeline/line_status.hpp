@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// State of a serial line, independent of its data.
+// One line of a device: its state, independent of its data, and its capture.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "daemon/pipeline/log_writers.hpp"
 #include "drivers/poller.hpp"
 #include "drivers/transport/transport.hpp"
 
@@ -21,8 +23,8 @@ struct LineStatus {
   std::int64_t last_data_ns = 0;                    ///< arrival of the last bytes; 0: none since the start
   std::optional<transport::LineCounters> hardware;  ///< nullopt if the driver does not count
   std::vector<std::string> notes;                   ///< settings that the device did not accept at open
-  std::string turned_away;                          ///< a host that a line that listens turns away now; empty: none
   drivers::PollCounters polls;                      ///< since the start
+  std::unique_ptr<CaptureSink> capture;             ///< null: none is configured
 
   /// True if the line delivers rows, so that the latest values are current.
   bool delivers() const { return state == LineState::kReceiving || state == LineState::kReplaying; }

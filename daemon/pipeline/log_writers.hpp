@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Interfaces of the log and the capture, for the acquisition and the socket.
+// Interfaces of the log and the capture, for the device and the socket.
 #pragma once
 
 #include <atomic>
@@ -22,13 +22,6 @@ struct LogCounters {
   std::atomic<std::uint64_t> rows{0}, dropped{0}, segments{0};
   std::atomic<std::uint64_t> pending{0};   ///< rows queued for the disk thread
   std::atomic<std::uint64_t> unsynced{0};  ///< written rows that a power cut would lose
-};
-
-/// Data cannot be written now.
-struct WriteError {
-  std::string why;
-  std::int64_t since_s = 0;  ///< host time
-  std::uint64_t lost = 0;    ///< rows or bytes since then
 };
 
 struct RowQuery {
@@ -88,8 +81,6 @@ class RowWriter {
   virtual std::map<std::string, FollowerStatus> followers() const { return {}; }
   /// Thread-safe. nullopt: not known yet, or a replay, which deletes nothing.
   virtual std::optional<RetentionStatus> retention() const { return std::nullopt; }
-  /// Thread-safe. nullopt: rows are written.
-  virtual std::optional<WriteError> write_error() const { return std::nullopt; }
   /// Closes the last segment; later rows are ignored.
   virtual void close() = 0;
   virtual const LogCounters& counters() const = 0;
@@ -105,8 +96,6 @@ class CaptureSink {
   virtual void sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
   virtual void flush() = 0;
   virtual std::uint64_t dropped_bytes() const = 0;
-  /// As RowWriter::write_error().
-  virtual std::optional<WriteError> write_error() const { return std::nullopt; }
   /// As RowWriter::retention().
   virtual std::optional<RetentionStatus> retention() const { return std::nullopt; }
 };

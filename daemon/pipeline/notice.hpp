@@ -13,12 +13,4 @@ enum class Severity { kDebug, kInfo, kWarning, kError };
 /// adds the time.
 using Tell = std::function<void(Severity severity, const std::string& kind, const std::string& text)>;
 
-/// A problem begins or ends.
-struct Notice {
-  bool begins;
-  std::string text;  ///< one line
-
-  Severity severity() const { return begins ? Severity::kWarning : Severity::kInfo; }
-};
-
 }  // namespace prism::pipeline

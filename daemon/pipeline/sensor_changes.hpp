@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "compensation/jump_watch.hpp"
 #include "daemon/pipeline/axis_sensors.hpp"
-#include "daemon/pipeline/notice.hpp"
 
 namespace prism::pipeline {
 
@@ -25,34 +25,34 @@ class SensorChanges {
   static constexpr int kAgreeS = 600, kStillS = 1800, kStillRateS = 60;
   static constexpr int kChanges = 30;  ///< changes of the one-second mean before a constant value is one
 
-  /// Rows must be passed in order of creation. Returns a notice for each change that begins or ends.
-  std::vector<Notice> push(const compensation::CompensatedWindow& row);
-
-  /// Those that have not ended: one line each.
-  std::vector<std::string> open() const;
-  /// Ends all; returns their texts.
-  std::vector<std::string> end_all();
+  /// Rows must be passed in order of creation. Each change is a problem; `prefix`: of its text.
+  void push(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems);
+  /// Forgets the changes that have not ended.
+  void forget();
 
  private:
   struct Jump {
     compensation::JumpWatch::Jump values;
     std::int64_t second = 0;
-    std::string text;                    ///< empty: not open
+    bool open = false;
     double mean_before = kUnknown;       ///< the last second's before the jump
     std::vector<double> sensors_before;  ///< the other sensors then
   };
   struct Stillness {
     double value = kUnknown;
     int seconds = 0, longest_s = 0, changes = 0;
-    std::string text;
+    bool open = false;
   };
 
-  void watch_jump(std::size_t i, const compensation::CompensatedWindow& row, std::vector<Notice>& notices);
-  void begin_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second,
-                  std::vector<Notice>& notices);
-  void seek_agreement(std::size_t i, const compensation::SecondMean& now, std::vector<Notice>& notices);
-  static void watch_stillness(Stillness& still, double value, const char* name, const char* unit, int least_s,
-                              std::vector<Notice>& notices);
+  struct Place {
+    const std::string& prefix;
+    Problems& problems;
+  };
+  void watch_jump(std::size_t i, const compensation::CompensatedWindow& row, Place place);
+  void begin_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second, Place place);
+  void seek_agreement(std::size_t i, const compensation::SecondMean& now, Place place);
+  static void watch_stillness(Stillness& still, double value, const std::string& name, const std::string& unit,
+                              int least_s, Place place);
 
   std::array<compensation::JumpWatch, kAxisSensors.size()> watch_;
   std::array<Jump, kAxisSensors.size()> latest_, open_;

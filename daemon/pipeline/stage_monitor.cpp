@@ -3,12 +3,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "drivers/wire/decode/sniffer.hpp"
 
 namespace prism::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastInput = 10;
+
+constexpr std::size_t kSeconds = 30;  // of the rate
+constexpr double kTolerance = 0.1;
+constexpr double kLeastRateHz = 2;  // below: a second has too few frames to count
+
+bool near(double count, double other) { return std::abs(count - other) <= std::max(kTolerance * other, 1.0); }
 
 std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes, std::uint64_t refused, std::uint64_t single) {
   if (refused > 0)
@@ -43,7 +53,8 @@ StageCounts counts_of(const Pipeline& pipeline) {
   return counts;
 }
 
-std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts& counts, std::int64_t now_ns) {
+std::string StageMonitor::push(const Pipeline& pipeline, std::int64_t now_ns) {
+  const StageCounts counts = counts_of(pipeline);
   if (stages_.empty()) stages_.assign(2 + counts.rates.size(), {now_ns, counts});
   std::string problem;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
@@ -65,10 +76,30 @@ std::string StageMonitor::problem_at(const Pipeline& pipeline, const StageCounts
   return problem;
 }
 
-std::optional<Notice> StageMonitor::push(const Pipeline& pipeline, std::int64_t now_ns) {
-  if (!alarm_.set_state(problem_at(pipeline, counts_of(pipeline), now_ns))) return std::nullopt;
-  if (!alarm_.is_active()) return Notice{false, "the gyro's data give rates again"};
-  return Notice{true, alarm_.problem()};
+std::string clocks_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check) {
+  if (!check.differs()) return {};
+  if (!frames.counts_frames())
+    return fmt::format(
+        "the gyro's time tags advance {:.3g} s in a second of arrivals, expected 1: ticks_per_s is wrong",
+        check.ratio());
+  return fmt::format("frames arrive at {:.2f} a second, the description says {:g} (rate_hz)",
+                     check.ratio() * frames.counted_rate_hz(), frames.counted_rate_hz());
+}
+
+std::optional<std::string> RateMonitor::push(std::uint32_t samples) {
+  if (rate_hz_ < kLeastRateHz) return std::nullopt;
+  seconds_.push_back(samples);
+  if (seconds_.size() < kSeconds) return std::nullopt;
+  std::vector<std::uint32_t> sorted = std::exchange(seconds_, {});
+  std::sort(sorted.begin(), sorted.end());
+  const double median = sorted[sorted.size() / 2];
+  if (near(median, rate_hz_)) return "";
+  const auto alike = std::count_if(sorted.begin(), sorted.end(), [&](double count) { return near(count, median); });
+  if (static_cast<double>(alike) < (1 - kTolerance) * kSeconds) return std::nullopt;
+  return fmt::format(
+      "found {} gyro frames a second by their time stamps, expected {:g} (rate_hz): rate_hz is wrong, or frames are "
+      "lost all the time",
+      median, rate_hz_);
 }
 
 }  // namespace prism::pipeline

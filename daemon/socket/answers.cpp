@@ -39,9 +39,10 @@ struct Current {
 };
 
 Current current(const Sources& sources, std::size_t axis) {
-  const pipeline::AxisRecord& record = sources.acquisition.record(axis);
-  if (!sources.gyro_line().delivers() || record.last_sample() == nullptr || has_no_frames(sources)) return {};
-  Current now{record.last_sample(), record.last_window(), sources.acquisition.engine(axis).correction()};
+  const pipeline::AxisRecord& record = sources.device.axes[axis];
+  if (!sources.gyro_line().delivers() || !record.last_sample || has_no_frames(sources)) return {};
+  Current now{&*record.last_sample, record.last_window ? &*record.last_window : nullptr,
+              sources.device.pipeline->axes()[axis].engine.correction()};
   constexpr std::uint32_t kOfValues =
       compensation::kRateInvalid | compensation::kImplausible | compensation::kClocksDiffer;
   now.correction.quality |= now.sample->correction.quality & kOfValues;
@@ -60,16 +61,15 @@ ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
 }
 
 ordered_json age_json(const Sources& sources) {
-  const std::int64_t last_ns = sources.acquisition.pipeline().last_frame_ns();
+  const std::int64_t last_ns = sources.device.pipeline->last_frame_ns();
   return last_ns == 0 ? ordered_json() : ordered_json(seconds(host_time_ns() - last_ns));
 }
 
 // Length of the window, history collected so far, and history that a correction needs.
-void put_window_length(ordered_json& json, const pipeline::Acquisition& acquisition, std::size_t axis,
-                       const Current& now) {
-  json["window_s"] = acquisition.block_s(axis);
+void put_window_length(ordered_json& json, const pipeline::Device& device, std::size_t axis, const Current& now) {
+  json["window_s"] = device.setup.axes[axis].features().length_s;
   json["warm_s"] = now.window ? now.window->window.warm_s : 0;
-  json["full_s"] = acquisition.full_s(axis);
+  json["full_s"] = compensation::history_s(device.setup.axes[axis].features());
 }
 
 // Meaning of the standard deviation: error in a new run, or, for models of version 0.1, the model's own.
@@ -98,10 +98,10 @@ ordered_json row_of_axis(const Row* row, std::uint32_t quality, const std::strin
 }
 
 void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, const Current& now) {
-  const std::string& name = sources.acquisition.axis_name(axis);
+  const std::string& name = sources.device.axes[axis].name;
   json["sample"] = row_of_axis(now.sample, now.correction.quality, name);
   json["window"] = row_of_axis(now.window, now.correction.quality, name);
-  put_window_length(json, sources.acquisition, axis, now);
+  put_window_length(json, sources.device, axis, now);
 }
 
 /// The log of one axis: consumers by name, and the retention, if known.
@@ -119,10 +119,10 @@ void put_log(ordered_json& json, const pipeline::RowWriter* log) {
 /// Names the sensor lines without data; empty if all deliver.
 std::string lines_without_data(const Sources& sources) {
   std::string text;
-  for (std::size_t i = 0; i < sources.acquisition.setup().sensor_lines.size(); ++i) {
-    const pipeline::LineStatus& line = sources.acquisition.line(i + 1);
+  for (std::size_t i = 0; i < sources.device.setup.sensor_lines.size(); ++i) {
+    const pipeline::LineStatus& line = sources.device.lines[i + 1];
     if (!line.delivers())
-      text += fmt::format(", {} {}", sources.acquisition.setup().sensor_lines[i].name, state_name(line.state));
+      text += fmt::format(", {} {}", sources.device.setup.sensor_lines[i].name, state_name(line.state));
   }
   return text;
 }
@@ -131,48 +131,44 @@ std::string quality_of(const Sources& sources, std::size_t axis) {
   return compensation::quality_text(current_quality(sources, axis));
 }
 
-ordered_json health_json(const Health& health) {
-  return {{"state", health_name(health.level)}, {"problems", health.problems}};
-}
-
 std::string qualities(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  if (acquisition.axes() == 1) return "quality " + quality_of(sources, 0);
+  const pipeline::Device& device = sources.device;
+  if (device.axes.size() == 1) return "quality " + quality_of(sources, 0);
   std::string text = "quality";
-  for (std::size_t i = 0; i < acquisition.axes(); ++i)
-    text += fmt::format("{} {} {}", i > 0 ? "," : "", acquisition.axis_name(i), quality_of(sources, i));
+  for (std::size_t i = 0; i < device.axes.size(); ++i)
+    text += fmt::format("{} {} {}", i > 0 ? "," : "", device.axes[i].name, quality_of(sources, i));
   return text;
 }
 
 ordered_json status_answer(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const pipeline::Setup& setup = acquisition.setup();
+  const pipeline::Device& device = sources.device;
+  const pipeline::Setup& setup = device.setup;
   const config::Config& c = setup.config;
   ordered_json json = {{"name", c.name},
                        {"version", kVersion},
                        {"state", state_name(sources.gyro_line().state)},
                        {"detail", sources.gyro_line().detail},
-                       {"health", health_json(health_of(sources))},
+                       {"health", health_json(sources)},
                        {"state_since_s", seconds(sources.gyro_line().since_ns)},
                        {"started_s", seconds(sources.started_ns)},
                        {"device", c.line.device},
                        {"gyro_serial", c.gyro_serial},
                        {"frames", setup.frames->name},
                        {"clock", c.device_clock ? "device" : "host"},
-                       {"sessions", acquisition.sessions()}};
-  json["line"] = counters_json(acquisition.pipeline().decoder().counters());
-  json["timing"] = clock_json(acquisition.pipeline());
-  json["no_rate"] = text_or_null(acquisition.starved());
-  json["clocks_differ"] = text_or_null(acquisition.clocks_problem());
+                       {"sessions", device.sessions}};
+  json["line"] = counters_json(device.pipeline->decoder().counters());
+  json["timing"] = clock_json(*device.pipeline);
+  json["no_rate"] = text_or_null(device.problems.find(pipeline::kNoRate).text);
+  json["clocks_differ"] = text_or_null(device.problems.find(pipeline::kClocksDiffer).text);
   json["age_s"] = age_json(sources);
-  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
-    ordered_json& axis = json["axes"][acquisition.axis_name(i)];
+  for (std::size_t i = 0; i < device.axes.size(); ++i) {
+    ordered_json& axis = json["axes"][device.axes[i].name];
     put_models(axis, setup.axes[i]);
     axis["quality"] = quality_of(sources, i);
     put_rows(axis, sources, i, current(sources, i));
-    put_log(axis, acquisition.record(i).log());
+    put_log(axis, device.axes[i].log.get());
   }
-  if (const pipeline::LogCounters* log = acquisition.log()) {
+  if (const pipeline::LogCounters* log = device.log) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
                    {"rows", log->rows.load()},
                    {"dropped", log->dropped.load()},
@@ -182,10 +178,10 @@ ordered_json status_answer(const Sources& sources) {
   }
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
   if (setup.sensors) json["sensors"] = sensors_answer(sources);
-  if (const auto* const capture = acquisition.capture(pipeline::kGyroLine))
+  if (const auto* const capture = device.lines[pipeline::kGyroLine].capture.get())
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
                        {"dropped_bytes", capture->dropped_bytes()}};
-  if (const auto* const capture = acquisition.capture(pipeline::kGyroLine); capture && capture->retention())
+  if (const auto* const capture = device.lines[pipeline::kGyroLine].capture.get(); capture && capture->retention())
     json["capture"]["retention"] = retention_json(*capture->retention());
   json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
   return json;
@@ -204,10 +200,10 @@ ordered_json inputs_json(const compensation::ModelPtr& model, const Current& now
 }
 
 ordered_json bias_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Setup::Axis& own = sources.acquisition.setup().axes[axis];
+  const pipeline::Setup::Axis& own = sources.device.setup.axes[axis];
   const Current now = current(sources, axis);
   const auto [sample, window, correction] = now;
-  ordered_json json = {{"axis", sources.acquisition.axis_name(axis)},
+  ordered_json json = {{"axis", sources.device.axes[axis].name},
                        {"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
                        {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
@@ -221,7 +217,7 @@ ordered_json bias_answer(const Sources& sources, std::size_t axis) {
   json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
   json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
   json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
-  put_window_length(json, sources.acquisition, axis, now);
+  put_window_length(json, sources.device, axis, now);
   json["quality"] = compensation::quality_text(correction.quality);
   json["age_s"] = age_json(sources);
   json["model"] = own.model ? ordered_json(own.model->info().id) : ordered_json();
@@ -237,27 +233,27 @@ ordered_json noise_json(const compensation::ModelPtr& model) {
 }
 
 ordered_json stability_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const compensation::BlockStability& stability = acquisition.record(axis).stability();
+  const pipeline::Device& device = sources.device;
+  const compensation::BlockStability& stability = device.axes[axis].stability;
   const auto improvement = stability.improvement();
-  return {{"axis", acquisition.axis_name(axis)},
-          {"block_s", acquisition.block_s(axis)},
+  return {{"axis", device.axes[axis].name},
+          {"block_s", device.setup.axes[axis].features().length_s},
           {"divisor", "N-1"},
           {"all", series_json(stability.all())},
           {"raw", series_json(stability.raw())},
           {"corrected", series_json(stability.corrected())},
           {"improvement", improvement ? ordered_json(*improvement) : ordered_json()},
-          {"noise_deg_per_h", noise_json(acquisition.setup().axes[axis].model)},
-          {"model", model_brief(acquisition.setup().axes[axis].model)}};
+          {"noise_deg_per_h", noise_json(device.setup.axes[axis].model)},
+          {"model", model_brief(device.setup.axes[axis].model)}};
 }
 
 ordered_json model_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Setup& setup = sources.acquisition.setup();
+  const pipeline::Setup& setup = sources.device.setup;
   const compensation::ModelPtr& model = setup.axes[axis].model;
   if (!model) return nullptr;
   const compensation::ModelInfo& info = model->info();
   ordered_json json = model_brief(model);
-  json["axis"] = sources.acquisition.axis_name(axis);
+  json["axis"] = sources.device.axes[axis].name;
   json["file"] = setup.config.axes[axis].model;
   json["loaded_s"] = seconds(setup.loaded_ns);
   json["gyro_serial"] = info.gyro_serial;
@@ -295,10 +291,10 @@ AxisAnswer axis_answer_of(std::string_view method) {
 
 bool has_no_frames(const Sources& sources) {
   constexpr double kFrames = 3;  // of a slow device
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const pipeline::Setup& setup = acquisition.setup();
+  const pipeline::Device& device = sources.device;
+  const pipeline::Setup& setup = device.setup;
   const pipeline::LineStatus& line = sources.gyro_line();
-  const double age_s = seconds(line.last_data_ns - std::max(acquisition.pipeline().last_frame_ns(), line.since_ns));
+  const double age_s = seconds(line.last_data_ns - std::max(device.pipeline->last_frame_ns(), line.since_ns));
   return line.delivers() && age_s > std::max(setup.config.line.silence_s, kFrames / setup.frames->rate_hz);
 }
 
@@ -307,16 +303,16 @@ std::uint32_t current_quality(const Sources& sources, std::size_t axis) {
 }
 
 std::string summary(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const std::string& device = acquisition.setup().config.line.device;
+  const pipeline::Device& device = sources.device;
+  const std::string& path = device.setup.config.line.device;
   switch (sources.gyro_line().state) {
     case pipeline::LineState::kReceiving:
-      return fmt::format("receiving from {}, {} frames, {}{}", device, acquisition.frames(), qualities(sources),
+      return fmt::format("receiving from {}, {} frames, {}{}", path, device.frames(), qualities(sources),
                          lines_without_data(sources));
     case pipeline::LineState::kReplaying:
-      return fmt::format("replaying, {} frames", acquisition.frames());
+      return fmt::format("replaying, {} frames", device.frames());
     default:
-      return fmt::format("{}: {}", device.empty() ? "no line" : device,
+      return fmt::format("{}: {}", path.empty() ? "no line" : path,
                          sources.gyro_line().detail.empty() ? "waiting" : sources.gyro_line().detail);
   }
 }

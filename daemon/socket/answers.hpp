@@ -12,7 +12,7 @@
 namespace prism::socket {
 
 using Answer = nlohmann::ordered_json (*)(const Sources& sources);
-/// `axis`: less than Acquisition::axes().
+/// `axis`: index into Device::axes.
 using AxisAnswer = nlohmann::ordered_json (*)(const Sources& sources, std::size_t axis);
 
 /// Returns nullptr if the method is another one: of an axis, or one that Rpc handles itself.

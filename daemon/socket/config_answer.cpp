@@ -147,7 +147,7 @@ void put_columns(ordered_json& json, const TextColumns& text) {
 }  // namespace
 
 ordered_json config_answer(const Sources& sources) {
-  const pipeline::Setup& setup = sources.acquisition.setup();
+  const pipeline::Setup& setup = sources.device.setup;
   const config::Config& c = setup.config;
   ordered_json json = {{"file", c.path}, {"name", c.name}};
   json["gyro"] = {{"serial", c.gyro_serial}};

@@ -63,13 +63,13 @@ ordered_json clock_json(const pipeline::Pipeline& pipeline) {
 }
 
 ordered_json line_answer(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const pipeline::Setup& setup = acquisition.setup();
+  const pipeline::Device& device = sources.device;
+  const pipeline::Setup& setup = device.setup;
   ordered_json json = {{"device", setup.config.line.device},   {"state", state_name(sources.gyro_line().state)},
-                       {"detail", sources.gyro_line().detail}, {"sessions", acquisition.sessions()},
+                       {"detail", sources.gyro_line().detail}, {"sessions", device.sessions},
                        {"baud", setup.line.format.baud},       {"notes", sources.gyro_line().notes}};
-  json["decoder"] = counters_json(acquisition.pipeline().decoder().counters());
-  json["timing"] = clock_json(acquisition.pipeline());
+  json["decoder"] = counters_json(device.pipeline->decoder().counters());
+  json["timing"] = clock_json(*device.pipeline);
   json["nominal_period_s"] = setup.frames->period_s();
   json["hardware"] = hardware_json(sources.gyro_line().hardware);
   put_polls(json, setup.frames->commands, sources.gyro_line().polls);
@@ -78,12 +78,12 @@ ordered_json line_answer(const Sources& sources) {
 }
 
 ordered_json sensor_lines_answer(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
+  const pipeline::Device& device = sources.device;
   ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < acquisition.setup().sensor_lines.size(); ++i) {
-    const pipeline::Setup::SensorLine& line = acquisition.setup().sensor_lines[i];
-    const pipeline::LineStatus& status = acquisition.line(i + 1);
-    const pipeline::SensorFeed& feed = acquisition.pipeline().sensor_feeds()[i];
+  for (std::size_t i = 0; i < device.setup.sensor_lines.size(); ++i) {
+    const pipeline::Setup::SensorLine& line = device.setup.sensor_lines[i];
+    const pipeline::LineStatus& status = device.lines[i + 1];
+    const pipeline::SensorFeed& feed = device.pipeline->sensor_feeds()[i];
     ordered_json& own = json[line.name];
     own = {{"device", line.line.device},  {"state", state_name(status.state)},
            {"detail", status.detail},     {"state_since_s", seconds(status.since_ns)},
@@ -94,17 +94,17 @@ ordered_json sensor_lines_answer(const Sources& sources) {
     own["decoder"] = counters_json(feed.decoder().counters());
     own["hardware"] = hardware_json(status.hardware);
     put_polls(own, line.frames->commands, status.polls);
-    if (const pipeline::CaptureSink* capture = acquisition.capture(i + 1))
+    if (const pipeline::CaptureSink* capture = device.lines[i + 1].capture.get())
       own["capture_dropped_bytes"] = capture->dropped_bytes();
   }
   return json;
 }
 
 ordered_json sensors_answer(const Sources& sources) {
-  const pipeline::Acquisition& acquisition = sources.acquisition;
-  const std::vector<SensorName>& sensors = sensors_of_list(acquisition.setup().sensors);
-  const std::vector<double> values = acquisition.pipeline().sensors_now(time_of(sources));
-  const std::size_t of_device = acquisition.setup().frames->sensors.size();
+  const pipeline::Device& device = sources.device;
+  const std::vector<SensorName>& sensors = sensors_of_list(device.setup.sensors);
+  const std::vector<double> values = device.pipeline->sensors_now(time_of(sources));
+  const std::size_t of_device = device.setup.frames->sensors.size();
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const bool there = i >= of_device || sources.gyro_line().delivers();

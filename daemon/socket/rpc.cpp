@@ -43,25 +43,24 @@ std::string method_names() {
 std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
 
 // Names of the axes whose bit is set in `chosen`.
-std::vector<std::string> names_of(const pipeline::Acquisition& acquisition,
-                                  std::uint32_t chosen = Subscription::kAllAxes) {
+std::vector<std::string> names_of(const pipeline::Device& device, std::uint32_t chosen = Subscription::kAllAxes) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < acquisition.axes(); ++i) {
-    if (chosen >> i & 1) names.push_back(acquisition.axis_name(i));
+  for (std::size_t i = 0; i < device.axes.size(); ++i) {
+    if (chosen >> i & 1) names.push_back(device.axes[i].name);
   }
   return names;
 }
 
 // Returns a bit for each axis in the list "axes", all if it is missing; nullopt if it is invalid.
-std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Acquisition& acquisition) {
+std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Device& device) {
   if (!params.is_object() || !params.contains("axes")) return Subscription::kAllAxes;
   const json& list = params["axes"];
   if (!list.is_array() || list.empty()) return std::nullopt;
   std::uint32_t chosen = 0;
   for (const json& name : list) {
     std::size_t axis = 0;
-    while (axis < acquisition.axes() && name != acquisition.axis_name(axis)) ++axis;
-    if (axis == acquisition.axes()) return std::nullopt;
+    while (axis < device.axes.size() && name != device.axes[axis].name) ++axis;
+    if (axis == device.axes.size()) return std::nullopt;
     chosen |= 1U << axis;
   }
   return chosen;
@@ -180,19 +179,19 @@ void Rpc::axis_answers(const Call& call, AxisAnswer answer) {
   const auto axes = axes_of(call);
   if (!axes) return;
   ordered_json result;
-  for (const std::size_t axis : *axes) result["axes"][sources_.acquisition.axis_name(axis)] = answer(sources_, axis);
+  for (const std::size_t axis : *axes) result["axes"][sources_.device.axes[axis].name] = answer(sources_, axis);
   reply(call, std::move(result));
 }
 
 std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
-  const pipeline::Acquisition& acquisition = sources_.acquisition;
-  std::vector<std::size_t> all(acquisition.axes());
+  const pipeline::Device& device = sources_.device;
+  std::vector<std::size_t> all(device.axes.size());
   std::iota(all.begin(), all.end(), 0);
   if (!call.params.is_object() || !call.params.contains("axis")) return all;
   std::vector<std::string> names;
   for (const std::size_t axis : all) {
-    if (call.params["axis"] == acquisition.axis_name(axis)) return std::vector{axis};
-    names.push_back(acquisition.axis_name(axis));
+    if (call.params["axis"] == device.axes[axis].name) return std::vector{axis};
+    names.push_back(device.axes[axis].name);
   }
   fail(call, kInvalidParams,
        fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
@@ -207,8 +206,7 @@ void Rpc::history(const Call& call) {
   if (!axes) return;
   std::vector<TextPart> parts;
   for (const std::size_t axis : *axes) {
-    parts.emplace_back((parts.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.acquisition.axis_name(axis))) +
-                       ":");
+    parts.emplace_back((parts.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.device.axes[axis].name)) + ":");
     for (TextPart& part : sources_.publisher.history(axis).json(*count)) parts.push_back(std::move(part));
   }
   parts.emplace_back("}}");
@@ -244,13 +242,13 @@ void Rpc::rows(const Call& call) {
   if (!axes) return;
   if (axes->size() != 1)
     return fail(call, kInvalidParams,
-                fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.acquisition), ", ")));
+                fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
   auto params = row_params(call.params);
   if (!params) return fail(call, kInvalidParams, params.error().text());
   params->query.user = call.client->user().value_or(~std::uint32_t{0});
-  pipeline::RowWriter* const log = sources_.acquisition.record(axes->front()).log();
+  pipeline::RowWriter* const log = sources_.device.axes[axes->front()].log.get();
   if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
-  const std::string name = json_text(json(sources_.acquisition.axis_name(axes->front())));
+  const std::string name = json_text(json(sources_.device.axes[axes->front()].name));
   const auto answer = [this, call, name](pipeline::RowResult page) {
     if (!page) return fail(call, code_of(page.error().why), page.error().text);
     std::vector<TextPart> parts{TextPart(R"({"axes":{)" + name + ":")};
@@ -276,7 +274,7 @@ void Rpc::change_subscription(const Call& call, bool on) {
     known = true;
     wanted = on ? Subscription{static_cast<std::uint32_t>(*every), true, true} : Subscription{};
   }
-  const auto axes = axes_param(call.params, sources_.acquisition);
+  const auto axes = axes_param(call.params, sources_.device);
   known = known && axes;
   for (const json& stream : streams.is_array() ? streams : json::array()) {
     if (stream == "sample") {
@@ -293,13 +291,13 @@ void Rpc::change_subscription(const Call& call, bool on) {
     return fail(call, kInvalidParams,
                 "found " + shown(call.params) +
                     R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
-                    json_text(json(names_of(sources_.acquisition))) + "}");
+                    json_text(json(names_of(sources_.device))) + "}");
   }
   wanted.axes = *axes;
   reply(call, {{"sample_every", wanted.sample_every},
                {"window", wanted.windows},
                {"event", wanted.events},
-               {"axes", names_of(sources_.acquisition, wanted.axes)}});
+               {"axes", names_of(sources_.device, wanted.axes)}});
   call.client->subscription = wanted;
   publisher_.update();
 }
@@ -315,7 +313,7 @@ void Rpc::reload(const Call& call) {
 
 void Rpc::send(const Call& call) {
   if (!call.client->privileged()) return fail(call, kNotPermitted, "send needs root or the user that prismd runs as");
-  const auto params = send_params(call.params, sources_.acquisition.setup());
+  const auto params = send_params(call.params, sources_.device.setup);
   if (!params) return fail(call, kInvalidParams, params.error().what);
   if (!send_) return fail(call, kFailed, "send: a replay has no device");
   if (const auto sent = send_(params->line, params->bytes); !sent) return fail(call, kFailed, sent.error().text());

@@ -61,28 +61,30 @@ std::string too_long() {
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
-                                             int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell) {
+                                             int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell,
+                                             Problems& problems) {
   if (inherited >= 0) {
     boost::system::error_code error;
     Acceptor acceptor(io);
     acceptor.assign(Protocol(), inherited, error);
     if (error) return make_error("systemd's socket", error.message());
     return std::unique_ptr<Server>(
-        new Server(std::move(acceptor), settings, OwnSocketFile(), publisher, rpc, std::move(tell)));
+        new Server(std::move(acceptor), settings, OwnSocketFile(), publisher, rpc, std::move(tell), problems));
   }
   Result<Acceptor> acceptor = listen(io, settings);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  return std::unique_ptr<Server>(
-      new Server(std::move(*acceptor), settings, OwnSocketFile(settings.path), publisher, rpc, std::move(tell)));
+  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, OwnSocketFile(settings.path), publisher,
+                                            rpc, std::move(tell), problems));
 }
 
 Server::Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
-               pipeline::Tell tell)
+               pipeline::Tell tell, Problems& problems)
     : acceptor_(std::move(acceptor)),
       settings_(std::move(settings)),
       own_(std::move(own)),
       publisher_(publisher),
       tell_(std::move(tell)),
+      problems_(problems),
       requests_(acceptor_.get_executor(), rpc) {}
 
 asio::awaitable<void> Server::serve() {
@@ -108,11 +110,11 @@ asio::awaitable<void> Server::serve() {
 }
 
 void Server::watch_file() {
-  const char* const problem = "the socket's file was removed or replaced, new clients cannot connect; restart prismd";
-  if (!file_alarm_.set(own_.is_in_place() ? "" : problem)) return;
-  const bool begins = file_alarm_.is_active();
-  tell_(begins ? Severity::kWarning : Severity::kInfo, "socket",
-        settings_.path + ": " + (begins ? problem : "clients can connect again"));
+  if (own_.is_in_place()) return problems_.clear("socket", settings_.path + ": clients can connect again");
+  problems_.set("socket", {.kind = "socket",
+                           .text = settings_.path +
+                                   ": the socket's file was removed or replaced, new clients cannot connect; restart "
+                                   "prismd"});
 }
 
 std::string Server::admit(const Client& client) {

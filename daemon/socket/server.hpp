@@ -7,7 +7,7 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 
-#include "base/alarm.hpp"
+#include "base/problems.hpp"
 #include "base/result.hpp"
 #include "base/unix_socket.hpp"
 #include "config/config.hpp"
@@ -27,7 +27,8 @@ class Server {
   /// `inherited`: a listening socket from systemd, or −1: create one at settings.path. Replaces a stale socket file.
   /// Errors: another daemon listens on this path.
   static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
-                                              int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell);
+                                              int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell,
+                                              Problems& problems);
 
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();
@@ -36,7 +37,7 @@ class Server {
 
  private:
   Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
-         pipeline::Tell tell);
+         pipeline::Tell tell, Problems& problems);
   /// Disconnects another client if needed. Returns an error text if the client cannot be admitted, else "".
   std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
@@ -44,9 +45,9 @@ class Server {
   Acceptor acceptor_;
   config::SocketSettings settings_;
   const OwnSocketFile own_;
-  Alarm file_alarm_;
   Publisher& publisher_;
   const pipeline::Tell tell_;
+  Problems& problems_;
   RequestQueue requests_;
   const std::shared_ptr<ClientMemory> memory_ = std::make_shared<ClientMemory>();
 };

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "daemon/socket/event_log.hpp"
 #include "daemon/socket/publisher.hpp"
 
@@ -12,12 +12,12 @@ namespace prism::socket {
 
 /// All members must outlive this.
 struct Sources {
-  const pipeline::Acquisition& acquisition;
+  const pipeline::Device& device;
   const EventLog& events;
   const Publisher& publisher;
   std::int64_t started_ns;  ///< host time
 
-  const pipeline::LineStatus& gyro_line() const { return acquisition.line(pipeline::kGyroLine); }
+  const pipeline::LineStatus& gyro_line() const { return device.lines[pipeline::kGyroLine]; }
 };
 
 }  // namespace prism::socket

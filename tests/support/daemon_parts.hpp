@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base/host_time.hpp"
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "daemon/socket/rpc.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -34,29 +34,35 @@ struct DaemonParts {
           told(event);
           publisher.event(event);
         }),
-        acquisition(
+        device(
             std::move(setup), std::move(logs), {},
-            [this](const pipeline::Rows& rows) { publisher.rows(rows, acquisition.unwritten()); }, events.teller()) {}
+            [this](const pipeline::Rows& rows) {
+              publisher.rows(rows, device.log != nullptr && device.log->pending > 0);
+            },
+            events.teller(), problems) {}
 
   socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
-    socket::Rpc made({acquisition, events, publisher, started_ns}, publisher, row_requests, std::move(reload));
+    socket::Rpc made({device, events, publisher, started_ns}, publisher, row_requests, std::move(reload));
     return made;
   }
   void begin_session(std::int64_t now_ns) {
-    acquisition.begin_session(pipeline::kGyroLine, now_ns);
+    device.begin_session(pipeline::kGyroLine, now_ns);
     set_line(pipeline::LineState::kReceiving);
   }
   void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
-    acquisition.feed(pipeline::kGyroLine, bytes, arrival_ns);
+    device.feed(pipeline::kGyroLine, bytes, arrival_ns);
   }
   void set_line(pipeline::LineState state, const std::string& detail = {}) {
-    acquisition.line(pipeline::kGyroLine).set(state, detail, host_time_ns());
+    device.lines[pipeline::kGyroLine].set(state, detail, host_time_ns());
   }
 
   const std::int64_t started_ns = host_time_ns();
   socket::Publisher publisher;
   socket::EventLog events;
-  pipeline::Acquisition acquisition;
+  Problems problems{[this](bool begins, const std::string& kind, const std::string& text) {
+    events.teller()(begins ? pipeline::Severity::kWarning : pipeline::Severity::kInfo, kind, text);
+  }};
+  pipeline::Device device;
   socket::RowRequests row_requests;
 };
 

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "config/config.hpp"
+#include "daemon/pipeline/notice.hpp"
 
 namespace prism::test {
 
@@ -46,19 +49,25 @@ inline std::string content(const std::string& path) {
 
 inline void write_file(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
-/// Collects reported lines. Thread-safe.
+/// Collects reported lines: events, and the begin and end of problems. Thread-safe.
 class Told {
  public:
-  auto teller() {
+  std::function<void(const std::string&)> teller() {
     return [this](const std::string& line) {
       const std::lock_guard lock(mutex_);
       lines_.push_back(line);
+    };
+  }
+  pipeline::Tell events() {
+    return [tell = teller()](pipeline::Severity severity, const std::string&, const std::string& line) {
+      if (severity > pipeline::Severity::kInfo) tell(line);
     };
   }
   std::vector<std::string> lines() const {
     const std::lock_guard lock(mutex_);
     return lines_;
   }
+  Problems problems{[tell = teller()](bool, const std::string&, const std::string& line) { tell(line); }};
 
  private:
   mutable std::mutex mutex_;

@@ -14,7 +14,7 @@ start_prismd
 wait_for 20 field_above .log.dropped status 50
 same "reports of the full disk" "$(grep -c 'cannot be written' "$dir/prismd.err")" 1
 same "health" "$(field .health.state status)" failed
-echo "$(field '.health.problems[]' status)" | grep -qE 'log: cannot write \(.*No space left on device.*\) since 20[0-9T:-]*Z, [0-9]+ rows lost' || fail "problems: $(field .health status)"
+echo "$(field '.health.problems[]' status)" | grep -qE 'log: .*: No space left on device; rows are dropped.* \([0-9]+ rows since 20[0-9T:-]*Z\)' || fail "problems: $(field .health status)"
 for file in "$dir"/small/log/*.csv; do
   same "incomplete rows" "$(grep -v '^#' "$file" | awk -F, 'NR == 1 { columns = NF } NF != columns' | wc -l)" 0
   same "complete rows" "$([ "$(grep -c '^[0-9]' "$file")" -gt 0 ] && echo some)" some

@@ -68,14 +68,14 @@ wait_for 20 field_above .decoder.frames line 100
 contains "the stranger" "$(cat "$dir/prismd.err")" 'lost: 127.0.0.9 sent no frame for 1 s and is replaced by 127.0.0.1; no frame came, but "xx'
 start stranger python3 -c "$drip" "$port" 127.0.0.8
 problems() { prismctl --json status | jq -r '.health.problems[]'; }
-wait_for 5 sh -c "$(declare -f problems); problems | grep -qx 'line: 127.0.0.8 is turned away: 127.0.0.1 is connected'"
+wait_for 5 sh -c "$(declare -f problems); problems | grep -q ': 127.0.0.8 is turned away: 127.0.0.1 is connected'"
 
 # Only one host may connect.
 kill -9 "$sim"
 net_config "\"tcp\": {\"listen\": \"127.0.0.1:$port\", \"from\": \"127.0.0.7\"}"
 prismctl reload >/dev/null || fail "the reload with \"from\" failed"
 start stranger python3 -c "$drip" "$port" 127.0.0.8
-wait_for 5 sh -c "$(declare -f problems); problems | grep -qx 'line: 127.0.0.8 is turned away: only 127.0.0.7 may connect'"
+wait_for 5 sh -c "$(declare -f problems); problems | grep -q ': 127.0.0.8 is turned away: only 127.0.0.7 may connect'"
 start gyro python3 -c "$drip" "$port" 127.0.0.7
 wait_for 5 field_is .state status receiving
 

@@ -19,6 +19,7 @@ using nlohmann::json;
 constexpr Family kUp{"prism_up", Type::kGauge, "Whether the gyro's prismd responds."};
 constexpr Family kInfo{"prism_info", Type::kGauge, "Version, frame description and serial number."};
 constexpr Family kStart{"prism_start_time_seconds", Type::kGauge, "Start time of prismd, since 1970."};
+constexpr Family kProblems{"prism_problems", Type::kGauge, "Problems that `prismctl status` lists now."};
 constexpr Family kReceiving{"prism_line_receiving", Type::kGauge, "Whether the line delivers frames."};
 constexpr Family kAge{"prism_last_data_age_seconds", Type::kGauge, "Time since the last bytes of the line."};
 constexpr Family kSessions{"prism_line_sessions_total", Type::kCounter, "Number of sessions of the line."};
@@ -93,6 +94,8 @@ class GyroWriter {
 };
 
 void add_line(const GyroWriter& gyro, const json& status, const json& line) {
+  if (const json& problems = member(member(status, "health"), "problems"); problems.is_array())
+    gyro.put(kProblems, {}, static_cast<double>(problems.size()));
   gyro.put(kReceiving, text_member(status, "state") == "receiving");
   gyro.put(kAge, member(status, "age_s"));
   gyro.put(kSessions, member(status, "sessions"));

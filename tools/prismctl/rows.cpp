@@ -14,7 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/alarm.hpp"
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
@@ -145,7 +144,7 @@ class Follower {
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
     if (!answer) return tl::unexpected(answer.error());
-    fault_.clear();
+    retrying_ = false;
     const json& page = client::of_axis(*answer, settings_.axis);
     if (const json& missing = at(page, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
@@ -173,7 +172,7 @@ class Follower {
   }
 
   void pause(const Error& error) {
-    if (fault_.set_state(error.text())) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
+    if (!std::exchange(retrying_, true)) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
     std::this_thread::sleep_for(scaled(std::chrono::seconds(1)));
   }
 
@@ -182,7 +181,7 @@ class Follower {
   Printer printer_;
   std::string cursor_;
   std::optional<client::DaemonConnection> connection_;
-  Alarm fault_;
+  bool retrying_ = false;
 };
 
 }  // namespace

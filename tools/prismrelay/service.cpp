@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "base/alarm.hpp"
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/json_member.hpp"
@@ -57,18 +56,19 @@ class Reporter {
  private:
   void write_status(const RelayState::View& view) {
     const auto written = write_text_file(settings_.status_file, json_text(status_json(settings_, view), 2) + "\n");
-    report(status_alarm_, "status", written);
+    report(status_problem_, "status", written);
   }
 
   void write_metrics(const RelayState::View& view) {
     measured_s_ = host_time_s();
     const auto written = metrics::write_exposition(settings_.metrics->file, metrics_text(view));
-    report(metrics_alarm_, "metrics", written);
+    report(metrics_problem_, "metrics", written);
   }
 
-  static void report(Alarm& alarm, const char* what, const Result<void>& written) {
-    if (!alarm.set(written ? "" : written.error().text()) || !alarm.is_active()) return;
-    log_line(Level::kWarning, fmt::format("cannot write the {}: {}", what, alarm.problem()));
+  static void report(std::string& told, const char* what, const Result<void>& written) {
+    const std::string problem = written ? "" : written.error().text();
+    if (std::exchange(told, problem) == problem || problem.empty()) return;
+    log_line(Level::kWarning, fmt::format("cannot write the {}: {}", what, problem));
   }
 
   const Settings& settings_;
@@ -77,7 +77,7 @@ class Reporter {
   unsigned rounds_ = 0;
   double measured_s_ = 0;
   std::string reported_;
-  Alarm status_alarm_, metrics_alarm_;
+  std::string status_problem_, metrics_problem_;  ///< as told
 };
 
 int show_status(const Settings& settings, bool as_json) {

@@ -26,7 +26,7 @@ AxisArchive::AxisArchive(boost::asio::io_context& io, InstanceProxy& proxy, std:
     : proxy_(proxy), axis_(std::move(axis)), store_(std::move(store)), pause_(io) {}
 
 void AxisArchive::report(const std::string& what) {
-  if (!store_alarm_.set(what)) return;
+  if (std::exchange(store_problem_, what) == what) return;
   fmt::print(stderr, "prismweb: {} {}: {}\n", proxy_.name(), axis_,
              what.empty() ? "minutes and hours are stored again" : what);
 }

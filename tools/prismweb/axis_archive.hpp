@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 
-#include "base/alarm.hpp"
 #include "tools/client/response.hpp"
 #include "tools/prismweb/async_store.hpp"
 #include "tools/prismweb/instance_proxy.hpp"
@@ -62,7 +61,7 @@ class AxisArchive : public std::enable_shared_from_this<AxisArchive> {
   boost::asio::steady_timer pause_;
   /// reading_: one page is requested at a time, until the store has it, so that a blocked disk does not fill memory.
   bool has_log_ = true, reading_ = false, behind_ = true;
-  Alarm store_alarm_;
+  std::string store_problem_;  ///< as told
 };
 
 }  // namespace prism::prismweb

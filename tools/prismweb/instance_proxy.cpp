@@ -112,7 +112,7 @@ void InstanceProxy::update_axes(std::string_view member) {
 
 // Once, not at each reconnect.
 void InstanceProxy::report_older(const std::string& why) {
-  if (status_alarm_.set(why) && status_alarm_.is_active()) fmt::print(stderr, "prismweb: {}: {}\n", name_, why);
+  if (std::exchange(status_problem_, why) != why && !why.empty()) fmt::print(stderr, "prismweb: {}: {}\n", name_, why);
 }
 
 // Subscribes before on_connect() requests past rows, so that no second is missed.

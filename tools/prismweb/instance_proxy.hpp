@@ -14,7 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include "base/alarm.hpp"
 #include "config/socket_protocol.hpp"
 #include "tools/client/async_connection.hpp"
 #include "tools/prismweb/subscription_table.hpp"
@@ -81,7 +80,7 @@ class InstanceProxy {
   SubscriptionTable subscriptions_;
   std::uint32_t subscribed_every_ = 0;
   bool subscribing_ = false;
-  Alarm status_alarm_;  ///< why the last status was rejected
+  std::string status_problem_;  ///< why the last status was rejected
 };
 
 }  // namespace prism::prismweb

@@ -15,7 +15,7 @@ class ReloaderTest : public test::DaemonPartsTest {
  protected:
   std::shared_ptr<Reloader> make(Reloader::Load load) {
     return Reloader::make(io_, *disk_,
-                          {std::move(load), parts_->acquisition, [this] { ++reopened_; }, parts_->events.teller(),
+                          {std::move(load), parts_->device, [this] { ++reopened_; }, parts_->events.teller(),
                            [] { return std::string("test"); }});
   }
   void run_until(const bool& done) {
@@ -41,7 +41,7 @@ TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
   bool done = false;
   reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
   run_until(done);
-  EXPECT_EQ(parts_->acquisition.setup().axes[0].engine.max_bias_deg_per_h, 7);
+  EXPECT_EQ(parts_->device.setup.axes[0].engine.max_bias_deg_per_h, 7);
   EXPECT_EQ(reopened_, 0);
 }
 
@@ -107,8 +107,8 @@ TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
   bool done = false;
   reloader->reload([&](const auto&) { done = true; });
   run_until(done);
-  EXPECT_EQ(parts_->acquisition.pipeline().decoder().counters().frames, 0u);  // a pipeline of its own
-  EXPECT_GT(parts_->acquisition.frames(), 0u);
+  EXPECT_EQ(parts_->device.pipeline->decoder().counters().frames, 0u);  // a pipeline of its own
+  EXPECT_GT(parts_->device.frames(), 0u);
 }
 
 // SIGHUP, then SIGTERM: the disk thread still read the configuration for a reloader that was gone.

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "tests/support/daemon_parts.hpp"
 
@@ -70,7 +70,7 @@ TEST_F(PipelineTest, AStepBackBeginsASession) {
   EXPECT_LT(windows.back().row.window.second_mean.second, windows.front().row.window.second_mean.second);
 }
 
-class AcquisitionTest : public test::DaemonPartsTest {
+class DeviceTest : public test::DaemonPartsTest {
  protected:
   /// Feeds frames of 10 deg/h that arrive every `step_s`.
   void feed(test::DaemonParts& parts, int frames, double step_s, double temperature_degc) {
@@ -82,7 +82,7 @@ class AcquisitionTest : public test::DaemonPartsTest {
   }
 };
 
-TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
+TEST_F(DeviceTest, AWrongRateIsOneEvent) {
   setup_.clock.source = drivers::ClockSource::kHost;
   std::vector<std::string> told;
   test::DaemonParts parts(setup_, {}, [&](const socket::Event& event) {
@@ -94,7 +94,7 @@ TEST_F(AcquisitionTest, AWrongRateIsOneEvent) {
   EXPECT_THAT(told, testing::ElementsAre("frames arrive at 400.00 a second, the description says 200 (rate_hz)"));
 }
 
-TEST_F(AcquisitionTest, AReloadEndsAJumpThatStayed) {
+TEST_F(DeviceTest, AReloadEndsAJumpThatStayed) {
   setup_.clock.source = drivers::ClockSource::kHost;
   std::vector<std::string> told;
   test::DaemonParts parts(setup_, {}, [&](const socket::Event& event) {
@@ -104,9 +104,9 @@ TEST_F(AcquisitionTest, AReloadEndsAJumpThatStayed) {
   const double period_s = setup_.frames->period_s();
   feed(parts, 100 * 200, period_s, 25);
   feed(parts, 60 * 200, period_s, 45);
-  EXPECT_EQ(parts.acquisition.record(0).changes().size(), 1u);
-  ASSERT_TRUE(parts.acquisition.reconfigure(setup_));
-  EXPECT_TRUE(parts.acquisition.record(0).changes().empty());
+  EXPECT_EQ(parts.problems.list().size(), 1u);
+  ASSERT_TRUE(parts.device.reconfigure(setup_));
+  EXPECT_TRUE(parts.problems.list().empty());
   EXPECT_THAT(told, testing::ElementsAre(testing::StartsWith("temperature jumped from 25 to 45 degC"),
                                          testing::StartsWith("ended by the reload: temperature jumped")));
 }

@@ -31,7 +31,8 @@ struct CaptureLogTest : testing::Test {
   void SetUp() override { begin(); }
   void begin(const std::string& name = "gyro") {
     log.reset();
-    log = std::make_unique<CaptureLog>(settings, name, disk, told.teller());
+    log = std::make_unique<CaptureLog>(settings, name, disk, told.problems, CaptureLog::kMostHeld,
+                                       SegmentPolicy{told.events()});
   }
   void data(double second, const Bytes& bytes) { log->data(bytes, kNoonNs + static_cast<std::int64_t>(second * 1e9)); }
   void flush() {
@@ -132,7 +133,7 @@ TEST_F(CaptureLogTest, AFailedSyncCostsNoByteAndIsToldOnce) {
 }
 
 TEST_F(CaptureLogTest, AFaultOfADayTriesSeldomAndDropsTheOldest) {
-  log = std::make_unique<CaptureLog>(settings, "gyro", disk, told.teller(), 100);
+  log = std::make_unique<CaptureLog>(settings, "gyro", disk, told.problems, 100);
   {
     const test::FailingCall fault(test::failing_fdatasync, EIO);
     for (int i = 0; i < 100; ++i) {

@@ -24,7 +24,7 @@ using testing::HasSubstr;
 struct FollowersTest : testing::Test {
   ConsumerRegistry open(std::vector<std::string> keep_for = {}) {
     return ConsumerRegistry(folder.file("gyro.csv.followers"), std::move(keep_for),
-                            [this](const std::string& what) { told.push_back(what); });
+                            [this](auto, auto&, const std::string& what) { told.push_back(what); });
   }
   static RowCursor behind(std::uint64_t segment, std::uint64_t row) {
     return {std::string(32, 'a'), segment, row, 100 * segment + row};
@@ -121,8 +121,8 @@ TEST_F(FollowersTest, RetentionWaitsForWhomTheLogIsKept) {
   std::int64_t now_s = 1000;
   policy.uptime_s = [&now_s] { return now_s; };
   policy.tell = [this](pipeline::Severity, const std::string&, const std::string& what) { told.push_back(what); };
-  RowLog log(
-      settings, "gyro", "# prism TEST data log, format 2\n", counters, [](const std::string&) {}, policy);
+  Problems problems([](auto, auto&, auto&) {});
+  RowLog log(settings, "gyro", "# prism TEST data log, format 2\n", counters, problems, policy);
   const auto files = [&] {
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(settings.directory))

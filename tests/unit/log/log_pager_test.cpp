@@ -31,9 +31,10 @@ compensation::CompensatedWindow row_of(std::int64_t second) {
 
 struct LogRowsTest : testing::Test {
   LogRowsTest() { settings.directory = folder.file("log"); }
+  Problems problems{[](auto, auto&, auto&) {}};
   std::unique_ptr<RowLog> open() {
     return std::make_unique<RowLog>(
-        settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters, [](const std::string&) {},
+        settings, "gyro", "# prism TEST data log, format 2\n# instance: gyro\n", counters, problems,
         SegmentPolicy{[this](pipeline::Severity, const std::string& kind, const std::string& text) {
                         events.push_back(kind + ": " + text);
                       },

@@ -35,7 +35,9 @@ const std::string kMetadata = "# a: b\n";
 
 struct RowLogTest : testing::Test {
   void SetUp() override { begin(); }
-  void begin() { log = std::make_unique<RowLog>(settings, "gyro", kMetadata, counters, told.teller()); }
+  void begin() {
+    log = std::make_unique<RowLog>(settings, "gyro", kMetadata, counters, told.problems, SegmentPolicy{told.events()});
+  }
   void append(int count) {
     for (int i = 0; i < count; ++i) log->append(test::row_at(next++), session_ns);
   }
@@ -299,7 +301,7 @@ TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
 }
 
 TEST_F(RowLogTest, ANameTooLongIsAFaultAndNoEnd) {
-  RowLog longest(settings, std::string(250, 'n'), kMetadata, counters, told.teller());
+  RowLog longest(settings, std::string(250, 'n'), kMetadata, counters, told.problems);
   longest.append(test::row_at(kNoonS), session_ns);
   longest.append(test::row_at(kNoonS + 1), session_ns);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("File name too long")));
@@ -337,7 +339,7 @@ struct RowWriterTest : RowLogTest {
 
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
   {
-    ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller(), [this] { ++written; });
+    ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.problems, [this] { ++written; });
     writer.append(test::row_at(kNoonS), session_ns);
     writer.set_metadata("# a: c\n");
     writer.append(test::row_at(kNoonS + 1), session_ns);
@@ -354,7 +356,7 @@ TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
 }
 
 TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
-  ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.teller(), [this] { ++written; });
+  ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.problems, [this] { ++written; });
   std::promise<void> gate;
   disk.post(0, [&] { gate.get_future().wait(); });
   for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoonS + i), session_ns);

@@ -59,6 +59,7 @@ TEST(Exposition, IsWrittenAsAWholeForEverybody) {
 json status_of(const std::string& quality) {
   return {{"state", "receiving"},
           {"age_s", 0.25},
+          {"health", {{"problems", {"log: full", "line: silent"}}}},
           {"started_s", 1000.5},
           {"line", {{"frames", 7}, {"bad_check", 2}}},
           {"timing", {{"missing_frames", 3}, {"resets", 1}}},
@@ -79,14 +80,15 @@ std::string text_of(const GyroAnswers& answers) {
 
 TEST(GyroMetrics, WhatIsKnownHasASampleAndWhatIsNotHasNone) {
   const std::string text = text_of({status_of("warming+implausible"), {}, {}});
-  for (const char* line : {"prism_up{gyro=\"gyro1\"} 1\n", "prism_line_receiving{gyro=\"gyro1\"} 1\n",
-                           "prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"z\"} 8.5\n",
-                           "prism_quality_good{gyro=\"gyro1\",axis=\"z\"} 0\n",
-                           "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"warming\"} 1\n",
-                           "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"implausible\"} 1\n",
-                           "prism_line_refused_total{gyro=\"gyro1\",reason=\"bad_check\"} 2\n",
-                           "prism_log_follower_lost_rows_total{gyro=\"gyro1\",follower=\"relay\"} 4\n",
-                           "prism_sensor_celsius{gyro=\"gyro1\",sensor=\"case\"} 23.5\n"})
+  for (const char* line :
+       {"prism_up{gyro=\"gyro1\"} 1\n", "prism_problems{gyro=\"gyro1\"} 2\n",
+        "prism_line_receiving{gyro=\"gyro1\"} 1\n", "prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"z\"} 8.5\n",
+        "prism_quality_good{gyro=\"gyro1\",axis=\"z\"} 0\n",
+        "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"warming\"} 1\n",
+        "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"implausible\"} 1\n",
+        "prism_line_refused_total{gyro=\"gyro1\",reason=\"bad_check\"} 2\n",
+        "prism_log_follower_lost_rows_total{gyro=\"gyro1\",follower=\"relay\"} 4\n",
+        "prism_sensor_celsius{gyro=\"gyro1\",sensor=\"case\"} 23.5\n"})
     EXPECT_THAT(text, HasSubstr(line));
   for (const char* absent : {"prism_bias_degrees", "prism_sensor_volts", "null", "nan"})
     EXPECT_THAT(text, Not(HasSubstr(absent)));

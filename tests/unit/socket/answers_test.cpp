@@ -71,7 +71,7 @@ TEST_F(Answers, AMeasurementIsOfNow) {
 TEST_F(Answers, AGyroThatIsGoneIsNotGood) {
   begin_session();
   feed(3);
-  parts_->acquisition.finish(pipeline::kGyroLine);
+  parts_->device.finish(pipeline::kGyroLine);
   parts_->set_line(pipeline::LineState::kConnecting, "unplugged (end of file)");
   expect_no_data();
   EXPECT_TRUE(result("status")["age_s"].is_number());
@@ -94,14 +94,14 @@ TEST_F(Answers, ANewSessionDoesNotShowTheOldOne) {
 TEST_F(Answers, AnotherStreamDoesNotShowTheOldOne) {
   begin_session();
   feed(3);
-  ASSERT_TRUE(parts_->acquisition.reconfigure(make_setup(R"(, "gyro": {"sign": -1})")));
+  ASSERT_TRUE(parts_->device.reconfigure(make_setup(R"(, "gyro": {"sign": -1})")));
   expect_no_data();
 }
 
 // Implausible values are shown and marked; one event reports them, however long it lasts.
 TEST_F(Answers, AnImplausibleSensorIsNotGood) {
   begin_session();
-  ASSERT_TRUE(parts_->acquisition.reconfigure(
+  ASSERT_TRUE(parts_->device.reconfigure(
       make_setup(R"(, "plausibility": {"temperature": {"range_degc": [30, 40], "stuck_s": 900}})")));
   begin_session();
   feed(20);
@@ -142,7 +142,7 @@ TEST_F(Answers, HistoryKeepsAnHour) {
   feed(3900);
   const json all = result("history", json::parse(R"({"seconds": 3600})"));
   ASSERT_EQ(all.size(), 3600u);
-  EXPECT_EQ(all.back()["time_s"], parts_->acquisition.record(0).last_window()->window.second_mean.second + 1);
+  EXPECT_EQ(all.back()["time_s"], parts_->device.axes[0].last_window->window.second_mean.second + 1);
   EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
 }
 
@@ -189,15 +189,15 @@ TEST_F(ConfigAnswer, HealthNamesASensorLineThatCannotBeRead) {
       "stale_after_s": 20, "columns": {"air": {"column": 2, "unit": "degC"}}}})"));
   const std::int64_t now_ns = host_time_ns();
   const auto problems = [&](double receiving_s) {
-    parts.acquisition.line(1).set(pipeline::LineState::kConnecting, {}, 0);
-    parts.acquisition.line(1).set(pipeline::LineState::kReceiving, {}, now_ns - std::llround(1e9 * receiving_s));
+    parts.device.lines[1].set(pipeline::LineState::kConnecting, {}, 0);
+    parts.device.lines[1].set(pipeline::LineState::kReceiving, {}, now_ns - std::llround(1e9 * receiving_s));
     Rpc rpc = parts.rpc([](auto done) { done({}); });
     return test::Asker().ask(rpc, "status", nullptr)["result"]["health"]["problems"].dump();
   };
   const std::string expected = "room: bytes, but no value that can be used for 25 s";
   EXPECT_THAT(problems(25), testing::Not(testing::HasSubstr("room"))) << "not a byte came";
   const std::string words = "OK\r\nREADY\r\n";
-  parts.acquisition.feed(1, {reinterpret_cast<const std::uint8_t*>(words.data()), words.size()}, now_ns);
+  parts.device.feed(1, {reinterpret_cast<const std::uint8_t*>(words.data()), words.size()}, now_ns);
   EXPECT_THAT(problems(25), testing::HasSubstr(expected));
   EXPECT_THAT(problems(15), testing::Not(testing::HasSubstr("room")));
 }

@@ -210,13 +210,13 @@ TEST_F(AxesRpcTest, TellsTheAxesThatASubscriptionChose) {
 
 TEST_F(AxesRpcTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
   auto other = good(R"("axes": {"x": {}, "y": {"sign": -1}})");
-  EXPECT_THAT(parts.acquisition.reconfigure(other).error().text(),
+  EXPECT_THAT(parts.device.reconfigure(other).error().text(),
               HasSubstr("found logs imu-x, imu-y, expected imu-x, imu-y, imu-z as before; restart prismd"));
   auto deaf = setup;
   deaf.axes[0].model = test::linear_model({"dTdt"}, {1});
   deaf.axes[2].fallback = test::linear_model({"dTdt"}, {1});  // needs inputs that a fallback may not
-  if (parts.acquisition.reconfigure(deaf)) GTEST_FAIL() << "the fallback of z was taken";
-  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(parts.acquisition.engine(axis).model(), nullptr);
+  if (parts.device.reconfigure(deaf)) GTEST_FAIL() << "the fallback of z was taken";
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(parts.device.pipeline->axes()[axis].engine.model(), nullptr);
 }
 
 }  // namespace

@@ -29,11 +29,12 @@ using testing::StartsWith;
 constexpr std::int64_t kNoon = 1'795'262'400;  // 2026-11-21T12:00:00Z
 
 struct InjectedFaults : testing::Test {
+  Problems problems{[](auto, auto&, const std::string& what) { ADD_FAILURE() << what; }};
   /// Opens a log writer in the folder log/.
   std::unique_ptr<log::RowLog> writer(const std::string& metadata = "", const std::string& name = "gyro1") {
     return std::make_unique<log::RowLog>(test::segments_in(log), name,
                                          "# prism 0.2.0 data log, format 2\n# instance: gyro1\n" + metadata, counters,
-                                         [](const std::string& what) { ADD_FAILURE() << what; });
+                                         problems);
   }
   /// Appends rows whose seconds end at first, first + 1, …, as a new session.
   static void append(log::RowLog& rows, std::int64_t first, int count) {

@@ -12,9 +12,9 @@
 #include "base/sha256.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/rate_monitor.hpp"
 #include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
+#include "daemon/pipeline/stage_monitor.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 

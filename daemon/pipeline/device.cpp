@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/pipeline/acquisition.hpp"
+#include "daemon/pipeline/device.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,8 @@
 
 namespace prism::pipeline {
 namespace {
+
+constexpr const char* kWrongRate = "rate_hz";  // a problem's key
 
 // Returns an error if a reload changes a socket or a directory, which other programs use.
 Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
@@ -97,111 +99,120 @@ std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const Make
   return logs;
 }
 
-Acquisition::Acquisition(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs,
-                         std::vector<std::unique_ptr<CaptureSink>> captures, Publish publish, Tell tell)
-    : setup_(std::move(setup)),
+Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
+               std::vector<std::unique_ptr<CaptureSink>> captures, Publish publish, Tell tell, Problems& found)
+    : setup(std::move(own)),
+      pipeline(std::make_unique<Pipeline>(setup)),
+      lines(1 + setup.sensor_lines.size()),
+      axes(setup.axes.size()),
+      problems(found),
       publish_(std::move(publish)),
       tell_(std::move(tell)),
-      captures_(std::move(captures)),
-      lines_(1 + setup_.sensor_lines.size()),
-      pipeline_(std::make_unique<Pipeline>(setup_)),
-      rate_watch_(setup_.frames->rate_hz) {
-  logs.resize(setup_.axes.size());
-  for (std::size_t i = 0; i < logs.size(); ++i) records_.emplace_back(std::move(logs[i]), axis_prefix(i));
-  if (const RowWriter* log = records_.front().log()) log_counters_ = &log->counters();
+      rates_(setup.frames->rate_hz) {
+  for (std::size_t i = 0; i < captures.size(); ++i) lines[i].capture = std::move(captures[i]);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    axes[i].name = setup.frames->axes[i].name;
+    if (axes.size() > 1) axes[i].prefix = axes[i].name + ": ";
+    if (!logs.empty()) axes[i].log = std::move(logs[i]);
+  }
+  if (axes.front().log) log = &axes.front().log->counters();
 }
 
-void Acquisition::begin_session(std::size_t line, std::int64_t now_ns) {
-  if (!captures_.empty()) captures_[line]->mark_opened(now_ns);
-  if (line != kGyroLine) return pipeline_->begin_sensor_session(line - 1, now_ns);
-  ++sessions_;
-  rate_watch_.begin();
+const wire::DecoderCounters& Device::decoded(std::size_t line) const {
+  return (line == kGyroLine ? pipeline->decoder() : pipeline->sensor_feeds()[line - 1].decoder()).counters();
+}
+
+void Device::begin_session(std::size_t line, std::int64_t now_ns) {
+  if (lines[line].capture) lines[line].capture->mark_opened(now_ns);
+  if (line != kGyroLine) return pipeline->begin_sensor_session(line - 1, now_ns);
+  ++sessions;
+  rates_.begin();
   stages_.begin();
-  end_session(pipeline_->begin_session(now_ns));
+  end_session(pipeline->begin_session(now_ns));
 }
 
-void Acquisition::sent(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
-  if (!captures_.empty()) captures_[line]->sent(bytes, time_ns);
-}
-
-void Acquisition::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
-  lines_[line].last_data_ns = arrival_ns;
-  if (!captures_.empty()) captures_[line]->data(bytes, arrival_ns);
-  if (line != kGyroLine) return pipeline_->feed_sensors(line - 1, bytes, arrival_ns);
-  keep(pipeline_->feed(bytes, arrival_ns));
+void Device::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+  lines[line].last_data_ns = arrival_ns;
+  if (lines[line].capture) lines[line].capture->data(bytes, arrival_ns);
+  if (line != kGyroLine) return pipeline->feed_sensors(line - 1, bytes, arrival_ns);
+  keep(pipeline->feed(bytes, arrival_ns));
   watch_stages(arrival_ns);
 }
 
 // With sensor lines, writes two marks to every capture, so that a replay finds the same points in all of them, even if
 // a line had no data in between.
-void Acquisition::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
-  for (std::size_t line = kGyroLine + 1; line < lines_.size(); ++line) {
+void Device::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
+  for (std::size_t line = kGyroLine + 1; line < lines.size(); ++line) {
     begin_session(line, before_ns);
     begin_session(line, now_ns);
   }
-  if (!captures_.empty() && lines_.size() > 1) captures_[kGyroLine]->mark_opened(before_ns);
+  if (lines[kGyroLine].capture && lines.size() > 1) lines[kGyroLine].capture->mark_opened(before_ns);
   begin_session(kGyroLine, now_ns);
 }
 
 // Not for sensor lines: a value is complete when its bytes arrive, never by a time-out, as in a replay.
-void Acquisition::expire(std::size_t line, std::int64_t now_ns) {
-  if (line == kGyroLine) keep(pipeline_->expire(now_ns));
+void Device::expire(std::size_t line, std::int64_t now_ns) {
+  if (line == kGyroLine) keep(pipeline->expire(now_ns));
 }
 
-void Acquisition::finish(std::size_t line) {
+void Device::finish(std::size_t line) {
   if (line != kGyroLine) return;
-  if (!captures_.empty()) captures_[line]->flush();
-  end_session(pipeline_->finish());
+  if (lines[line].capture) lines[line].capture->flush();
+  end_session(pipeline->finish());
 }
 
-void Acquisition::close() {
-  for (const AxisRecord& record : records_) {
-    if (record.log()) record.log()->close();
+void Device::close() {
+  for (const AxisRecord& axis : axes) {
+    if (axis.log) axis.log->close();
   }
-  captures_.clear();
+  for (LineStatus& line : lines) line.capture.reset();
 }
 
-void Acquisition::sync() {
-  for (const AxisRecord& record : records_) {
-    if (record.log()) record.log()->sync();
+void Device::sync() {
+  for (const AxisRecord& axis : axes) {
+    if (axis.log) axis.log->sync();
   }
-  for (const auto& capture : captures_) capture->flush();
+  for (const LineStatus& line : lines) {
+    if (line.capture) line.capture->flush();
+  }
 }
 
-Result<bool> Acquisition::reconfigure(Setup setup) {
+Result<bool> Device::reconfigure(Setup next) {
   for (const auto same : {same_places, same_logs, same_sensor_lines}) {
-    if (auto kept = same(setup_, setup); !kept) return tl::unexpected<Error>(kept.error());
+    if (auto kept = same(setup, next); !kept) return tl::unexpected<Error>(kept.error());
   }
-  const bool stream = same_stream(setup, setup_);
-  const bool reopen = !stream || !same_wires(setup, setup_);
-  if (stream && same_engines(setup, setup_)) {
-    if (auto used = pipeline_->use_models(setup); !used) return tl::unexpected<Error>(used.error());
+  const bool stream = same_stream(next, setup);
+  const bool reopen = !stream || !same_wires(next, setup);
+  if (stream && same_engines(next, setup)) {
+    if (auto used = pipeline->use_models(next); !used) return tl::unexpected<Error>(used.error());
   } else {
-    end_session(pipeline_->finish());
+    end_session(pipeline->finish());
     frames_before_ = frames();
-    pipeline_ = std::make_unique<Pipeline>(setup);
+    pipeline = std::make_unique<Pipeline>(next);
     reported_by_arrival_ = reported_resets_ = 0;
-    stages_ = {};
-    clocks_alarm_.clear();
+    stages_.begin();
+    for (const char* key : {kNoRate, kClocksDiffer}) problems.forget(key);
   }
-  setup_ = std::move(setup);
-  rate_watch_ = RateMonitor(setup_.frames->rate_hz);
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    records_[i].begin_stability();
-    for (const std::string& change : records_[i].end_changes())
-      tell_(Severity::kInfo, "question", "ended by the reload: " + change);
-    if (records_[i].log()) records_[i].log()->set_metadata(log_metadata(setup_, i));
+  setup = std::move(next);
+  rates_ = RateMonitor(setup.frames->rate_hz);
+  problems.forget(kWrongRate);
+  problems.clear_all("question", "ended by the reload: ");
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    axes[i].name = setup.frames->axes[i].name;
+    axes[i].stability.reset();
+    axes[i].changes.forget();
+    if (axes[i].log) axes[i].log->set_metadata(log_metadata(setup, i));
   }
   return reopen;
 }
 
-void Acquisition::keep(const Rows& rows) {
+void Device::keep(const Rows& rows) {
   for (const Rows::Window& window : rows.windows)
-    records_[window.axis].keep(window.row, window.session_ns, block_s(window.axis));
-  std::uint32_t wanted = (1U << records_.size()) - 1;  // the latest of each axis
+    axes[window.axis].keep(window.row, window.session_ns, setup.axes[window.axis].features().length_s);
+  std::uint32_t wanted = (1U << axes.size()) - 1;  // the latest of each axis
   for (std::size_t i = rows.samples.size(); i-- > 0 && wanted != 0;) {
     const std::size_t axis = rows.samples[i].axis;
-    if (wanted >> axis & 1) records_[axis].keep(rows.samples[i].row);
+    if (wanted >> axis & 1) axes[axis].last_sample = rows.samples[i].row;
     wanted &= ~(1U << axis);
   }
   publish_(rows);
@@ -209,36 +220,39 @@ void Acquisition::keep(const Rows& rows) {
 }
 
 // Rows from the line's last bytes are stored, but are not current values.
-void Acquisition::end_session(const Rows& rows) {
+void Device::end_session(const Rows& rows) {
   keep(rows);
-  for (AxisRecord& record : records_) record.end_session();
+  for (AxisRecord& axis : axes) axis.last_sample.reset(), axis.last_window.reset();
 }
 
-void Acquisition::watch(const Rows& rows) {
+void Device::watch(const Rows& rows) {
   for (const Rows::Window& window : rows.windows) {
-    records_[window.axis].watch(window.row, tell_);
-    if (window.axis != 0 || setup_.frames->counts_frames()) continue;
-    if (const auto wrong = rate_watch_.push(window.row.window.second_mean.samples))
-      tell_(Severity::kWarning, "rate", setup_.frames->name + ": " + *wrong);
+    axes[window.axis].watch(window.row, tell_, problems);
+    if (window.axis != 0 || setup.frames->counts_frames()) continue;
+    const auto wrong = rates_.push(window.row.window.second_mean.samples);
+    if (wrong && wrong->empty()) problems.clear(kWrongRate, setup.frames->name + ": frames come as described again");
+    if (wrong && !wrong->empty())
+      problems.set(kWrongRate, {.kind = "rate", .text = setup.frames->name + ": " + *wrong});
   }
   if (!rows.windows.empty()) watch_clock();
 }
 
-void Acquisition::watch_stages(std::int64_t now_ns) {
-  if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
-  stages_checked_ns_ = now_ns;
-  const auto notice = stages_.push(*pipeline_, now_ns);
-  if (notice) tell_(notice->severity(), "no_rate", notice->text);
-  if (!clocks_alarm_.set_state(clocks_problem())) return;
-  if (!clocks_alarm_.is_active()) return tell_(Severity::kInfo, "rate", "frames arrive as described again");
-  last_clocks_problem_ = clocks_alarm_.problem();
-  tell_(Severity::kWarning, "rate", last_clocks_problem_);
+void Device::set_or_clear(const char* key, const char* kind, const std::string& text, const char* over) {
+  if (text.empty()) return problems.clear(key, over);
+  problems.set(key, {.kind = kind, .level = Problem::Level::kFailed, .text = text});
 }
 
-std::string Acquisition::clocks_problem() const { return clocks_text(*setup_.frames, pipeline_->clock().rate_check()); }
+void Device::watch_stages(std::int64_t now_ns) {
+  if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
+  stages_checked_ns_ = now_ns;
+  set_or_clear(kNoRate, "no_rate", stages_.push(*pipeline, now_ns), "the gyro's data give rates again");
+  const std::string clocks = clocks_text(*setup.frames, pipeline->clock().rate_check());
+  if (!clocks.empty() && !problems.has(kClocksDiffer)) clocks_differed = clocks;
+  set_or_clear(kClocksDiffer, "rate", clocks, "frames arrive as described again");
+}
 
-void Acquisition::watch_clock() {
-  const drivers::ClockStatus& clock = pipeline_->clock().status();
+void Device::watch_clock() {
+  const drivers::ClockStatus& clock = pipeline->clock().status();
   if (const std::uint64_t lost = clock.missing_by_arrival; lost != reported_by_arrival_) {
     tell_(Severity::kWarning, "frames_lost",
           fmt::format("{} frames lost, counted by arrival times: prismd did not run, or no data came, for longer than "
@@ -250,7 +264,7 @@ void Acquisition::watch_clock() {
   reported_resets_ = clock.resets;
   tell_(
       Severity::kWarning, "time_restarted",
-      setup_.config.device_clock
+      setup.config.device_clock
           ? "the gyro's counter and the arrival times disagree (gyro restarted, or data missing for longer than it can "
             "count): a session begins at the arrival time"
           : "the gyro's counter or a clock jumped: time is measured from arrivals again");

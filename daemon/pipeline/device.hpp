@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// One device: passes the bytes of its lines to the pipeline; logs, counts and publishes the rows.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/problems.hpp"
+#include "daemon/pipeline/axis_record.hpp"
+#include "daemon/pipeline/line_status.hpp"
+#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/stage_monitor.hpp"
+
+namespace prism::pipeline {
+
+/// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share
+/// the configured size limit.
+using MakeLog =
+    std::function<std::unique_ptr<RowWriter>(config::LogSegmentSettings, std::string name, std::string metadata)>;
+std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make);
+
+/// Number of the gyro's line. The lines of Setup::sensor_lines follow in order.
+inline constexpr std::size_t kGyroLine = 0;
+
+/// Keys of problems of the stream.
+inline constexpr const char *kNoRate = "no_rate", *kClocksDiffer = "rate", *kDiskBlocked = "disk";
+
+/// Not thread-safe. Rows go to the log, then to `publish`; events about them go to `tell` afterwards.
+class Device {
+ public:
+  using Publish = std::function<void(const Rows&)>;
+
+  /// `logs`: one per axis, or empty (no log). `captures`: one per line, or empty. `problems` must outlive this.
+  Device(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs, std::vector<std::unique_ptr<CaptureSink>> captures,
+         Publish publish, Tell tell, Problems& problems);
+
+  /// The line was opened (again) at now_ns.
+  void begin_session(std::size_t line, std::int64_t now_ns);
+  /// Arrival times never decrease over all lines, except when the host clock was set.
+  void feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  /// The host clock was set from before_ns to now_ns. Begins a session on every line.
+  void clock_set(std::int64_t before_ns, std::int64_t now_ns);
+  /// No data arrived on the line until now_ns.
+  void expire(std::size_t line, std::int64_t now_ns);
+  /// The line was lost, or the run ends.
+  void finish(std::size_t line);
+  /// Must be the last call: closes the segments.
+  void close();
+  /// Syncs the logs. Call once a second.
+  void sync();
+
+  /// Applies a new set-up completely, or not at all. Another frame description, axis or clock starts a new pipeline.
+  /// Returns true if the lines must be reopened. Errors: a changed socket, directory or number of logs (needs a
+  /// restart).
+  Result<bool> reconfigure(Setup setup);
+
+  /// Of the line, in the current pipeline.
+  const wire::DecoderCounters& decoded(std::size_t line) const;
+  /// Since the start, over all pipelines.
+  std::uint64_t frames() const { return frames_before_ + decoded(kGyroLine).frames; }
+
+  Setup setup;                         ///< changed by reconfigure()
+  std::unique_ptr<Pipeline> pipeline;  ///< never null
+  std::vector<LineStatus> lines;       ///< the gyro's, then Setup::sensor_lines
+  std::vector<AxisRecord> axes;        ///< in order of the set-up's
+  Problems& problems;
+  const LogCounters* log = nullptr;  ///< of all axes' logs together; null without a log
+  std::uint64_t sessions = 0;        ///< of the gyro's line
+  std::string clocks_differed;       ///< the last disagreement of clocks since the start; empty: none
+
+ private:
+  void keep(const Rows& rows);
+  void end_session(const Rows& rows);
+  void watch(const Rows& rows);
+  void watch_clock();
+  void watch_stages(std::int64_t now_ns);
+  void set_or_clear(const char* key, const char* kind, const std::string& text, const char* over);
+
+  const Publish publish_;
+  const Tell tell_;
+  RateMonitor rates_;
+  StageMonitor stages_;
+  std::int64_t stages_checked_ns_ = 0;
+  std::uint64_t frames_before_ = 0;
+  std::uint64_t reported_by_arrival_ = 0, reported_resets_ = 0;  ///< of the pipeline's ClockStatus
+};
+
+}  // namespace prism::pipeline
