@@ -15,6 +15,9 @@ std::span<const RemovedKey> removed_keys() {
       // {file, path, stops, instead}
       {KeyFile::kPrismd, "line/serve", false, kServe},
       {KeyFile::kPrismd, "sensor_lines/*/serve", false, kServe},
+      {KeyFile::kPrismd, "log/keep_for", false,
+       "it has no effect; a consumer keeps its own cursor (prismctl rows --cursor)"},
+      {KeyFile::kRelay, "postgresql/follower", false, "it has no effect; the relay keeps its cursors in the database"},
       {KeyFile::kWeb, "foxglove", false, "it has no effect; read the gyro with the Python client (clients.md)"},
       {KeyFile::kWeb, "passwords", true, "let nginx or caddy ask for the passwords (page.md, \"Other hosts\")"},
       {KeyFile::kWeb, "tls", true, "let nginx or caddy have the certificate (page.md, \"Other hosts\")"},

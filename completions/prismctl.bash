@@ -18,7 +18,7 @@ _prismctl() {
     config) words='-h --help' ;;
     events) words='-h --help --count' ;;
     history) words='-h --help --seconds' ;;
-    rows) words='-h --help --after --as --cursor --limit --follow' ;;
+    rows) words='-h --help --after --cursor --limit --follow' ;;
     export) words='-h --help --from --to' ;;
     metrics) words='-h --help --file' ;;
     reload) words='-h --help' ;;

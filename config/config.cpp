@@ -130,7 +130,6 @@ Config read_config(Section& top, const fs::path& file) {
   const std::string logs = given ? made : "/var/log/prismd/" + config.name;
   if (top.boolean("write_log", true)) {
     config.log = read_segments(top.object("log"), root, logs, config.name);
-    config.log->keep_for = top.object("log").texts("keep_for", false);
   } else if (top.has("log")) {
     top.fail("log", "given although \"write_log\" is false");
   }

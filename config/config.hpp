@@ -72,7 +72,6 @@ struct LogSegmentSettings {
   std::int64_t max_age_s = 86400;        ///< of data time; segments begin at multiples of it (midnight UTC for a day)
   std::int64_t keep_bytes = 10LL << 30;  ///< the oldest segments are deleted if the sum exceeds this
   std::int64_t keep_days = 3650;
-  std::vector<std::string> keep_for;  ///< log consumers: segments they have not read are kept while the disk has space
   bool delete_when_full = false;  ///< disk full: delete the oldest segments (true) or drop rows and count them (false)
 
   bool operator==(const LogSegmentSettings&) const = default;

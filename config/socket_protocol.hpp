@@ -42,7 +42,7 @@ inline constexpr std::array kSocketMethods = {
                  .is_long = true},
     SocketMethod{.name = "rows",
                  .help = "rows of the log from a cursor on",
-                 .params = "axis after limit wait_s name header",
+                 .params = "axis after limit wait_s header",
                  .of_axes = true,
                  .is_long = true},
     SocketMethod{.name = "events", .help = "latest events, newest last", .params = "count", .is_long = true},

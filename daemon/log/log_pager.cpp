@@ -56,7 +56,8 @@ RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
   const auto begin = resolve(query.after, all, deleted);
   if (!begin) return tl::unexpected(begin.error());
   RowPage page;
-  page.begin = page.after = *begin;
+  page.after = *begin;
+  if (deleted > begin->total && std::exchange(gone_, *begin) != *begin) page.gone = deleted - begin->total;
   page.json = fmt::format("{{\"log\":\"{}\",\"segments\":[", segments_.id());
   const std::size_t head_bytes = page.json.size();
   const auto lose = [&](const Part& part) {
@@ -88,8 +89,9 @@ RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
     lose(part);
   }
   const std::uint64_t end = all.empty() ? deleted : all.back().end();
-  page.json += fmt::format("],\"after\":\"{}\",\"more\":{},\"missing\":{}", page.after.text(), page.after.total < end,
-                           page.missing);
+  page.json += fmt::format("],\"after\":\"{}\",\"more\":{},\"missing\":{},\"behind\":{},\"kept\":{},\"deleted\":{}",
+                           page.after.text(), page.after.total < end, page.missing,
+                           end - std::min(end, page.after.total), end - deleted, deleted);
   keep_few(places_);
   return page;
 }

@@ -79,6 +79,7 @@ class LogPager {
   std::map<std::uint64_t, std::uint64_t> torn_;  ///< rows of segments without an end line
   std::map<std::uint64_t, Place> places_;        ///< end of the last page, by segment
   std::set<std::uint64_t> reported_;             ///< segments with lost rows
+  RowCursor gone_;                               ///< the last one whose next rows were deleted
 };
 
 }  // namespace prism::log

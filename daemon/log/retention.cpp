@@ -24,24 +24,16 @@ std::int64_t wait_for_bytes(const Stored& stored, std::int64_t limit) {
 
 }  // namespace
 
-std::optional<NextDeletion> next_deletion(const config::LogSegmentSettings& settings, const Stored& stored) {
-  const bool limited = stored.hold && stored.hold->limited;
-  const std::int64_t keep_bytes = settings.keep_bytes + (limited ? settings.keep_bytes / kHoldShare : 0);
-  const std::int64_t keep_s = settings.keep_days * kDay_s + (limited ? kHold_s : 0);
-  const std::int64_t by_bytes_s = wait_for_bytes(stored, keep_bytes);
-  const std::int64_t by_age_s = std::max<std::int64_t>(keep_s - stored.age_s, 0);
+NextDeletion next_deletion(const config::LogSegmentSettings& settings, const Stored& stored) {
+  const std::int64_t by_bytes_s = wait_for_bytes(stored, settings.keep_bytes);
+  const std::int64_t by_age_s = std::max<std::int64_t>(settings.keep_days * kDay_s - stored.age_s, 0);
   NextDeletion next;
   next.file = stored.file;
   next.rows = stored.rows;
   next.bytes = stored.bytes;
   next.why = by_bytes_s <= by_age_s ? NextDeletion::Why::kBytes : NextDeletion::Why::kAge;
-  if (stored.hold) next.held_by = stored.hold->consumer;
-  if (!stored.hold || limited) next.in_s = std::min(by_bytes_s, by_age_s);
+  next.in_s = std::min(by_bytes_s, by_age_s);
   return next;
-}
-
-bool exceeds_limits(const config::LogSegmentSettings& settings, const Stored& stored) {
-  return stored.all_bytes > settings.keep_bytes || stored.age_s >= settings.keep_days * kDay_s;
 }
 
 std::string segment_text(const std::string& file, std::uint64_t rows, std::int64_t bytes) {

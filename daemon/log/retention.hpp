@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 
 #include "config/config.hpp"
@@ -13,34 +12,20 @@ namespace prism::log {
 
 using pipeline::NextDeletion;
 
-/// A consumer that has not fetched all rows of a segment.
-struct Hold {
-  std::string consumer;
-  bool limited = true;  ///< false: named in log/keep_for, holds while the disk has space
-};
-
 inline constexpr std::int64_t kDay_s = 86400;
-/// A consumer without `keep_for` holds a segment until it is this much older, or the segments have this share more
-/// bytes, than the limits.
-inline constexpr std::int64_t kHold_s = 7 * kDay_s;
-inline constexpr std::int64_t kHoldShare = 10;  ///< one part in ten of keep_bytes
 
 /// Input of next_deletion().
 struct Stored {
-  std::string file;        ///< the oldest segment that may be deleted
-  std::uint64_t rows = 0;  ///< its rows; 0: not known
-  std::int64_t bytes = 0;  ///< of the file
-  std::int64_t age_s = 0;  ///< time that prismd measured since it wrote the segment
-  std::optional<Hold> hold = std::nullopt;
+  std::string file;            ///< the oldest segment that may be deleted
+  std::uint64_t rows = 0;      ///< its rows; 0: not known
+  std::int64_t bytes = 0;      ///< of the file
+  std::int64_t age_s = 0;      ///< time that prismd measured since it wrote the segment
   std::int64_t all_bytes = 0;  ///< of all segments
   double bytes_per_s = 0;      ///< growth of all segments; 0: not known
 };
 
-/// The limits are those of `settings`: keep_bytes and keep_days. Returns nullopt if no limit will be reached.
-std::optional<NextDeletion> next_deletion(const config::LogSegmentSettings& settings, const Stored& stored);
-
-/// True if the segment exceeds a limit without regard to consumers.
-bool exceeds_limits(const config::LogSegmentSettings& settings, const Stored& stored);
+/// The limits are those of `settings`: keep_bytes and keep_days.
+NextDeletion next_deletion(const config::LogSegmentSettings& settings, const Stored& stored);
 
 /// "gyro-….csv (86400 rows, 16.4 MiB)"
 std::string segment_text(const std::string& file, std::uint64_t rows, std::int64_t bytes);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <utility>
 
@@ -21,15 +20,11 @@ RowLog::RowLog(config::LogSegmentSettings settings, std::string name, std::strin
     : metadata_(std::move(metadata)),
       counters_(counters),
       fault_("log", name, "rows", counters.dropped, problems),
-      segments_(settings, name, ".csv", policy),
-      followers_(fmt::format("{}/{}.csv.followers", settings.directory, name), settings.keep_for, policy.tell) {
-  segments_.ask(followers_);
-}
+      segments_(std::move(settings), std::move(name), ".csv", policy) {}
 
 RowLog::~RowLog() { close(); }
 
 void RowLog::close() {
-  followers_.save();
   if (distrusted_) write_again();
   close_segment();
   if (!distrusted_) return;
@@ -68,7 +63,6 @@ void RowLog::write_row(Row row) {
 }
 
 void RowLog::sync() {
-  followers_.save();
   segments_.retain();
   if (distrusted_ && pause_.over()) write_again();
   if (file_ < 0 || !put_on_disk()) return;
@@ -87,16 +81,9 @@ void RowLog::set_metadata(std::string metadata) {
   close_segment();
 }
 
-// A follower has the rows up to its request's cursor. Rows lost in transit are requested again.
-RowResult RowLog::page(RowQuery query) {
-  if (!query.follower.empty()) {
-    const auto place = followers_.find(query.follower, query.user);
-    if (!place)
-      return tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kNotAllowed, place.error().text()});
-    if (query.after.empty() && *place) query.after = (*place)->text();
-  }
+RowResult RowLog::page(const RowQuery& query) {
   auto page = log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
-  if (page && !query.follower.empty()) followers_.remember(query.follower, query.user, page->begin, std::time(nullptr));
+  if (page) counters_.gone += page->gone;
   return page;
 }
 

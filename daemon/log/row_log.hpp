@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,7 +12,6 @@
 #include "base/disk_thread.hpp"
 #include "base/sha256.hpp"
 #include "compensation/compensated.hpp"
-#include "daemon/log/consumer_registry.hpp"
 #include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
 #include "daemon/log/write_fault.hpp"
@@ -21,8 +19,7 @@
 
 namespace prism::log {
 
-using pipeline::FollowerStatus, pipeline::LogCounters, pipeline::RowPage, pipeline::RowQuery, pipeline::RowResult,
-    pipeline::RowWriter;
+using pipeline::LogCounters, pipeline::RowPage, pipeline::RowQuery, pipeline::RowResult, pipeline::RowWriter;
 
 /// Writes rows on the caller's thread and may wait: on the disk thread when live, on the main thread in a replay. After
 /// a failed write the file is truncated to its last complete row.
@@ -51,8 +48,7 @@ class RowLog {
   /// Closes the segment; later segments have this metadata.
   void set_metadata(std::string metadata);
   /// Returns synced rows from a cursor on (LogPager).
-  RowResult page(RowQuery query);
-  const ConsumerRegistry& followers() const { return followers_; }
+  RowResult page(const RowQuery& query);
   /// Thread-safe.
   std::optional<pipeline::RetentionStatus> retention() const { return segments_.retention(); }
   /// Counts a row that could not be passed to append(), and reports `why`. Thread-safe.
@@ -80,7 +76,6 @@ class RowLog {
   WriteFault fault_;
   Segments segments_;
   LogPager log_rows_{segments_};
-  ConsumerRegistry followers_;
   std::uint64_t synced_rows_ = 0;  // of the open segment
   std::string path_, superseded_;  // "FILE from row N", until these rows are written again
   std::deque<Row> unsynced_;       // at most kMostUnsynced
@@ -111,9 +106,6 @@ class ThreadedRowWriter : public RowWriter {
   void sync() override;
   void set_metadata(const std::string& metadata) override;
   void read(const RowQuery& query, Pages done) override;
-  std::map<std::string, FollowerStatus> followers() const override {
-    return log_ ? log_->followers().status() : std::map<std::string, FollowerStatus>();
-  }
   std::optional<pipeline::RetentionStatus> retention() const override {
     return log_ ? log_->retention() : std::nullopt;
   }

@@ -34,16 +34,6 @@ struct NumberedSegment {
   std::uint64_t rows = 0;  ///< 0: not known (no end line)
 };
 
-/// Can delay the deletion of segments.
-class SegmentGuard {
- public:
-  virtual ~SegmentGuard() = default;
-  /// Returns a consumer that has not fetched all `rows` of the segment; one whose hold has no limit first.
-  virtual std::optional<Hold> holder(std::uint64_t segment, std::uint64_t rows) = 0;
-  /// Called after the segment was deleted.
-  virtual void deleted(std::uint64_t segment, std::uint64_t rows) = 0;
-};
-
 /// How segments are kept.
 struct SegmentPolicy {
   pipeline::Tell tell = nullptr;  ///< gets events, on the thread that uses the segments; null: no events
@@ -63,9 +53,6 @@ class Segments {
  public:
   /// `extension`: with the dot.
   Segments(config::LogSegmentSettings settings, std::string name, std::string extension, SegmentPolicy policy = {});
-
-  /// `guard` must outlive this.
-  void ask(SegmentGuard& guard) { guard_ = &guard; }
 
   /// Returns true if data of `second`, with which the segment would have `bytes`, belong in a new segment (always at
   /// the first call). Uses data time only, so that a replay splits its segments as the live run did.
@@ -117,7 +104,6 @@ class Segments {
   bool remove(const Segment& segment, pipeline::NextDeletion::Why why);
   void record_deletion(const pipeline::SegmentDeletion& deletion, const std::string& text);
   std::uint64_t rows_in(const Segment& segment);
-  std::optional<Hold> hold_on(const Segment& segment);
   std::optional<pipeline::NextDeletion> plan(const std::vector<Segment>& segments, pipeline::RetentionStatus& status);
   bool delete_due(const std::vector<Segment>& segments, pipeline::NextDeletion& next);
   const char* section() const { return extension_ == ".csv" ? "log" : "capture"; }
@@ -126,14 +112,13 @@ class Segments {
   std::string name_, extension_, current_;
   SegmentPolicy policy_;
   pipeline::SegmentIndex index_;
-  SegmentGuard* guard_ = nullptr;
   std::int64_t period_ = INT64_MIN;
   bool is_listed_ = false;                                  ///< all files of the folder have numbers
   std::optional<std::int64_t> measured_s_;                  // uptime when the index's clock was advanced last
   std::int64_t next_look_s_ = INT64_MIN;                    // uptime
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
   std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
-  std::string held_by_, kept_;                              // as told: the consumer; the file that cannot be deleted
+  std::string kept_;                                        // the file that cannot be deleted, as reported
   std::map<std::string, std::uint64_t> counted_;            // rows of segments without an end line, by file
   mutable std::mutex status_mutex_;
   std::optional<pipeline::RetentionStatus> status_;

@@ -37,10 +37,6 @@ std::uint64_t Segments::rows_in(const Segment& segment) {
   return counted->second;
 }
 
-std::optional<Hold> Segments::hold_on(const Segment& segment) {
-  return guard_ == nullptr ? std::nullopt : guard_->holder(index_.number(segment.file), rows_in(segment));
-}
-
 std::optional<pipeline::RetentionStatus> Segments::retention() const {
   const std::lock_guard lock(status_mutex_);
   return status_;
@@ -80,22 +76,10 @@ std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments,
   const Segment& oldest = segments.front();
   const std::int64_t since_s = status.uptime_s - *first_look_s_;
   const std::int64_t grown = status.bytes + removed_bytes_ - first_bytes_;
-  const Stored stored{oldest.file,
-                      rows_in(oldest),
-                      oldest.bytes,
-                      index_.age_s(oldest.file),
-                      hold_on(oldest),
-                      status.bytes,
-                      since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
-  const bool held = stored.hold && exceeds_limits(settings_, stored);
-  const std::string consumer = held ? stored.hold->consumer : "";
-  if (std::exchange(held_by_, consumer) != consumer && held)
-    report(
-        pipeline::Severity::kWarning, "retention",
-        fmt::format("{0}: segments are kept longer than {0}/keep_mib or {0}/keep_days because \"{1}\" has not fetched "
-                    "them; {2}",
-                    section(), stored.hold->consumer,
-                    stored.hold->limited ? "at most 7 days longer and 10 % more bytes" : "until the disk is full"));
+  const Stored stored{
+      oldest.file,  rows_in(oldest),
+      oldest.bytes, index_.age_s(oldest.file),
+      status.bytes, since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
   return next_deletion(settings_, stored);
 }
 
@@ -103,17 +87,16 @@ std::optional<NextDeletion> Segments::plan(const std::vector<Segment>& segments,
 // Returns true if it deleted the segment.
 bool Segments::delete_due(const std::vector<Segment>& segments, NextDeletion& next) {
   const std::int64_t now_s = policy_.uptime_s();
-  if (!next.in_s || *next.in_s > 0) due_since_s_.reset();
-  if (!next.in_s) return false;
-  if (*next.in_s > 0) {
-    next_look_s_ = std::min(next_look_s_, now_s + *next.in_s);
-    next.in_s = *next.in_s + policy_.notice_s;
+  if (next.in_s > 0) {
+    due_since_s_.reset();
+    next_look_s_ = std::min(next_look_s_, now_s + next.in_s);
+    next.in_s += policy_.notice_s;
     return false;
   }
   const std::int64_t left_s = policy_.notice_s - (now_s - *(due_since_s_ = due_since_s_.value_or(now_s)));
   next.in_s = std::max<std::int64_t>(left_s, 0);
   if (left_s <= 0 && !remove(segments.front(), next.why)) return false;
-  next_look_s_ = now_s + *next.in_s;
+  next_look_s_ = now_s + next.in_s;
   return left_s <= 0;
 }
 
@@ -144,7 +127,6 @@ bool Segments::remove(const Segment& segment, NextDeletion::Why why) {
 
 void Segments::record_deletion(const pipeline::SegmentDeletion& deletion, const std::string& text) {
   counted_.erase(deletion.file);
-  if (guard_ != nullptr) guard_->deleted(index_.number(deletion.file), deletion.rows);
   index_.deleted(deletion);
   report(pipeline::Severity::kInfo, "retention", fmt::format("{}: deleted {}", section(), text));
 }
@@ -152,12 +134,9 @@ void Segments::record_deletion(const pipeline::SegmentDeletion& deletion, const 
 bool Segments::make_room() {
   if (!settings_.delete_when_full || !policy_.deletes) return false;
   const std::vector<Segment> segments = list();
-  const auto removed = [this](const Segment& segment) {
+  return std::any_of(segments.begin(), segments.end(), [this](const Segment& segment) {
     return segment.path != current_ && remove(segment, NextDeletion::Why::kDiskFull);
-  };
-  return std::any_of(segments.begin(), segments.end(),
-                     [&](const Segment& segment) { return !hold_on(segment) && removed(segment); }) ||
-         std::any_of(segments.begin(), segments.end(), removed);  // new data have priority over held segments
+  });
 }
 
 }  // namespace prism::log

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,33 +20,32 @@ namespace prism::pipeline {
 struct LogCounters {
   std::atomic<std::uint64_t> rows{0}, dropped{0}, segments{0};
   std::atomic<std::uint64_t> pending{0};   ///< rows queued for the disk thread
+  std::atomic<std::uint64_t> gone{0};      ///< rows that a reader asked for and that retention had deleted
   std::atomic<std::uint64_t> unsynced{0};  ///< written rows that a power cut would lose
 };
 
 struct RowQuery {
   static constexpr std::size_t kMostRows = 10'000;
 
-  std::string after = {};     ///< a cursor's text, "earliest" or "latest"; empty: the follower's own, else "earliest"
-  std::size_t limit = 1000;   ///< 1 to kMostRows
-  std::string follower = {};  ///< name of the consumer; empty: anonymous, its cursor is not stored
-  std::uint32_t user = 0;     ///< of the follower
-  bool header = false;        ///< each segment with the lines above its rows
+  std::string after = {};    ///< a cursor's text, "earliest" or "latest"; empty: "earliest"
+  std::size_t limit = 1000;  ///< 1 to kMostRows
+  bool header = false;       ///< each segment with the lines above its rows
 };
 
 /// Result of a query.
 struct RowPage {
   /// {"log":…,"segments":[{"segment":…,"file":…,"metadata":{…},"header":…,"columns":…,"first":…,"rows":[…]}…],"after":…,"more":…,
-  /// "missing":…} without its last brace.
+  /// "missing":…,"behind":…,"kept":…,"deleted":…} without its last brace.
   std::string json;
-  RowCursor begin, after;  ///< cursor of the query, and after the last row
+  RowCursor after;  ///< after the last row
   std::size_t rows = 0;
-  std::uint64_t missing = 0;  ///< rows after the query's cursor that were deleted before the query
+  std::uint64_t missing = 0;  ///< rows after the query's cursor that cannot be read: deleted or damaged
+  std::uint64_t gone = 0;     ///< of these: deleted since the last query with another cursor
 };
 
 /// Why a query failed.
 struct RowRefusal {
   enum class Why {
-    kNotAllowed,     ///< another user's follower, or too many followers
     kBadCursor,      ///< not a text that `rows` returned
     kForeignCursor,  ///< of another log, or past the end of this one
     kUnreadable,     ///< the log cannot be read
@@ -56,14 +54,6 @@ struct RowRefusal {
   std::string text;  ///< one line
 };
 using RowResult = tl::expected<RowPage, RowRefusal>;
-
-/// A named consumer of the log.
-struct FollowerStatus {
-  std::uint32_t user = 0;
-  RowCursor after;          ///< it has all rows up to here
-  std::int64_t time_s = 0;  ///< host time of its last request
-  std::uint64_t lost_rows = 0;
-};
 
 /// Writes rows: on the disk thread (live), or on the caller's (a replay, which may wait).
 class RowWriter {
@@ -77,8 +67,6 @@ class RowWriter {
   /// first.
   using Pages = std::function<void(RowResult)>;
   virtual void read(const RowQuery& query, Pages done) = 0;
-  /// By name; empty if not known.
-  virtual std::map<std::string, FollowerStatus> followers() const { return {}; }
   /// Thread-safe. nullopt: not known yet, or a replay, which deletes nothing.
   virtual std::optional<RetentionStatus> retention() const { return std::nullopt; }
   /// Closes the last segment; later rows are ignored.

@@ -16,8 +16,7 @@ struct NextDeletion {
   std::uint64_t rows = 0;  ///< 0: not known
   std::int64_t bytes = 0;
   Why why = Why::kBytes;
-  std::optional<std::int64_t> in_s;  ///< time until then, expected; nullopt: when `held_by` has fetched it
-  std::string held_by;               ///< consumer that has not fetched it; empty: none
+  std::int64_t in_s = 0;  ///< time until then, expected
 };
 
 /// Of one log or capture.

@@ -104,15 +104,9 @@ void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, cons
   put_window_length(json, sources.device, axis, now);
 }
 
-/// The log of one axis: consumers by name, and the retention, if known.
+/// The log of one axis: its retention, if known.
 void put_log(ordered_json& json, const pipeline::RowWriter* log) {
   if (log == nullptr) return;
-  for (const auto& [name, follower] : log->followers()) {
-    json["log"]["followers"][name] = {{"user", follower.user},
-                                      {"after", follower.after.text()},
-                                      {"last_s", follower.time_s},
-                                      {"lost_rows", follower.lost_rows}};
-  }
   if (const auto status = log->retention()) json["log"]["retention"] = retention_json(*status);
 }
 
@@ -173,6 +167,7 @@ ordered_json status_answer(const Sources& sources) {
                    {"rows", log->rows.load()},
                    {"dropped", log->dropped.load()},
                    {"segments", log->segments.load()},
+                   {"gone", log->gone.load()},
                    {"pending", log->pending.load()},
                    {"unsynced", log->unsynced.load()}};
   }

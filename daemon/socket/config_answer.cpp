@@ -70,7 +70,6 @@ ordered_json segments_json(const std::optional<config::LogSegmentSettings>& sett
           {"segment_hours", static_cast<double>(settings->max_age_s) / kHour},
           {"keep_mib", unlimited ? ordered_json() : ordered_json(static_cast<double>(settings->keep_bytes) / kMiB)},
           {"keep_days", settings->keep_days},
-          {"keep_for", settings->keep_for},
           {"when_full", settings->delete_when_full ? "delete_oldest" : "stop"}};
 }
 

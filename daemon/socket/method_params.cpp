@@ -42,11 +42,6 @@ std::optional<std::size_t> line_param(const json& params, const pipeline::Setup&
   return std::nullopt;
 }
 
-bool is_follower_name(const std::string& name) {
-  constexpr auto kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.";
-  return !name.empty() && name.size() <= 64 && name.find_first_not_of(kAllowed) == std::string::npos;
-}
-
 }  // namespace
 
 std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
@@ -71,9 +66,8 @@ Result<RowParams> row_params(const json& params) {
   const auto wrong = [&] {
     return make_error(
         "rows",
-        fmt::format(
-            R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "name": NAME, "header": true}})",
-            shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
+        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "header": true}})",
+                    shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
   };
   if (params.is_null()) return wanted;
   if (!params.is_object()) return wrong();
@@ -84,10 +78,10 @@ Result<RowParams> row_params(const json& params) {
   const auto limit = count_param(params, "limit", wanted.query.limit, pipeline::RowQuery::kMostRows);
   if (!limit) return wrong();
   wanted.query.limit = *limit;
-  if (params.contains("name")) {
-    if (!params["name"].is_string() || !is_follower_name(params["name"].get<std::string>())) return wrong();
-    wanted.query.follower = params["name"];
-  }
+  if (params.contains("name"))  // without it, 0.3 would read the whole log at each call
+    return make_error("rows",
+                      "\"name\" was removed in prism 0.4; pass the cursor of the last response as \"after\" "
+                      "(prismctl rows --cursor stores it in a file)");
   if (params.contains("header") && !params["header"].is_boolean()) return wrong();
   wanted.query.header = params.value("header", false);
   if (params.contains("wait_s")) {

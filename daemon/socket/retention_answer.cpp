@@ -34,10 +34,9 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   const pipeline::NextDeletion& next = *status.next;
   json["next"] = {{"file", next.file}, {"rows", next.rows}, {"bytes", next.bytes}, {"why", why_text(next.why)}};
   const std::int64_t passed_s = uptime_s() - status.uptime_s;
-  const std::int64_t in_s = std::max<std::int64_t>(next.in_s.value_or(0) - passed_s, 0);
-  json["next"]["in_s"] = next.in_s ? ordered_json(in_s) : ordered_json();
-  json["next"]["time_s"] = next.in_s ? ordered_json(host_time_ns() / 1'000'000'000 + in_s) : ordered_json();
-  json["next"]["held_by"] = text_or_null(next.held_by);
+  const std::int64_t in_s = std::max<std::int64_t>(next.in_s - passed_s, 0);
+  json["next"]["in_s"] = in_s;
+  json["next"]["time_s"] = host_time_ns() / 1'000'000'000 + in_s;
   return json;
 }
 

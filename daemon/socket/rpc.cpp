@@ -228,10 +228,7 @@ namespace {
 
 config::SocketError code_of(pipeline::RowRefusal::Why why) {
   using Why = pipeline::RowRefusal::Why;
-  return why == Why::kForeignCursor ? kUnknownCursor
-         : why == Why::kNotAllowed  ? kNotPermitted
-         : why == Why::kBadCursor   ? kInvalidParams
-                                    : kFailed;
+  return why == Why::kForeignCursor ? kUnknownCursor : why == Why::kBadCursor ? kInvalidParams : kFailed;
 }
 
 }  // namespace
@@ -245,7 +242,6 @@ void Rpc::rows(const Call& call) {
                 fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
   auto params = row_params(call.params);
   if (!params) return fail(call, kInvalidParams, params.error().text());
-  params->query.user = call.client->user().value_or(~std::uint32_t{0});
   pipeline::RowWriter* const log = sources_.device.axes[axes->front()].log.get();
   if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
   const std::string name = json_text(json(sources_.device.axes[axes->front()].name));

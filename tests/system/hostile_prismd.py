@@ -11,8 +11,7 @@ rows = [f"{begin + i},50,good,{begin + i}" for i in range(4)] + ([] if unreadabl
 window = {"axis": "z", "time_s": begin, "rate_deg_per_h": 8.5, "quality": HOSTILE}
 status = {"name": HOSTILE, "version": HOSTILE, "state": HOSTILE, "detail": HOSTILE, "gyro_serial": HOSTILE,
           "device": HOSTILE, "frames": HOSTILE, "age_s": 0.1,
-          "axes": {"z": {"quality": HOSTILE, "window": window, "model": {"name": HOSTILE, "kind": HOSTILE, "id": HOSTILE},
-                         "log": {"followers": {HOSTILE: {"lost_rows": 1}}}}, HOSTILE: {"quality": "good"}},
+          "axes": {"z": {"quality": HOSTILE, "window": window, "model": {"name": HOSTILE, "kind": HOSTILE, "id": HOSTILE}}, HOSTILE: {"quality": "good"}},
           "sensors": {HOSTILE: {"value": 1, "unit": "V"}}, "log": {"rows": 5}}
 event = {"time_s": begin, "severity": HOSTILE, "kind": HOSTILE, "text": HOSTILE}
 segment = {"segment": 1, "file": HOSTILE, "metadata": {"model": HOSTILE, HOSTILE: [HOSTILE, {"x": HOSTILE}]}, "columns": columns, "first": 1,

@@ -77,11 +77,11 @@ eventually "the new version corrects the rate" corrects
 check "its bias is that of $was" jq -en --argjson a "$bias" --argjson b "$(bias)" '($a - $b) | fabs < 0.02'
 check "a reload loads the other model of $was" inside sh -c 'sed -i s/own-lssvm/own-ls/ /etc/prism/gyro1.json && prismctl reload'
 
-check "prismd reloads with a removed key" inside sh -c \
-  'sed -i "s|\"device\": \"/dev/gyro0\"|&, \"serve\": {\"raw\": {\"tcp\": {\"listen\": \"127.0.0.1:5001\"}}}|" /etc/prism/gyro1.json && prismctl reload'
-check "prismd starts with a removed key" inside systemctl restart "$unit"
-becomes 10 "prismd receives with a removed key" receiving line_state
-contains "prismd warns of the removed key" "$(inside prismctl events)" "/line/serve: removed in prism 0.4"
+check "prismd reloads with removed keys" inside sh -c \
+  'sed -i "s|\"device\": \"/dev/gyro0\"|&, \"serve\": {\"raw\": {\"tcp\": {\"listen\": \"127.0.0.1:5001\"}}}|; s|\"capture\": {|\"log\": {\"keep_for\": \"relay\"}, &|" /etc/prism/gyro1.json && prismctl reload'
+check "prismd starts with removed keys" inside systemctl restart "$unit"
+becomes 10 "prismd receives with removed keys" receiving line_state
+for key in line/serve log/keep_for; do contains "prismd warns of $key" "$(inside prismctl events)" "/$key: removed in prism 0.4"; done
 # web.json MEMBERS: writes a configuration of 0.3.
 web_config() { inside sh -c 'cat >/etc/prism/web.json' <<<"{$1}"; }
 web_runs() { inside systemctl is-active prismweb.service; }

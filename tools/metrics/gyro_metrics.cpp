@@ -55,8 +55,8 @@ constexpr Family kDropped{"prism_log_dropped_rows_total", Type::kCounter, "Rows 
 constexpr Family kPending{"prism_log_pending_rows", Type::kGauge, "Rows waiting for the disk."};
 constexpr Family kCapture{"prism_capture_dropped_bytes_total", Type::kCounter,
                           "Bytes of the capture dropped because of disk errors."};
-constexpr Family kFollower{"prism_log_follower_lost_rows_total", Type::kCounter,
-                           "Rows that retention deleted before the follower fetched them."};
+constexpr Family kGone{"prism_log_gone_rows_total", Type::kCounter,
+                       "Rows that a reader asked for and that retention had deleted."};
 constexpr Family kClients{"prism_clients", Type::kGauge, "Connected clients."};
 constexpr Family kClientRows{"prism_client_lost_rows_total", Type::kCounter, "Rows that slow clients lost."};
 constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge,
@@ -148,15 +148,11 @@ void add_log(const GyroWriter& gyro, const json& status) {
   const json& log = member(status, "log");
   gyro.put(kRows, member(log, "rows"));
   gyro.put(kDropped, member(log, "dropped"));
+  gyro.put(kGone, member(log, "gone"));
   gyro.put(kPending, member(log, "pending"));
   gyro.put(kCapture, member(member(status, "capture"), "dropped_bytes"));
   gyro.put(kClients, member(member(status, "clients"), "connected"));
   gyro.put(kClientRows, member(member(status, "clients"), "lost_rows"));
-}
-
-void add_followers(const GyroWriter& gyro, const json& followers) {
-  for (const auto& [name, own] : followers.items())
-    gyro.put(kFollower, {{"follower", name}}, value_of(member(own, "lost_rows")));
 }
 
 void add_sensors(const GyroWriter& gyro, const json& sensors) {
@@ -189,7 +185,6 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
   for (const auto& [axis, own] : axes.items()) {
     if (!follows(TextRule::kAxisName, axis)) continue;
     add_axis(gyro.of_axis(axis), own, member(member(answers.stability, "axes"), axis));
-    add_followers(axes.size() > 1 ? gyro.of_axis(axis) : gyro, member(member(own, "log"), "followers"));
   }
 }
 

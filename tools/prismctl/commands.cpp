@@ -219,12 +219,8 @@ int run(int argc, char** argv) {
   RowsSettings wanted;
   auto* log =
       app.add_subcommand("rows", help_of("rows") + ", as CSV, or JSON with --json; --follow waits for new rows");
-  log->add_option("--after", wanted.after,
-                  "cursor from an earlier call, earliest or latest (default: stored cursor of --as, else earliest)")
+  log->add_option("--after", wanted.after, "cursor from an earlier call, earliest or latest (default: earliest)")
       ->check(tools::following(TextRule::kText));
-  log->add_option("--as", wanted.follower, "consumer name: prismd stores its cursor, per user")
-      ->type_name("NAME")
-      ->check(tools::following(TextRule::kName));
   log->add_option("--cursor", wanted.cursor_file,
                   "file that stores the cursor: the next call continues where this one ended");
   log->add_option("--limit", wanted.limit, "stop after N rows")->check(tools::positive());

@@ -96,9 +96,6 @@ class Follower {
         break;
       }
     }
-    if (!settings_.follower.empty()) {
-      if (const auto done = acknowledge(); !done) return fail(done.error());
-    }
     if (settings_.cursor_file.empty())
       fmt::print(stderr, "prismctl: {} rows; continue with --after {}\n", printer_.rows(), cursor_);
     return 0;
@@ -140,7 +137,6 @@ class Follower {
     const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
     json params = {{"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
     if (!cursor_.empty()) params["after"] = cursor_;
-    if (!settings_.follower.empty()) params["name"] = settings_.follower;
     if (!settings_.axis.empty()) params["axis"] = settings_.axis;
     const auto answer = connection_->ask("rows", params);
     if (!answer) return tl::unexpected(answer.error());
@@ -160,15 +156,6 @@ class Follower {
     if (auto valid = check_text(TextRule::kText, cursor_, "prismd: after"); !valid) return valid;
     if (settings_.cursor_file.empty()) return {};
     return write_text_file(settings_.cursor_file, cursor_ + "\n");
-  }
-
-  // Confirms the last page, which was printed.
-  Result<void> acknowledge() {
-    json params = {{"after", cursor_}, {"limit", 1}, {"name", settings_.follower}};
-    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
-    const auto answer = connection_->ask("rows", params);
-    if (!answer) return tl::unexpected<Error>(answer.error().error);
-    return {};
   }
 
   void pause(const Error& error) {

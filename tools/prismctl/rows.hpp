@@ -8,8 +8,7 @@
 namespace prism::prismctl {
 
 struct RowsSettings {
-  std::string after;        ///< a cursor, "earliest" or "latest"; empty: the cursor of `follower`, else "earliest"
-  std::string follower;     ///< consumer name; prismd stores its cursor
+  std::string after;        ///< a cursor, "earliest" or "latest"; empty: "earliest"
   std::string cursor_file;  ///< stores the cursor between calls; takes precedence over `after`
   std::string axis;
   std::uint64_t limit = 0;  ///< max. number of rows; 0: no limit

@@ -64,18 +64,13 @@ std::string deletion_line(const json& retention) {
   if (!next.is_object()) return {};
   std::string text = text_of(at(next, "file"), "-");
   if (integer_of(at(next, "rows")) > 0) text += fmt::format(" ({} rows)", count_text(at(next, "rows")));
-  const std::string consumer = text_of(at(next, "held_by"), "");
-  if (at(next, "in_s").is_number()) {
+  if (at(next, "in_s").is_number())
     text += fmt::format(" in {}, {}", span_text(at(next, "in_s").get<double>()), utc_of(at(next, "time_s")));
-  } else {
-    text += " when " + consumer + " has fetched it";
-  }
   const auto limit = [&](const char* key, double unit) {
     return at(retention, key).is_number() ? at(retention, key).get<double>() / unit : 0;
   };
   text += at(next, "why") == "age" ? fmt::format(": older than {:.0f} days", limit("keep_s", kDay))
                                    : fmt::format(": more than {:.1f} MiB", limit("keep_bytes", kMiB));
-  if (!consumer.empty() && at(next, "in_s").is_number()) text += "; " + consumer + " has not fetched it";
   return labelled("deletes next", text);
 }
 

@@ -26,6 +26,7 @@ constexpr std::size_t kLargeBatch = 4 << 20;  // bytes; committed immediately
 constexpr auto kFirstRetry = 500ms, kLongestRetry = 60'000ms;
 constexpr auto kIdle = 5s;             // then the connection is checked
 constexpr auto kPartitionsEvery = 1h;  // creates partitions in advance and drops old ones
+constexpr auto kRetentionEvery = 60s;  // while the database is down
 constexpr int kEvents = 256;           // a prismd stores at most these
 
 }  // namespace
@@ -41,7 +42,6 @@ DatabaseLoop::DatabaseLoop(const Settings& settings, RelayState& state)
       retry_delay_(kFirstRetry) {
   traffic_.batch = &batch_;
   traffic_.state = &state_;
-  traffic_.consumer = settings.postgresql->consumer;
   traffic_.batch_extended = [this] { schedule_commit(); };
   traffic_.slot_released = [this] {
     if (std::exchange(requests_scheduled_, true)) return;
@@ -230,6 +230,10 @@ void DatabaseLoop::once_a_second() {
     } else if (batch_.empty() && std::exchange(batch_failed_, false)) {
       state_.up(kServer);  // the refused rows are no longer offered, e.g. because the gyro stopped
     }
+  }
+  if (!traffic_.database_up && now - retention_checked_ > scaled(kRetentionEvery)) {
+    retention_checked_ = now;
+    for_each_log([](LogTailer& log) { log.check_retention(); });
   }
   if (traffic_.database_up && now - partitions_checked_ > kPartitionsEvery) keep_days();
   second_timer_.expires_after(scaled(1s));

@@ -56,7 +56,7 @@ class DatabaseLoop {
   RowTraffic traffic_;
   std::map<std::string, Source> sources_;
   std::chrono::milliseconds retry_delay_;  ///< grows until a commit
-  std::chrono::steady_clock::time_point last_contact_, partitions_checked_;
+  std::chrono::steady_clock::time_point last_contact_, partitions_checked_, retention_checked_;
   bool commit_scheduled_ = false, requests_scheduled_ = false;
   bool batch_failed_ = false;  ///< since the last commit: the server is reported as down until the next one
 };

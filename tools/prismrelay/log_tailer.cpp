@@ -58,12 +58,39 @@ void LogTailer::request_page() {
   json params = {{"after", cursor_},
                  {"limit", is_behind_ && !many_refusals_ ? kLargePage : kSmallPage},
                  {"wait_s", is_behind_ ? 0 : kWait_s},
-                 {"name", traffic_.consumer},
                  {"axis", log_.axis}};
   client_->call("rows", json_text(params),
                 [weak = weak_from_this(), generation = generation_](std::string_view member) {
                   if (const auto self = weak.lock()) self->on_response(generation, member);
                 });
+}
+
+void LogTailer::check_retention() {
+  if (traffic_.database_up || requested_ || cursor_.empty() || !client_->is_open()) return;
+  requested_ = true;
+  requested_at_ = steady_clock::now();
+  client_->call("rows", json_text(json{{"after", cursor_}, {"limit", 1}, {"axis", log_.axis}}),
+                [weak = weak_from_this()](std::string_view member) {
+                  const auto self = weak.lock();
+                  if (!self) return;
+                  self->requested_ = false;
+                  if (const auto response = client::response_of_member("rows", member))
+                    self->watch_retention(client::of_axis(*response, self->log_.axis));
+                  self->request_page();
+                });
+}
+
+void LogTailer::watch_retention(const json& page) {
+  const std::uint64_t behind = count_member(page, "behind"), kept = count_member(page, "kept");
+  const bool late = count_member(page, "deleted") > 0 && 2 * behind > kept;
+  if (std::exchange(is_late_, late) == late) return;
+  if (!late)
+    return log_line(Level::kInfo,
+                    fmt::format("{} {}: less than half of the kept rows behind again", log_.gyro, log_.axis));
+  log_line(Level::kWarning,
+           fmt::format("{} {}: {} behind, more than half of those that prismd keeps (log/keep_mib, log/keep_days): it "
+                       "will delete rows that the database does not have",
+                       log_.gyro, log_.axis, counted(behind, "row")));
 }
 
 void LogTailer::on_response(std::uint64_t generation, std::string_view response_text) {
@@ -85,6 +112,7 @@ void LogTailer::on_response(std::uint64_t generation, std::string_view response_
       traffic_.state->change_log(log_, [](LogState& state) { state.caught_up = true, state.error.clear(); });
     return request_page();
   }
+  watch_retention(page);
   const auto added = traffic_.batch->add_page(log_, cursor_, page);
   if (!added) return fail(added.error().text());
   page_ = *added;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -24,7 +25,6 @@ class LogTailer;
 struct RowTraffic {
   Batch* batch = nullptr;
   RelayState* state = nullptr;
-  std::string consumer;                  ///< the name under which prismd stores the relay's cursor
   std::function<void()> batch_extended;  ///< called after an addition to the batch
   std::function<void()> slot_released;   ///< another large page may be requested; must post its calls of request_page()
   bool database_up = false;
@@ -52,6 +52,8 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   /// Requests the next page if the database is connected, resume() was called, the connection is open, no page is in
   /// progress, the last error is 5 s ago, and, for a large page, fewer than kMaxLarge are in progress.
   void request_page();
+  /// Asks prismd how far the log is behind while the database is down. Call about once a minute.
+  void check_retention();
 
   const LogKey& log() const { return log_; }
   /// Returns true if prismd has not responded to a request for 40 s.
@@ -63,6 +65,8 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   /// Reports the reason; request_page() does nothing for 5 s.
   void fail(const std::string& reason);
   void log_refusal(const Refusal& refusal);
+  /// Warns if more than half of the rows that prismd keeps are not in the database, and it deletes rows.
+  void watch_retention(const nlohmann::json& page);
   void release_slot();
 
   RowTraffic& traffic_;
@@ -75,6 +79,7 @@ class LogTailer : public std::enable_shared_from_this<LogTailer> {
   std::chrono::steady_clock::time_point refusal_logged_at_;
   std::size_t unlogged_refusals_ = 0;
   bool requested_ = false, in_batch_ = false, is_behind_ = true, has_slot_ = false;
+  bool is_late_ = false;        ///< as reported by watch_retention()
   bool many_refusals_ = false;  ///< then the next page is small, until a page without a refused row
 };
 

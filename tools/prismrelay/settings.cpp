@@ -54,10 +54,6 @@ PostgresSettings read_postgresql(const Section& section, const fs::path& base) {
     section.fail("connection", "contains a password; put it in the file named by password_file");
   settings.password_file = secret_path(section.text("password_file", ""), base);
   if (section.has("keep_days")) settings.keep_days = static_cast<int>(section.integer("keep_days", {1, 36500}));
-  settings.consumer = section.text("follower", settings.consumer);
-  if (!follows(TextRule::kName, settings.consumer))
-    section.fail("follower",
-                 fmt::format("found \"{}\", expected {}", shortened(settings.consumer), rule_text(TextRule::kName)));
   settings.gather_s = section.number("gather_s", {0.01, 10}, settings.gather_s);
   return settings;
 }

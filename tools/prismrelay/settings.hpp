@@ -12,11 +12,10 @@
 namespace prism::prismrelay {
 
 struct PostgresSettings {
-  std::string connection;               ///< for libpq: "host=/run/postgresql dbname=prism", or a postgresql:// URI
-  std::string password_file;            ///< path; empty: no password
-  std::optional<int> keep_days;         ///< older partitions are dropped; absent: no limit
-  std::string consumer = "prismrelay";  ///< the name under which prismd stores the relay's cursor
-  double gather_s = 0.25;               ///< rows within this time are committed together
+  std::string connection;        ///< for libpq: "host=/run/postgresql dbname=prism", or a postgresql:// URI
+  std::string password_file;     ///< path; empty: no password
+  std::optional<int> keep_days;  ///< older partitions are dropped; absent: no limit
+  double gather_s = 0.25;        ///< rows within this time are committed together
 
   bool operator==(const PostgresSettings&) const = default;
 };

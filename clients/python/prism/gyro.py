@@ -91,18 +91,16 @@ class Gyro:
         """The last rows of each axis, or of one, oldest first; at most an hour."""
         return [row_of(Window, row) for row in _in_time(self.ask("history", seconds=seconds, **_chosen(axis)))]
 
-    def log(
-        self, after: str = "", *, axis: Optional[str] = None, name: Optional[str] = None, follow: bool = False
-    ) -> Iterator[LogPage]:
+    def log(self, after: str = "", *, axis: Optional[str] = None, follow: bool = False) -> Iterator[LogPage]:
         """Yields pages of log rows after the cursor `after` ("": from the earliest row) to the end; with `follow` without end,
         also after restarts of prismd. Returns only rows on disk, each once, and counts deleted
         and damaged ones: if no row follows them, in a page without rows. Store page.cursor
-        after you have stored the page. `name`: prismd stores the cursor of the pages taken; the name belongs to its
-        user. Raises Refused for a cursor of another log or past its end."""
+        after you have stored the page. Raises Refused for a cursor of another log or past its end."""
         cursor = after
         while True:
             params: Dict[str, Any] = {**_chosen(axis), "wait_s": WAIT_S if follow else 0, "limit": 2000}
-            params.update({key: value for key, value in (("after", cursor), ("name", name)) if value})
+            if cursor:
+                params["after"] = cursor
             try:
                 page = page_of(_axes(self.ask("rows", **params)))
             except Gone:
@@ -115,8 +113,6 @@ class Gyro:
                 yield page
             if not follow and not page.more:
                 break
-        if name:  # confirms the last page
-            self.ask("rows", **{**_chosen(axis), "after": cursor, "name": name, "limit": 1})
 
     def rows(self, axes: Optional[List[str]] = None, *, reconnect: bool = True) -> Iterator[Window]:
         """Yields one row per second of each axis, or of `axes`, from now on. Waits while prismd is stopped. If only the

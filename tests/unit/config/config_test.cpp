@@ -32,13 +32,13 @@ std::string refusal(const std::string& text) {
 
 TEST(Config, WarnsOfARemovedKey) {
   const Config config = good(R"({"line": {"device": "/dev/null", "serve": {"raw": {"tcp": {"listen": "x"}}}},
-    "axes": {"z": {}}, "sensor_lines": {"room": {"device": "/dev/zero", "serve": 1}}})");
-  const std::string instead =
-      "removed in prism 0.4 (line {}); it has no effect; let ser2net serve the line to several programs (lines.md)";
-  EXPECT_EQ(config.removed_keys,
-            (std::vector<std::string>{
-                "/etc/prism/gyro1.json:/line/serve: " + fmt::format(fmt::runtime(instead), 1),
-                "/etc/prism/gyro1.json:/sensor_lines/room/serve: " + fmt::format(fmt::runtime(instead), 2)}));
+    "axes": {"z": {}}, "sensor_lines": {"room": {"device": "/dev/zero", "serve": 1}}, "log": {"keep_for": ["relay"]}})");
+  const std::string server = "it has no effect; let ser2net serve the line to several programs (lines.md)",
+                    cursor = "it has no effect; a consumer keeps its own cursor (prismctl rows --cursor)",
+                    place = "/etc/prism/gyro1.json:/", removed = ": removed in prism 0.4 (line ";
+  EXPECT_THAT(config.removed_keys, testing::ElementsAre(place + "line/serve" + removed + "1); " + server,
+                                                        place + "sensor_lines/room/serve" + removed + "2); " + server,
+                                                        place + "log/keep_for" + removed + "2); " + cursor));
   EXPECT_TRUE(good("{}").removed_keys.empty());
 }
 

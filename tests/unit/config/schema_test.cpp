@@ -34,7 +34,7 @@ constexpr const char* kWhole = R"({
     "uhfo": {"range_v": [4, 6.5], "stuck_s": 3600}},
   "site": {"latitude_deg": 34.25, "elevation_deg": 90.0, "azimuth_deg": 0.5},
   "write_log": true,
-  "log": {"keep_for": "relay", "directory": "d", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
+  "log": {"directory": "d", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
   "capture": {"directory": "c", "segment_mib": 1.5, "segment_hours": 1.5, "keep_mib": 1.5, "keep_days": 1, "when_full": "stop"},
   "socket": {"path": "/run/x", "mode": "0600", "client_buffer_kib": 16, "max_clients": 1},
   "event_level": "info"

@@ -215,7 +215,7 @@ TEST_F(SegmentsTest, ADeletionIsAnnouncedBeforeAndReportedAfter) {
   run(segments, kDay + 30);
   status = segments.retention();
   EXPECT_EQ(test::files_in(settings.directory).size(), 2u);
-  EXPECT_LE(*status->next->in_s, 60);
+  EXPECT_LE(status->next->in_s, 60);
   run(segments, 40);
   status = segments.retention();
   EXPECT_EQ(test::files_in(settings.directory).size(), 1u);
@@ -237,7 +237,7 @@ TEST_F(SegmentsTest, TheTimeOfADeletionByBytesIsExpectedFromTheGrowth) {
   const auto status = segments.retention();
   ASSERT_TRUE(status->next->in_s);
   EXPECT_EQ(status->next->why, NextDeletion::Why::kBytes);
-  EXPECT_EQ(*status->next->in_s, 201);
+  EXPECT_EQ(status->next->in_s, 201);
 }
 
 // A power cut between the deletion of the file and its record.

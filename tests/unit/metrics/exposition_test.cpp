@@ -63,12 +63,8 @@ json status_of(const std::string& quality) {
           {"started_s", 1000.5},
           {"line", {{"frames", 7}, {"bad_check", 2}}},
           {"timing", {{"missing_frames", 3}, {"resets", 1}}},
-          {"axes",
-           {{"z",
-             {{"quality", quality},
-              {"window", {{"rate_deg_per_h", 8.5}, {"bias_deg_per_h", nullptr}}},
-              {"log", {{"followers", {{"relay", {{"lost_rows", 4}}}}}}}}}}},
-          {"log", {{"rows", 10}, {"dropped", 0}}},
+          {"axes", {{"z", {{"quality", quality}, {"window", {{"rate_deg_per_h", 8.5}, {"bias_deg_per_h", nullptr}}}}}}},
+          {"log", {{"rows", 10}, {"dropped", 0}, {"gone", 4}}},
           {"sensors", {{"case", {{"value", 23.5}, {"unit", "degC"}}}, {"anode", {{"value", nullptr}, {"unit", "V"}}}}}};
 }
 
@@ -87,8 +83,7 @@ TEST(GyroMetrics, WhatIsKnownHasASampleAndWhatIsNotHasNone) {
         "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"warming\"} 1\n",
         "prism_quality_reason{gyro=\"gyro1\",axis=\"z\",reason=\"implausible\"} 1\n",
         "prism_line_refused_total{gyro=\"gyro1\",reason=\"bad_check\"} 2\n",
-        "prism_log_follower_lost_rows_total{gyro=\"gyro1\",follower=\"relay\"} 4\n",
-        "prism_sensor_celsius{gyro=\"gyro1\",sensor=\"case\"} 23.5\n"})
+        "prism_log_gone_rows_total{gyro=\"gyro1\"} 4\n", "prism_sensor_celsius{gyro=\"gyro1\",sensor=\"case\"} 23.5\n"})
     EXPECT_THAT(text, HasSubstr(line));
   for (const char* absent : {"prism_bias_degrees", "prism_sensor_volts", "null", "nan"})
     EXPECT_THAT(text, Not(HasSubstr(absent)));
@@ -105,9 +100,7 @@ TEST(GyroMetrics, EachAxisHasItsOwn) {
   json status = status_of("good");
   const json own = {{"quality", "good"}, {"window", {{"rate_deg_per_h", 1}}}};
   status["axes"] = {{"x", own}, {"y", own}};
-  status["axes"]["y"]["log"] = {{"followers", {{"relay", {{"lost_rows", 4}}}}}};
   const std::string text = text_of({status, {}, {{"axes", {{"y", {{"raw", {{"sd_deg_per_h", 0.02}}}}}}}}});
-  EXPECT_THAT(text, HasSubstr("{gyro=\"gyro1\",axis=\"y\",follower=\"relay\"} 4\n"));
   EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"x\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("prism_rate_degrees_per_hour{gyro=\"gyro1\",axis=\"y\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("prism_stability_degrees_per_hour{gyro=\"gyro1\",axis=\"y\",of=\"raw\"} 0.02\n"));
@@ -137,7 +130,6 @@ TEST(GyroMetrics, EveryTextLeavesTheScrapeValid) {
     for (const char* key : {"version", "frames", "gyro_serial", "state"}) status[key] = text;
     json axis = status["axes"]["z"];
     axis["model"] = {{"kind", text}, {"name", text}, {"id", text}};
-    axis["log"]["followers"] = {{text, {{"lost_rows", 1}}}};
     status["axes"] = {{"x", axis}, {text, axis}, {text + "\xff", axis}, {text + "\xfe", axis}};
     status["sensors"] = {{text, {{"value", 1}, {"unit", "V"}}}, {"s", {{"value", 1}, {"unit", text}}}};
     status["sensor_lines"] = {{text, {{"state", text}}}};

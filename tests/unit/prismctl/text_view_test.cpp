@@ -61,18 +61,14 @@ TEST(StatusView, AMeanIsOfWhatIsGathered) {
 TEST(StatusView, AnnouncesTheNextDeletion) {
   json status = receiving_status();
   const json retention = json::parse(R"({"keep_bytes": 10737418240, "keep_s": 31536000, "next": {"file": "g.csv",
-    "rows": 86400, "bytes": 17000000, "why": "age", "in_s": 273600, "time_s": 1795425060, "held_by": null}})");
+    "rows": 86400, "bytes": 17000000, "why": "age", "in_s": 273600, "time_s": 1795425060}})");
   status["log"] = {{"directory", "d"}, {"rows", 5}, {"dropped", 0}, {"retention", retention}};
   EXPECT_THAT(status_view(status),
               HasSubstr("\ndeletes next g.csv (86400 rows) in 3 d 4 h, 2026-11-23T09:11:00Z: older than 365 days\n"));
   json& next = status["log"]["retention"]["next"];
-  next["why"] = "bytes", next["held_by"] = "relay", next["rows"] = 0;
+  next["why"] = "bytes", next["rows"] = 0;
   EXPECT_THAT(status_view(status),
-              HasSubstr("\ndeletes next g.csv in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB; "
-                        "relay has not fetched it\n"));
-  next["in_s"] = next["time_s"] = nullptr;
-  EXPECT_THAT(status_view(status),
-              HasSubstr("\ndeletes next g.csv when relay has fetched it: more than 10240.0 MiB\n"));
+              HasSubstr("\ndeletes next g.csv in 3 d 4 h, 2026-11-23T09:11:00Z: more than 10240.0 MiB\n"));
   next = nullptr;
   EXPECT_THAT(status_view(status), Not(HasSubstr("deletes next")));
   for (const char* axis : {"x", "y"}) status["axes"][axis]["log"]["retention"] = retention;
@@ -209,9 +205,9 @@ TEST(AllViews, AnyTypeIsShown) {
 
 TEST(OnlyAxis, IsPartOfTheResult) {
   const json status = json::parse(R"({"state": "receiving", "log": {"rows": 5},
-    "axes": {"z": {"quality": "good", "log": {"followers": {"relay": {}}}}}})");
+    "axes": {"z": {"quality": "good", "log": {"retention": {}}}}})");
   EXPECT_EQ(with_only_axis(status), json::parse(R"({"state": "receiving", "axis": "z", "quality": "good",
-    "log": {"rows": 5, "followers": {"relay": {}}}})"));
+    "log": {"rows": 5, "retention": {}}})"));
   EXPECT_EQ(with_only_axis(json::parse(R"({"axes": {"z": {"quality": "good"}}})")), json({{"quality", "good"}}));
   EXPECT_EQ(with_only_axis(json::parse(R"({"axes": {"z": [1, 2]}})")), json({1, 2}));
   EXPECT_EQ(with_only_axis(json::parse(R"({"axes": {"z": null}})")), json());

@@ -25,7 +25,6 @@ struct LogTailerTest : testing::Test {
       : path(folder.file("gyro.sock")), acceptor(context, stream_protocol::endpoint(path)), prismd(context) {
     traffic.batch = &batch;
     traffic.state = &state;
-    traffic.consumer = "relay";
     traffic.batch_extended = [this] { ++batch_extensions; };
     traffic.slot_released = [] {};
     traffic.database_up = true;
@@ -79,7 +78,6 @@ TEST_F(LogTailerTest, RequestsRowsAfterTheCommittedCursor) {
   tailer->resume("");
   const json first = next_request();
   EXPECT_EQ(first["params"]["after"], "earliest");
-  EXPECT_EQ(first["params"]["name"], "relay");
   respond(first, page("c1", 1));
   EXPECT_EQ(batch_extensions, 1);
   EXPECT_FALSE(batch.empty());
@@ -105,6 +103,25 @@ TEST_F(LogTailerTest, RequestsAPageAgainIfTheDatabaseIsDown) {
   tailer->request_page();
   context.poll();
   EXPECT_EQ(prismd.available(), 0u) << "one request at a time";
+}
+
+TEST_F(LogTailerTest, WarnsAtHalfOfTheRetentionWhileTheDatabaseIsDown) {
+  traffic.database_up = false;
+  tailer->resume("c1");
+  testing::internal::CaptureStderr();
+  for (const unsigned behind : {50U, 51U, 52U, 10U}) {
+    tailer->check_retention();
+    const json request = next_request();
+    EXPECT_EQ(request["params"]["after"], "c1");
+    json answer = page("c2", 2);
+    answer.update({{"behind", behind}, {"kept", 100U}, {"deleted", 7U}});
+    respond(request, answer);
+  }
+  EXPECT_TRUE(batch.empty());
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(told, testing::HasSubstr("lab/g z: 51 rows behind, more than half of those that prismd keeps"));
+  EXPECT_THAT(told, testing::HasSubstr("lab/g z: less than half of the kept rows behind again"));
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 2);
 }
 
 TEST_F(LogTailerTest, RequestsSmallPagesAfterManyRefusedRows) {

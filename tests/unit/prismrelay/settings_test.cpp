@@ -29,7 +29,7 @@ using testing::HasSubstr;
 // Contains every key.
 constexpr const char* kComplete = R"({
   "$schema": "relay.schema.json", "site": "lab1", "instances": ["gyro1", "/run/user/1/prismd/"], "status_file": "s.json",
-  "postgresql": {"connection": "host=/run/postgresql dbname=prism", "password_file": "pg", "keep_days": 30, "follower": "r",
+  "postgresql": {"connection": "host=/run/postgresql dbname=prism", "password_file": "pg", "keep_days": 30,
                  "gather_s": 0.5},
   "mqtt": {"host": "broker", "port": 8884, "user": "u", "password_file": "/etc/prism/mqtt", "client_id": "c", "prefix": "p",
            "tls": {"ca_file": "ca.pem", "cert_file": "c.pem", "key_file": "k.pem"}},
@@ -51,6 +51,13 @@ TEST(RelaySettings, ReadsEveryKey) {
   EXPECT_EQ(settings->mqtt->port, 8884);
   EXPECT_EQ(settings->mqtt->ca_file, "/etc/prism/ca.pem");
   EXPECT_EQ(settings->metrics->file, "/run/prismrelay/prism.prom");
+}
+
+TEST(RelaySettings, WarnsOfARemovedKey) {
+  const auto settings =
+      parse_settings(R"({"site": "a", "postgresql": {"connection": "x", "follower": "r"}})", "/r.json");
+  ASSERT_TRUE(settings) << settings.error().text();
+  EXPECT_THAT(settings->warnings, testing::ElementsAre(HasSubstr("/postgresql/follower: removed in prism 0.4")));
 }
 
 TEST(RelaySettings, HasDefaults) {
