@@ -171,7 +171,10 @@ std::int64_t Clock::stamp_host(const wire::DecodedMessage& reading, const Counte
   const LowerHull::StraightLine before = status_.period_is_estimated ? active_.edge() : active_.nominal();
   double residual = y - before.at(x_);
   if (out_of_step(residual, y, reading.behind) && !recount(residual)) {
-    ++status_.resets;
+    // The line begins with what waited to be read: until then every arrival is late.
+    const bool is_late_begin =
+        residual < 0 && residual > -kShiftS && measured_ns(reading) - begin_ns_ < std::llround(1e9 * kShiftS);
+    if (!is_late_begin) ++status_.resets;
     start(reading);
     status_.residual_s = 0;
     return origin_ns_;
@@ -197,6 +200,7 @@ bool Clock::push(const wire::DecodedMessage& reading) {
   began_session_ = false;
   const CounterStep step = steps_.push(reading, slope_);
   if (!running_) {
+    begin_ns_ = measured_ns(reading);
     start(reading);
     time = origin_ns_;
   } else {

@@ -54,8 +54,9 @@ struct ClockStatus {
 /// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
 /// that the line always uses the last one to two times switch_s. A reading that is earlier than the line by more than
 /// the limit, or readings that are all later by more than the limit for a second, show that the counter or a clock was
-/// set: the fit restarts. If all readings are late by full periods of the counter (by frames, without a counter),
-/// frames were lost while the line was not read: they are counted as missing by arrival, and the fit continues.
+/// set: the fit restarts (not counted as a reset within the first second, in which the first readings may be late). If
+/// all readings are late by full periods of the counter (by frames, without a counter), frames were lost while the line
+/// was not read: they are counted as missing by arrival, and the fit continues.
 ///
 /// Device: first arrival + counter x nominal tick. A session with a new first arrival begins if the counter goes back
 /// by less than half its modulus (the device restarted), and if device time and arrivals disagree (DeviceTimeCheck).
@@ -108,6 +109,7 @@ class Clock {
   double byte_time_ns_ = 0;
 
   bool running_ = false;
+  std::int64_t begin_ns_ = 0;      ///< of the session: its first reading
   std::int64_t origin_ns_ = 0;     ///< host time where x and y are 0
   double ticks_ = 0;               ///< unwrapped, since origin
   double x_ = 0;                   ///< the same in nominal seconds
