@@ -82,6 +82,22 @@ check "prismd reloads with removed keys" inside sh -c \
 check "prismd starts with removed keys" inside systemctl restart "$unit"
 becomes 10 "prismd receives with removed keys" receiving line_state
 for key in line/serve log/keep_for; do contains "prismd warns of $key" "$(inside prismctl events)" "/$key: removed in prism 0.4"; done
+# Keys of frame descriptions and of a lot that could change a number: exit 78, and the replacement.
+while read -r change; do
+  sed 's|^ *//.*||' config/frames/trplg.json | jq "$change" | inside sh -c 'cat >/old.json; echo "{\"frames\": \"/old.json\"}" >/old-gyro.json'
+  same "its exit code with $change" "$(inside sh -c 'prismd --check /old-gyro.json >/dev/null 2>/old.err; echo $?')" 78
+  contains "its message with $change" "$(inside cat /old.err)" ": removed in prism 0.4"
+done <<'END'
+.stuffing = {"type": "slip"}
+.vectors[0].stuffed = "C0"
+.kinds[0].length = {"at": 2, "multiply": 2}
+.kinds[0].checks.word_order = "little"
+.kinds[0].checks.covers_mark = true
+.kinds[0].fields.temperature.convert = [{"coefficients": [0, 1]}]
+.kinds[0].fields.temperature.convert = [{"a": 1}]
+END
+inside sh -c 'cat >/lot.json' <<<'{"format": "prism-campaign", "version": 1, "slurm": {}, "level": "x86-64-v3"}'
+contains "a lot of 0.3" "$(inside sh -c 'prismcal campaign /lot.json 2>&1; echo exit $?')" "/level: removed in prism 0.4"
 # web.json MEMBERS: writes a configuration of 0.3.
 web_config() { inside sh -c 'cat >/etc/prism/web.json' <<<"{$1}"; }
 web_runs() { inside systemctl is-active prismweb.service; }
