@@ -5,7 +5,7 @@
 # in this format of Python's struct, and their sum in two bytes. `> 7..9:100:20 8:1:2 open`: packets, first three frames with n from 7 and rate
 # from 100. 7:1:2[3:] is a part of a frame, ^3 changes the lowest bit of byte 3, x00FF are bytes, + joins parts, @5 sets the time of the next
 # packet, `open` is an opened line. Prints counts, what --sniff prints, and rows: second, samples, missing, rate, temperature, status, quality,
-# partial, without status, quality and partial if usual. `$ command`: what it prints.
+# partial, without status, quality and partial if usual. `$ command`: its output.
 import glob
 import json
 import re
