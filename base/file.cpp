@@ -194,8 +194,8 @@ bool FileReader::fill() {
   buffer_.resize(kBufferBytes);
   const ssize_t got = read_some(file_.get(), buffer_.data(), buffer_.size());
   if (got < 0) error_ = system_error(path_, "cannot be read").value();
-  buffer_.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-  return got > 0;
+  buffer_.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+  return !buffer_.empty();
 }
 
 bool FileReader::read_line(std::string& line) {

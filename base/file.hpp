@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxLineBytes = 1u << 20;       ///< one line of an
 
 /// Identifies a file by device and inode, independent of its name.
 struct FileId {
-  std::uint64_t device = 0, inode = 0;
+  std::uint64_t device, inode;
 
   /// Of the name itself: does not follow a symbolic link. Returns nullopt if the file does not exist.
   static std::optional<FileId> of(const std::string& path);

@@ -49,10 +49,7 @@ void Clock::reset() {
   running_ = false;
   rate_check_.begin();
   steps_.reset();
-  for (AxisState& axis : axes_) {
-    axis.missing = 0;
-    axis.has_angle = false;
-  }
+  for (AxisState& axis : axes_) axis.missing = 0;
   last_time_ns_ = 0;
   status_.residual_s = 0;
 }
@@ -80,6 +77,7 @@ void Clock::start(const wire::DecodedMessage& reading) {
   last_y_ = 0;
   status_.period_s = description_->period_s();
   status_.period_is_estimated = false;
+  status_.residual_s = 0;
 }
 
 // Integer ticks over integer milliticks per second: exact, so that one day of fast replay ends on the nanosecond.
@@ -176,7 +174,6 @@ std::int64_t Clock::stamp_host(const wire::DecodedMessage& reading, const Counte
         residual < 0 && residual > -kShiftS && measured_ns(reading) - begin_ns_ < std::llround(1e9 * kShiftS);
     if (!is_late_begin) ++status_.resets;
     start(reading);
-    status_.residual_s = 0;
     return origin_ns_;
   }
   if (step.ticks > 0 && residual <= settings_.residual_limit_s) fit(y, residual);

@@ -34,7 +34,7 @@ void LowerHull::thin() {
 }
 
 LowerHull::StraightLine LowerHull::edge() const {
-  if (hull_.size() < 2) return hull_.empty() ? StraightLine{} : StraightLine{hull_[0].x, hull_[0].y, 1};
+  if (hull_.size() < 2) return nominal();
   const double middle = 0.5 * (hull_.front().x + hull_.back().x);
   const auto right =
       std::lower_bound(hull_.begin() + 1, hull_.end() - 1, middle, [](const Point& p, double m) { return p.x < m; });

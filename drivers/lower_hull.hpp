@@ -25,7 +25,7 @@ class LowerHull {
 
   bool empty() const { return hull_.empty(); }
   double span() const { return hull_.empty() ? 0 : hull_.back().x - hull_.front().x; }
-  /// The edge below the middle. With fewer than two points: slope 1 through the only point.
+  /// The edge below the middle; nominal() with fewer than two points.
   StraightLine edge() const;
   /// The line of slope 1 below all points.
   StraightLine nominal() const { return {0, least_, 1}; }
