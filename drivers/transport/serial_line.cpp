@@ -113,8 +113,8 @@ class SerialLine : public Transport {
     const ssize_t size = ::read(fd(), buffer.data(), buffer.size());
     if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return {};
-    if (size < 0) return {Received::Kind::kLost, 0, std::strerror(errno)};
-    if (is_gone(fd())) return {Received::Kind::kLost, 0, "unplugged (end of file)"};
+    if (size < 0) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
+    if (is_gone(fd())) return {.kind = Received::Kind::kLost, .why = "unplugged (end of file)"};
     return {Received::Kind::kEmpty};
   }
 

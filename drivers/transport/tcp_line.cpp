@@ -77,13 +77,13 @@ class TcpLine : public Transport {
   Received read(std::span<std::uint8_t> buffer) override {
     if (!connected_) {
       const auto step = proceed();
-      if (!step) return {Received::Kind::kLost, 0, step.error()};
+      if (!step) return {.kind = Received::Kind::kLost, .why = step.error()};
       return {};
     }
     const ssize_t size = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
     if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
-    if (size == 0) return {Received::Kind::kLost, 0, "the other end closed the connection"};
-    if (errno != EAGAIN && errno != EINTR) return {Received::Kind::kLost, 0, std::strerror(errno)};
+    if (size == 0) return {.kind = Received::Kind::kLost, .why = "the other end closed the connection"};
+    if (errno != EAGAIN && errno != EINTR) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
     if (listener_.get() >= 0) {
       SocketAddress other;
       if (accept_from(other).get() >= 0) turned_away_ = other.host();

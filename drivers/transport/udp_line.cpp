@@ -39,14 +39,14 @@ class UdpLine : public Transport {
 
   Received read(std::span<std::uint8_t> buffer) override {
     if (socket_.get() < 0) {
-      if (const auto bound = bind_now(); !bound) return {Received::Kind::kLost, 0, bound.error()};
+      if (const auto bound = bind_now(); !bound) return {.kind = Received::Kind::kLost, .why = bound.error()};
       return {};
     }
     SocketAddress sender;
     sender.size = sizeof sender.storage;
     const ssize_t size = ::recvfrom(socket_.get(), buffer.data(), buffer.size(), 0, sender.get(), &sender.size);
     if (size < 0 && (errno == EAGAIN || errno == EINTR || errno == ECONNREFUSED)) return {};
-    if (size < 0) return {Received::Kind::kLost, 0, std::strerror(errno)};
+    if (size < 0) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
     if (from_ && !from_->same_host(sender)) return {};
     if (answers_) peer_ = sender;
     if (size == 0) return {};

@@ -35,7 +35,7 @@ MatchResult length_of(const LengthRule& rule, Bytes bytes) {
   if (rule.form == LengthRule::LengthType::kTerminated) return terminated_length(rule, bytes);
   const auto field = static_cast<std::int64_t>(load_bits(rule.field, bytes.data() + rule.field.at) & 0xFFFFFFFF);
   const std::int64_t length = field + rule.add;
-  if (length < rule.min || length > rule.max) return {Match::kBadLength, 0};
+  if (length < rule.min || length > rule.max) return {Match::kBadLength};
   return {Match::kYes, static_cast<std::uint32_t>(length)};
 }
 
@@ -58,25 +58,25 @@ bool refused(const MessageType& kind, const FrameView& view) {
 }  // namespace
 
 MatchResult match_frame(const MessageType& kind, Bytes bytes, int before, FrameView& view) {
-  if (kind.after >= 0 && before != kind.after) return {Match::kNoSync, 0};
+  if (kind.after >= 0 && before != kind.after) return {Match::kNoSync};
   const Match sync = match_sync(kind, bytes);
   if (sync != Match::kYes) return {sync, kind.length.max};
   for (const CheckRule& check : kind.checks) {
-    if (check.in_header && !check_holds(check, bytes.first(kind.header_bytes))) return {Match::kBadCheck, 0};
+    if (check.in_header && !check_holds(check, bytes.first(kind.header_bytes))) return {Match::kBadCheck};
   }
   MatchResult result = length_of(kind.length, bytes);
   if (result.match != Match::kYes) return result;
   if (result.length > bytes.size()) return {Match::kNeedMore, result.length};
   const Bytes frame = bytes.first(result.length);
   for (const BodyRule& rule : kind.body) {
-    if (!body_holds(rule, frame)) return {Match::kBadBody, 0};
+    if (!body_holds(rule, frame)) return {Match::kBadBody};
   }
   for (const CheckRule& check : kind.checks) {
     if (!check.in_header && !check_holds(check, frame))
       return {Match::kBadCheck, static_cast<std::uint32_t>(frame.size())};
   }
-  if (!view.look_at(kind, frame)) return {Match::kBadBody, 0};
-  if (refused(kind, view)) return {Match::kRefused, 0};
+  if (!view.look_at(kind, frame)) return {Match::kBadBody};
+  if (refused(kind, view)) return {Match::kRefused};
   return result;
 }
 

@@ -79,7 +79,7 @@ Crc::Crc(const CrcParameters& parameters, bool by_instruction)
   for (int bit = 0; bit < 64; ++bit) {
     const std::uint64_t top = rest >> 63;
     quotient_ = quotient_ << 1 | top;
-    rest = rest << 1 ^ (top != 0 ? polynomial_ : 0);
+    rest = rest << 1 ^ top * polynomial_;
   }
 }
 

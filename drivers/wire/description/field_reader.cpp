@@ -59,7 +59,7 @@ void read_order(const Section& s, bool big_endian, Field& field) {
   if (listed) {
     unsigned seen = 0;
     const std::vector<std::uint64_t> order = s.bit_list("order");
-    for (const std::uint64_t byte : order) seen |= byte < 8 ? 1u << byte : 1u << 31;
+    for (const std::uint64_t byte : order) seen |= 1u << std::min<std::uint64_t>(byte, 31);
     if (order.size() != field.size || seen != (1u << field.size) - 1) {
       s.fail("order", fmt::format("found {}, expected an order of the bytes 0 to {}, the most significant first",
                                   shown(s.any("order")), field.size - 1));

@@ -15,9 +15,8 @@ namespace prism::wire {
 
 /// (byte at `at` & mask) == value. For the sync and for body rules of single bytes.
 struct ByteRule {
-  std::uint32_t at = 0;
-  std::uint8_t value = 0;
-  std::uint8_t mask = 0xFF;
+  std::uint32_t at;
+  std::uint8_t value, mask;
 };
 
 struct LengthRule {
@@ -30,14 +29,14 @@ struct LengthRule {
 
 /// Every byte from..to (negative: from the end) has (byte & mask) == value: "bit 7 is clear".
 struct BodyRule {
-  int from = 0, to = 0;
-  std::uint8_t mask = 0, value = 0;
+  int from, to;
+  std::uint8_t mask, value;
 };
 
 /// A frame contains no data if the condition is true, although its check is right (sync filler, start-up patterns).
 struct RejectRule {
-  int field = -1;
-  std::uint64_t mask = 0, value = 0;
+  int field;
+  std::uint64_t mask, value;
 };
 
 /// Tag-length-value items from..to; `ids` are those used by fields.
@@ -70,8 +69,8 @@ struct ColumnsRule {
 
 /// The gyro's number is valid if (field & mask) == value.
 struct ValidRule {
-  int field = -1;
-  std::uint64_t mask = 0, value = 0;
+  int field;
+  std::uint64_t mask, value;
 };
 
 /// Indices into MessageType::fields. Nearly always one, which is then stored inline.

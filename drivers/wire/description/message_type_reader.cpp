@@ -68,12 +68,9 @@ void read_layout(const Section& s, bool big_endian, const FieldGroups& groups, M
 void read_rules(const Section& s, MessageType& kind) {
   constexpr Range kOffset{-kMaxFrameBytes, kMaxFrameBytes};
   for (const Section& b : s.one_or_more_objects("body")) {
-    BodyRule rule;
-    rule.from = static_cast<int>(b.integer("from", kOffset, rule.from));
-    rule.to = static_cast<int>(b.integer("to", kOffset, rule.to));
-    rule.mask = static_cast<std::uint8_t>(b.bits("mask") & 0xFF);
-    rule.value = static_cast<std::uint8_t>(b.bits("value", rule.value) & rule.mask);
-    kind.body.push_back(rule);
+    const auto mask = static_cast<std::uint8_t>(b.bits("mask") & 0xFF);
+    kind.body.push_back({static_cast<int>(b.integer("from", kOffset, 0)), static_cast<int>(b.integer("to", kOffset, 0)),
+                         mask, static_cast<std::uint8_t>(b.bits("value", 0) & mask)});
   }
   for (const Section& r : s.one_or_more_objects("refuse")) {
     const RejectRule rule{kind.field_index(r.text("field")), r.bits("mask"), r.bits("value")};
@@ -101,22 +98,19 @@ void read_structure(const Section& s, bool big_endian, const FieldGroups& groups
 
 /// The columns end before the terminator, or before a check without a mark.
 void measure_tail(MessageType& kind) {
-  kind.text.tail = static_cast<std::uint32_t>(kind.length.terminator.size());
+  auto tail = static_cast<int>(kind.length.terminator.size());
   for (const CheckRule& check : kind.checks) {
-    if (check.separator == 0 && check.at < 0)
-      kind.text.tail = std::max(kind.text.tail, static_cast<std::uint32_t>(-check.at));
+    if (check.separator == 0) tail = std::max(tail, -check.at);
   }
+  kind.text.tail = static_cast<std::uint32_t>(tail);
 }
 
 /// Sorts the sync, finds the header's checks and the bytes they need.
 void measure_header(MessageType& kind) {
   std::sort(kind.sync.begin(), kind.sync.end(), [](const ByteRule& a, const ByteRule& b) { return a.at < b.at; });
-  std::uint32_t header = 1;
+  std::uint32_t& header = kind.header_bytes;
   for (const ByteRule& rule : kind.sync) header = std::max(header, rule.at + 1);
-  if (kind.length.form != LengthRule::LengthType::kField) {
-    kind.header_bytes = header;
-    return;
-  }
+  if (kind.length.form != LengthRule::LengthType::kField) return;
   header = std::max(header, static_cast<std::uint32_t>(kind.length.field.at) + kind.length.field.size);
   for (CheckRule& check : kind.checks) {
     const auto to = static_cast<std::uint32_t>(check.to), at = static_cast<std::uint32_t>(check.at);
@@ -124,7 +118,6 @@ void measure_header(MessageType& kind) {
                       at < kEarlyBytes;
     if (check.in_header) header = std::max({header, to, at + check.size});
   }
-  kind.header_bytes = header;
 }
 
 /// Text must be parsable; body rules fix bits of each byte they cover. Neither is a check: at most 16 bits are counted.
@@ -147,7 +140,7 @@ void measure_strength(MessageType& kind) {
   kind.known_bits += body_bits(kind);
   kind.weak = kind.known_bits < kWeakBits;
   const int frames = (kSureBits - 1 + kind.known_bits) / std::max(kind.known_bits, 1);
-  kind.confirmations = kind.check_bits >= kWeakBits ? 1 : std::clamp(frames, 2, kMostConfirmations);
+  if (kind.check_bits < kWeakBits) kind.confirmations = std::clamp(frames, 2, kMostConfirmations);
 }
 
 }  // namespace
@@ -168,7 +161,7 @@ MessageType read_kind(const Section& s, bool big_endian, const FieldGroups& grou
   kind.name = s.text("name", {}, TextRule::kMessageName);
   for (const Section& sync : s.one_or_more_objects("sync")) read_sync(sync, kind);
   const std::vector<std::uint8_t> after = s.bytes("after", false);
-  kind.after = after.empty() ? -1 : after[0];
+  if (!after.empty()) kind.after = after[0];
   if (after.size() > 1) s.fail("after", "has more than one byte");
   read_length(s, big_endian, kind);
   kind.trailer = s.bytes("trailer", false);

@@ -108,10 +108,8 @@ void read_blocks(const Section& s, MessageType& kind) {
   kind.blocks.from = static_cast<int>(s.integer("from", {0, kMaxFrameBytes}));
   for (const std::uint64_t size : s.bit_list("sizes"))
     kind.blocks.sizes.push_back(static_cast<std::uint32_t>(size & 0xFFFF));
-  if (kind.blocks.sizes.size() > FrameView::kMaxElements) {
+  if (kind.blocks.sizes.size() > FrameView::kMaxElements)
     s.fail("sizes", fmt::format("has more than {} blocks", FrameView::kMaxElements));
-    kind.blocks.sizes.resize(1);
-  }
 }
 
 CheckRule read_check(const Section& s, bool big_endian) {

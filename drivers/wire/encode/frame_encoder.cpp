@@ -112,7 +112,7 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
       put_number(index, raw);
     if (gyro.meaning == RateEncoding::kIncrement) sent = field.scaling.apply(raw);
   }
-  if (gyro.meaning == RateEncoding::kIncrement && !fields.empty()) angles_[axis] -= sent;
+  angles_[axis] -= sent;
 }
 
 void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields& fields, double value,
