@@ -178,7 +178,7 @@ int run_sniff(const std::string& path, const std::string& description) {
     return code_of(sniff_line(settings, transport::describe(settings), descriptions));
   }
   if (!exists || !S_ISCHR(info.st_mode)) return sniff_file(path, descriptions) ? kExitDone : kExitFailed;
-  Result<bool> fits = false;
+  Result<bool> fits;
   for (const wire::WireFormat& wire : wire_formats(descriptions)) {
     fits = sniff_line({path, wire}, path + " at " + format_text(wire), descriptions);
     if (!fits || *fits) break;

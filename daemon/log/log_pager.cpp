@@ -245,11 +245,11 @@ LogPager::PartRows LogPager::read_rows(const NumberedSegment& segment, const Hea
   in->seek(place.offset);
   std::string line;
   const auto next_row = [&] {
-    bool complete = false;
-    do complete = in->read_line(line) && in->line_ended();
-    while (complete && line.starts_with('#'));
-    if (complete) ++place.row, place.offset = in->offset();
-    return complete;
+    do {
+      if (!in->read_line(line) || !in->line_ended()) return false;
+    } while (line.starts_with('#'));
+    ++place.row, place.offset = in->offset();
+    return true;
   };
   bool more = true;
   while (more && place.row < behind) more = next_row();

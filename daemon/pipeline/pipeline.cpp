@@ -102,16 +102,10 @@ void Pipeline::end_axes() {
 // Returns values for every stride_-th frame only: at 1000 frames per second, not every frame needs them.
 std::span<const double> Pipeline::sensors_at(const wire::DecodedMessage& reading) {
   const std::size_t own = decoder_.description().sensors.size();
-  if (own == values_.size()) {
-    if (own == 0 || !reading.sensors_read) return {};
-    std::copy_n(reading.sensors.begin(), own, values_.begin());
-    return values_;
-  }
   std::copy_n(reading.sensors.begin(), own, values_.begin());
-  const std::int64_t arrival_ns = decoder_.chunk_arrival_ns(reading);
   std::size_t at = own;
   for (const SensorFeed& feed : feeds_) {
-    feed.values_at(arrival_ns, std::span(values_).subspan(at, feed.sensors()));
+    feed.values_at(decoder_.chunk_arrival_ns(reading), std::span(values_).subspan(at, feed.sensors()));
     at += feed.sensors();
   }
   const bool turn = own > 0 ? reading.sensors_read : waiting_ == 0;

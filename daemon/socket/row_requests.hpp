@@ -24,7 +24,7 @@ class RowRequests {
     std::shared_ptr<Client> client;
     pipeline::RowWriter* log;  ///< must outlive this
     pipeline::RowQuery query;
-    double wait_s = 0;  ///< max. wait for a first row, 0 to kLongestWait_s
+    double wait_s;  ///< max. wait for a first row, 0 to kLongestWait_s
     std::function<void(pipeline::RowResult)> answer;
   };
 
