@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The options of fit, cv, predict and design, one command a line of options.txt, on tables of 120 rows and fewer; the output in one line,
-# and sums over the rows of the diagnostics of fit.
+# The options of commands, one command a line of the page, on tables of 120 rows and fewer; the output in one line, and sums over the rows
+# of the diagnostics of fit. A line that begins with $ makes the files of the lines below it.
 awk 'BEGIN {print "i,x1,x2,y,fold,one"; for (i = 0; i < 120; ++i) {a = (i * 37 % 120) / 60 - 1; b = (i * 53 % 120) / 60 - 1
   printf "%d,%.5f,%.5f,%.6f,%d,1\n", i, a, b, sin(2 * a) + b * b + 0.01 * ((i * 7919) % 21 - 10) + (i % 40 == 7 ? 3 : 0), i % 5}}' >t.csv
 for rows in 2 3 4 5 9 39 40; do head -$((rows + 1)) t.csv >t$rows.csv; done
@@ -9,9 +9,8 @@ awk -F, 'NR == 31 || NR == 92 {$4 = 900} {print $1 "," $2 "," $3 "," $4 "," $5}'
 printf 'n,x1,x2\na,0,0\nb,1,1\nc,1.5,-1.5\nd,,1\ne,3,0\nf,-9,9\n' >far.csv
 printf 'x1;x2;n\n0,5;0,5;a\n2,5;0,5;b\n' >semicolon.csv
 printf 'x1,x2,n\n"0,5","0,5",a\n"2,5",0,b\n' >comma.csv
-prismcal fit t.csv --inputs x1,x2 --target y --c 50 --sigma2 0.8 --out c.json --quiet >fitted
-prismcal fit t.csv --inputs x1,x2 --target y --method stepwise --out s.json --quiet >>fitted
 while read -r line; do
+  [[ $line != "$ "* ]] || { eval "${line:2}" && continue; }
   echo "== $line" && true >d.csv
   [[ $line != fit* ]] || line+=" --diagnostics d.csv"
   # shellcheck disable=SC2086 # words
@@ -19,5 +18,5 @@ while read -r line; do
   [[ $line != fit* ]] || awk -F, 'NR == 1 {print} {for (k = 1; k <= NF; ++k) sum[k] += $k * sqrt(NR)}
     END {for (k = 1; k <= NF; ++k) printf "%.6g%s", sum[k], (k < NF ? "," : "\n")}' d.csv
   [[ $line != *" p.csv"* ]] || sed -E 's/([0-9],[0-9]{9})[0-9]+/\1/g' p.csv
-done <"$SOURCE/tests/outputs/options.txt" |
+done <"$PAGE" |
   awk '/^== / {printf "%s%s\n", (NR > 1 ? "\n" : ""), $0; text = 0; next} {gsub(/  +/, " "); printf "%s%s", (text++ ? " | " : ""), $0} END {print ""}'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# A recording of 4000 s with a fault (first part of each line of recordings.txt: statements of awk) or options (second): what train says
+# A recording of 4000 s with a fault (first part of each line of the page: statements of awk) or options (second): what train says
 # of its times, its values and its blocks, and the model; without the lines that the first one has too.
 while IFS=$'\t' read -r change options; do
   echo "== $change${options:+ $options}"
@@ -9,7 +9,7 @@ while IFS=$'\t' read -r change options; do
   [[ $options == *--map* ]] || options="--map rate=2,temperature=3,uhfo=4,time=1 $options"
   # shellcheck disable=SC2086 # words
   prismcal train x.csv --no-earth-rate --accept-unit --window 25 --end-mean 5 --force --out m $options 2>&1 || echo "exit $?"
-done <"$SOURCE/tests/outputs/recordings.txt" |
+done <"$PAGE" |
   sed -E '/^(Data|question|Checked|the recordings name|  (model|coef|cond)|$)/d; s/^x.csv: UTF-8.*; ([0-9]+ rows)/\1/; s/  +/ /g' |
   awk '/^==/ {++cases; if (row) print row; row = ""} cases == 1 {usual[$0]} cases > 1 && $0 in usual {next}
     /^ (intercept|T|dTdt|U|lag|residual)/ {row = row $0 ";"; next} {print row $0; row = ""}'

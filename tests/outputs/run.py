@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Runs a case, a script of commands or a page of check.py or streams.py, and compares everything that it prints with NAME.expected.
+# Runs a case, a script of commands (NAME.sh), a page of it (NAME_PAGE.txt), of streams.py or of check.py, and compares everything that it prints
+# with NAME.expected.
 # usage: run.py NAME; run.py --write [NAME]...
 # Numbers may differ by one in the last of at most nine digits, by 1e-6 of a longer one: another C library rounds differently. All other numbers and
 # the words between must be equal. --write makes the expected output again: review its difference before you commit.
@@ -19,13 +20,15 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]|-\d)|(?<![
 
 
 def output(name):
-    page = f"python3 -B {HERE}/{'streams' if name.startswith('streams') else 'check'}.py {HERE}/{name}.txt"
     source, programs = os.environ["PRISM_SOURCE"], os.environ["PRISM_BIN"]
     with tempfile.TemporaryDirectory(prefix="prism-outputs-") as folder:
         path = ":".join(f"{programs}/{program}" for program in PROGRAMS)
         environment = {"PATH": f"{path}:{os.environ['PATH']}", "HOME": folder, "LC_ALL": "C.UTF-8", "TZ": "UTC", "SOURCE": source}
         environment |= {name: os.environ[name] for name in ("GLIBC_TUNABLES", "LD_LIBRARY_PATH", "TMPDIR") if name in os.environ}
-        script = f". {HERE}/inputs.sh; . {HERE}/{name}.sh" if os.path.exists(f"{HERE}/{name}.sh") else page
+        stem = f"{HERE}/{name.partition('_')[0]}"
+        environment["PAGE"] = f"{HERE}/{name}.txt"
+        program = f"{stem}.py" if os.path.exists(f"{stem}.py") else f"{HERE}/check.py"
+        script = f". {HERE}/inputs.sh; . {stem}.sh" if os.path.exists(f"{stem}.sh") else f"python3 -B {program} $PAGE"
         done = subprocess.run(["bash", "-euc", script], cwd=folder, env=environment, capture_output=True,
                               stdin=subprocess.DEVNULL, check=False)
     text = (done.stdout + b"== messages\n" + done.stderr).decode("utf-8", errors="backslashreplace") + f"exit {done.returncode}\n"
