@@ -6,9 +6,6 @@ awk 'BEGIN {print "i,x1,x2,y,fold,one"; for (i = 0; i < 120; ++i) {a = (i * 37 %
 for rows in 2 3 4 5 9 39 40; do head -$((rows + 1)) t.csv >t$rows.csv; done
 sed -E '5s/,[^,]*/,/; 9s/(.*,.*,.*,).*(,.*,.*)/\1nan\2/' t.csv >holes.csv
 awk -F, 'NR == 31 || NR == 92 {$4 = 900} {print $1 "," $2 "," $3 "," $4 "," $5}' t.csv >gross.csv
-printf 'n,x1,x2\na,0,0\nb,1,1\nc,1.5,-1.5\nd,,1\ne,3,0\nf,-9,9\n' >far.csv
-printf 'x1;x2;n\n0,5;0,5;a\n2,5;0,5;b\n' >semicolon.csv
-printf 'x1,x2,n\n"0,5","0,5",a\n"2,5",0,b\n' >comma.csv
 while read -r line; do
   [[ $line != "$ "* ]] || { eval "${line:2}" && continue; }
   echo "== $line" && true >d.csv
