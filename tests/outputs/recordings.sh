@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A recording of 4000 s with a fault (first part of each line of the page: statements of awk) or options (second): what train, or the
-# command before the options, says of its times, its values and its blocks; without the lines that the first one has too.
+# command before the options, reports about its times, values and blocks; without the lines that the first one has too.
 while IFS=$'\t' read -r change options; do
   echo "== $change${options:+ $options}"
   awk -v OFS=, -v OFMT=%.7g "BEGIN {print \"t (s),rate (deg/h),T (degC),U (V)\"; for (i = 0; i < 4000; ++i) {t = i; T = 20 + 15 * sin(i / 500)
