@@ -140,9 +140,7 @@ RecordedInputs GyroInputs::on(const simulation::ChamberProfile& profile, int win
   double next_s = row_s;
   const auto back = static_cast<std::size_t>(std::max(1.0, std::round(window_s / kStep_s)));
   for (double time_s = kStep_s; time_s <= profile.duration_s() + 1e-6; time_s += kStep_s) {
-    body += (profile.temperature_degc(std::min(time_s, profile.duration_s() - 1e-3) - kStep_s / 2) +
-             response_.self_heating_degc - body) *
-            share;
+    body += (profile.temperature_degc(time_s - kStep_s / 2) + response_.self_heating_degc - body) * share;
     slow -= (body - slow) * std::expm1(-kStep_s / kSlowTime_s);
     for (std::size_t k = 0; k < taus.size(); ++k) lagged[k] -= (body - lagged[k]) * std::expm1(-kStep_s / taus[k]);
     before.push_back(body);

@@ -45,7 +45,7 @@ std::optional<Visits> possible(Visits visits, const ChamberLimits& limits, doubl
     soaks += v.soak_min;
     slack += std::max(0.0, v.ramp_min - fastest.back());
   }
-  double missing = sum - total_min;
+  const double missing = sum - total_min;
   const double from_soaks = std::clamp(missing, 0.0, soaks), from_ramps = std::max(0.0, missing - from_soaks);
   if (from_ramps > slack) return std::nullopt;
   sum = 0;
@@ -57,7 +57,6 @@ std::optional<Visits> possible(Visits visits, const ChamberLimits& limits, doubl
     v.soak_min = std::max(v.soak_min, 0.0);
     sum += v.ramp_min + v.soak_min;
   }
-  if (sum > total_min) return std::nullopt;
   visits.back().soak_min += total_min - sum;
   return visits;
 }
