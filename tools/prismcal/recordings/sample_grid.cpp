@@ -97,7 +97,7 @@ FirstGuess first_guess(const Stamps& stamps) {
       sum += span;
       ++count;
     }
-    if (spread * middle < 0.3 * best.interval_ns && count > 0)
+    if (spread * middle < 0.3 * best.interval_ns)  // then a span is within the width
       best.interval_ns = sum / static_cast<double>(count) / static_cast<double>(rows);
     if (spread <= kConstant) break;
   }
