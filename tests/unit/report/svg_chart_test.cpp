@@ -63,16 +63,18 @@ TEST(SvgChart, DrawsABandAndPointsOnLogarithmicAxes) {
   plot.panels[0].series = {{"", Ink::kCorrected, SeriesStyle::kBand, {1, 10, 1000}, {0.9, 0.3, 0.02}, {1.1, 0.4, 0.06}},
                            {"after", Ink::kCorrected, SeriesStyle::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
   plot.panels.push_back({"(b) empty", {"x"}, {"y"}, {}, {}});
+  plot.panels.push_back(
+      {"(c)", {"x", true}, {"y", true}, {}, {{"", Ink::kModel, SeriesStyle::kPoints, {1, 3}, {2, 15}}}});
   expect_drawing("allan", plot);
 }
 
 TEST(SvgChart, DrawsBarsAndPoints) {
   Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}, {}, {}}, {"(b)", {"T, °C"}, {"bias"}, {}, {}}}};
   plot.panels[0].series = {{"residual", Ink::kCorrected, SeriesStyle::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
-                           {"limit", Ink::kGuide, SeriesStyle::kLine, {-1.5, 2.5}, {5, 5}}};
-  plot.panels[1].series = {{"soak", Ink::kRaw, SeriesStyle::kPoints, {1, 2, 3}, {1, 1, 2}},
-                           {"heating", Ink::kModel, SeriesStyle::kPoints, {1, 2, 3}, {2, 2, 1}},
-                           {"cooling", Ink::kCorrected, SeriesStyle::kOpenPoints, {1, 2, 3}, {1.5, 1.5, 1.5}}};
+                           {"limit", Ink::kGuide, SeriesStyle::kLinePoints, {-1.5, 2.5}, {5, 5}}};
+  plot.panels[1].series = {{"soak", Ink::kAccent1, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {1, 1, 2}},
+                           {"heating", Ink::kAccent2, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {2, 2, 1}},
+                           {"cooling", Ink::kAccent3, SeriesStyle::kOpenPoints, {1e5, 2e5, 3e5}, {1.5, 1.5, 1.5}}};
   expect_drawing("bars", plot);
 }
 

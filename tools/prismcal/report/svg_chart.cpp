@@ -57,7 +57,7 @@ struct Ranges {
 
 /// Adds the outer edges of the cells of a grid, or the values if there are fewer than two.
 void add_cells(Range& range, const std::vector<double>& values, bool logarithmic) {
-  std::vector<double> edges = grid_edges(values, logarithmic);
+  std::vector<double> edges = grid_edges(values);
   if (edges.empty()) edges = values;
   for (const double edge : edges) {
     if (is_drawable(edge, logarithmic)) range.add(edge);

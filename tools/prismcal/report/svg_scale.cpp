@@ -35,9 +35,8 @@ bool is_drawable(double value, bool logarithmic) {
   return std::abs(value) < kLargest && (!logarithmic || value > 1 / kLargest);
 }
 
-std::vector<double> grid_edges(std::vector<double> values, bool logarithmic) {
-  std::erase_if(values, [&](double v) { return !is_drawable(v, logarithmic); });
-  if (logarithmic) std::transform(values.begin(), values.end(), values.begin(), [](double v) { return std::log10(v); });
+std::vector<double> grid_edges(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !is_drawable(v, false); });
   std::sort(values.begin(), values.end());
   const auto is_same = [](double a, double b) { return b - a < 1e-9 * std::abs(b) + 1e-12; };
   values.erase(std::unique(values.begin(), values.end(), is_same), values.end());
@@ -45,7 +44,6 @@ std::vector<double> grid_edges(std::vector<double> values, bool logarithmic) {
   std::vector<double> edges = {1.5 * values[0] - 0.5 * values[1]};
   for (std::size_t i = 0; i + 1 < values.size(); ++i) edges.push_back(0.5 * (values[i] + values[i + 1]));
   edges.push_back(2 * values.back() - edges.back());
-  if (logarithmic) std::transform(edges.begin(), edges.end(), edges.begin(), [](double v) { return std::pow(10, v); });
   return edges;
 }
 

@@ -19,9 +19,9 @@ struct Range {
 /// axis.
 bool is_drawable(double value, bool logarithmic);
 
-/// Returns the edges of the cells around grid values: half-way between neighbours (in log10 if `logarithmic`), and as
-/// far outside at both ends. Empty if there are fewer than two different values.
-std::vector<double> grid_edges(std::vector<double> values, bool logarithmic);
+/// Returns the edges of the cells around grid values: half-way between neighbours, and as far outside at both ends.
+/// Empty if there are fewer than two different values.
+std::vector<double> grid_edges(std::vector<double> values);
 
 /// Prints up to two decimals, limited to ±20000; 0 for NaN.
 std::string svg_number(double pixels);
