@@ -159,7 +159,6 @@ std::vector<PlannedTask> ResultStore::tasks_to_do(const std::vector<PlannedTask>
 std::unordered_map<std::string, Failure> ResultStore::failures() const {
   std::unordered_map<std::string, Failure> failures;
   each_name(file("failed"), [&](const std::string& name) {
-    if (name.starts_with(".") || name.ends_with(".new")) return;
     if (auto failure = read_failure(file("failed/" + name))) failures[name] = std::move(*failure);
   });
   return failures;
