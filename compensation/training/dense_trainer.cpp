@@ -44,9 +44,7 @@ Result<TrainedModel> train_dense(const NormalisedData& data, compensation::Model
   compensation::LssvmUncertainty uncertainty;
   uncertainty.prior_variance = std::max(prior, 1e-30);
   uncertainty.guard_fraction = guard_of(fit->factor.variance_fractions(), fit->weight(fit->kept));
-  if (data.y.size() <= kRefinedSamples) {
-    trained.refinement_steps = refine_fit(extended_kernel_matrix(data.x, point.sigma2), point.c, data.y, *fit);
-  }
+  if (data.y.size() <= kRefinedSamples) refine_fit(extended_kernel_matrix(data.x, point.sigma2), point.c, data.y, *fit);
   trained.samples = diagnostics_of(*fit, data);
   compensation::LssvmParameters p;
   p.centres = data.x(Eigen::all, fit->kept);

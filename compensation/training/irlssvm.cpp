@@ -96,14 +96,13 @@ Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::Vecto
                     std::move(solved->kept),     std::move(solved->factor), std::move(*report)};
 }
 
-int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit) {
+void refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit) {
   const Eigen::VectorXd inverse_cv = 1 / (c * fit.weight(fit.kept).array());
   LssvmSolution kept{fit.solution.alpha(fit.kept), fit.solution.b};
-  const int steps = refine(kernel(fit.kept, fit.kept), inverse_cv, y(fit.kept), fit.factor, kept);
+  refine(kernel(fit.kept, fit.kept), inverse_cv, y(fit.kept), fit.factor, kept);
   fit.solution.alpha(fit.kept) = kept.alpha;
   fit.solution.b = kept.b;
   fit.residual(fit.kept) = kept.alpha.cwiseProduct(inverse_cv);
-  return steps;
 }
 
 }  // namespace prism::training

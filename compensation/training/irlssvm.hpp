@@ -26,9 +26,8 @@ struct IrlssvmFit {
 Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                                const ReweightSettings& settings, const Eigen::VectorXd* start = nullptr);
 
-/// refine() for the last system of a fit, `kernel` over all samples; updates the residuals. Returns the number of
-/// steps.
-int refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit);
+/// refine() for the last system of a fit, `kernel` over all samples; updates the residuals.
+void refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit);
 
 /// The smallest change of alpha that a system with this c can resolve in double precision.
 double rounding_floor(double c, const Eigen::VectorXd& alpha);

@@ -119,15 +119,14 @@ ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigm
   return k;
 }
 
-int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
-           const LssvmFactor& factor, LssvmSolution& solution) {
+void refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
+            const LssvmFactor& factor, LssvmSolution& solution) {
   using Extended = long double;
   Eigen::Matrix<Extended, Eigen::Dynamic, 1> alpha = solution.alpha.cast<Extended>();
   Extended b = solution.b;
   double last = std::numeric_limits<double>::infinity();
   constexpr int kMaxSteps = 12;
-  int steps = 0;
-  for (; steps < kMaxSteps; ++steps) {
+  for (int steps = 0; steps < kMaxSteps; ++steps) {
     Eigen::VectorXd residual(y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) {
       const Extended sum = kernel.col(i).dot(alpha) + b + inverse_cv[i] * alpha[i];
@@ -143,7 +142,6 @@ int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, cons
   }
   solution.alpha = alpha.cast<double>();
   solution.b = static_cast<double>(b);
-  return steps;
 }
 
 }  // namespace prism::training

@@ -61,9 +61,9 @@ using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic
 ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
 /// Refines a solution with residuals in extended precision until they stagnate, so that it does not depend on the
-/// machine. `kernel` over the samples of the factor; inverse_cv and y as for the factor. Returns the number of steps,
-/// O(N²) each.
-int refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
-           const LssvmFactor& factor, LssvmSolution& solution);
+/// machine. `kernel` over the samples of the factor; inverse_cv and y as for the factor. Up to 12 steps, O(N²)
+/// each.
+void refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
+            const LssvmFactor& factor, LssvmSolution& solution);
 
 }  // namespace prism::training

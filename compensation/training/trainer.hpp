@@ -92,7 +92,6 @@ struct TrainedModel {
   std::optional<double>
       from_siblings;  ///< share of the record's variance that the population prior explains; below 0: it is misleading
   int centres = 0;
-  int refinement_steps = 0;
   std::vector<std::string> notes;  ///< warnings for the user
 };
 
