@@ -64,7 +64,7 @@ TEST(SvgChart, DrawsABandAndPointsOnLogarithmicAxes) {
                            {"after", Ink::kCorrected, SeriesStyle::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
   plot.panels.push_back({"(b) empty", {"x"}, {"y"}, {}, {}});
   plot.panels.push_back(
-      {"(c)", {"x", true}, {"y", true}, {}, {{"", Ink::kModel, SeriesStyle::kPoints, {1, 3}, {2, 15}}}});
+      {"(c)", {"x", true}, {"y", true}, {}, {{"", Ink::kModel, SeriesStyle::kPoints, {3, 3}, {2, 3}}}});
   expect_drawing("allan", plot);
 }
 
