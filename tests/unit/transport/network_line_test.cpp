@@ -206,8 +206,7 @@ TEST(UdpLine, OneDatagramIsOneRead) {
   EXPECT_EQ(line->opening(), "");
   Far device(SOCK_DGRAM);
   ASSERT_TRUE(device.connect(port));
-  put(device.fd(), "one");
-  put(device.fd(), "two");
+  for (const char* text : {"one", "", "two"}) put(device.fd(), text);
   EXPECT_EQ(outcome(*line).bytes, "one");
   EXPECT_EQ(outcome(*line).bytes, "two");
   const std::array<std::uint8_t, 1> question{'?'};
