@@ -14,6 +14,7 @@ while read -r line; do
   prismcal $line 2>&1 || echo "exit $?"
   [[ $line != fit* ]] || awk -F, 'NR == 1 {print} {for (k = 1; k <= NF; ++k) sum[k] += $k * sqrt(NR)}
     END {for (k = 1; k <= NF; ++k) printf "%.6g%s", sum[k], (k < NF ? "," : "\n")}' d.csv
-  [[ $line != *" p.csv"* ]] || sed -E 's/([0-9],[0-9]{9})[0-9]+/\1/g' p.csv
+  [[ $line != *" p.csv"* ]] || cat p.csv
 done <"$PAGE" |
+  sed -E 's/(, )[0-9]+( evaluations)/\1N\2/; s/([0-9][.,][0-9]{4})[0-9]{7,}/\1/g' |  # the rest differs between levels of processors
   awk '/^== / {printf "%s%s\n", (NR > 1 ? "\n" : ""), $0; text = 0; next} {gsub(/  +/, " "); printf "%s%s", (text++ ? " | " : ""), $0} END {print ""}'

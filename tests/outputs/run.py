@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-# Runs a case, a script of commands (NAME.sh), a page (NAME_PAGE.txt) of a script, of streams.py or of check.py, and compares all output with
-# NAME.expected.
+# Runs a case: a script of commands, or a page of the script or program before the _ in its name, else of check.py; compares all that it prints
+# with NAME.expected.
 # usage: run.py NAME; run.py --write [NAME]...
 # Numbers may differ by one in the last of at most nine digits, by 1e-6 of a longer one: another C library rounds differently. All other numbers and
 # the words between must be equal. --write makes the expected output again: review its difference before you commit.

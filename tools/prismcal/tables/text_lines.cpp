@@ -74,6 +74,7 @@ struct TextLines::Converter {
 };
 
 std::string detect_encoding(std::string_view first) {
+  if (first.starts_with("\xEF\xBB\xBF")) return "UTF-8";
   if (first.starts_with(std::string_view("\xFF\xFE\0\0", 4))) return "UTF-32LE";
   if (first.starts_with("\xFF\xFE")) return "UTF-16LE";
   if (first.starts_with("\xFE\xFF")) return "UTF-16BE";
