@@ -31,7 +31,7 @@ class Far {
  public:
   explicit Far(int type) : socket_(::socket(AF_INET, type | SOCK_CLOEXEC, 0)) {
     sockaddr_in any = at(0);
-    ::bind(fd(), reinterpret_cast<sockaddr*>(&any), sizeof any);
+    EXPECT_EQ(::bind(fd(), reinterpret_cast<sockaddr*>(&any), sizeof any), 0);
   }
   int fd() const { return socket_.get(); }
   int port() const {
