@@ -43,6 +43,10 @@ class Problems {
   /// Ends it without a word.
   void forget(const std::string& key);
 
+  bool empty() const {
+    const std::lock_guard lock(mutex_);
+    return problems_.empty();
+  }
   bool has(const std::string& key) const { return find(key).since_s != 0; }
   /// A problem without text if it does not exist.
   Problem find(const std::string& key) const;

@@ -12,6 +12,7 @@ namespace {
 void watch_plausibility(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems) {
   const compensation::SecondMean& now = row.window.second_mean;
   for (const AxisSensor& sensor : kAxisSensors) {
+    if (!(now.implausible.*sensor.in_set) && problems.empty()) continue;
     const std::string name = prefix + sensor.name, key = "implausible " + name;
     if (now.implausible.*sensor.in_set) {
       problems.set(key,

@@ -100,16 +100,16 @@ void SensorChanges::seek_agreement(std::size_t i, const SecondMean& now, Place p
 void SensorChanges::watch_stillness(Stillness& still, double value, const std::string& name, const std::string& unit,
                                     int least_s, Place place) {
   if (!std::isfinite(value)) return;
-  const std::string key = "still " + place.prefix + name;
+  const auto key = [&] { return "still " + place.prefix + name; };
   if (same(value, still.value)) {
     ++still.seconds;
     if (still.changes < kChanges || still.seconds != std::max(least_s, 10 * still.longest_s) + 1) return;
     still.open = true;
-    return begin(place.problems, key,
+    return begin(place.problems, key(),
                  fmt::format("{}{} is {:.6g} {} since {} s, and changed at least every {} s before: a fault, or true",
                              place.prefix, name, value, unit, still.seconds, still.longest_s));
   }
-  if (std::exchange(still.open, false)) place.problems.clear(key, place.prefix + name + " changes again");
+  if (std::exchange(still.open, false)) place.problems.clear(key(), place.prefix + name + " changes again");
   if (!std::isnan(still.value)) {
     ++still.changes;
     still.longest_s = std::max(still.longest_s, still.seconds);
