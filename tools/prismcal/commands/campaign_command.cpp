@@ -120,7 +120,11 @@ Result<int> run_one(const campaign::ResultStore& store, const std::string& id) {
 
 Result<int> run_campaign(const CampaignChoice& choice) {
   const auto file = campaign::load_campaign(choice.file);
-  if (!file) return tl::unexpected<Error>(file.error());
+  if (!file) {
+    constexpr int kExitConfig = 78;  // as the other programs with a file that they cannot use
+    fmt::print(stderr, "prismcal: {}\n", printable(file.error().text()));
+    return kExitConfig;
+  }
   for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
   const campaign::ResultStore store(file->folder);
   if (!choice.task.empty()) return run_one(store, choice.task);
