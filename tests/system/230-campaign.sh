@@ -23,7 +23,7 @@ code=0; prismcal campaign lot.json --engine slurm >out 2>engine.err || code=$?
 same "exit code of a removed engine" "$code" 64
 contains "its error" "$(cat engine.err)" "a job array of Slurm runs its lines"
 code=0; prismcal campaign missing.json --plan >out 2>missing.err || code=$?
-same "exit code for a missing file" "$code" 1
+same "exit code for a missing file" "$code" 78
 sed 's/"method"/"methd"/' lot.json >wrong.json
 code=0; prismcal campaign wrong.json --plan >out 2>wrong.out || code=$?
 same "exit code for an unknown option" "$code" 1
