@@ -27,14 +27,14 @@ void Problems::set(const std::string& key, Problem found) {
   if (is_new) tell_(true, found.kind, found.text);
 }
 
-void Problems::clear(const std::string& key, const std::string& text, int calls) {
+void Problems::clear(std::string_view key, std::string_view text, int calls) {
   std::unique_lock lock(mutex_);
   const auto known = problems_.find(key);
   if (known == problems_.end() || ++known->second.calm < calls) return;
   const std::string kind = known->second.kind;
   problems_.erase(known);
   lock.unlock();
-  tell_(false, kind, text);
+  tell_(false, kind, std::string(text));
 }
 
 void Problems::clear_all(const std::string& kind, const std::string& prefix) {
@@ -49,12 +49,20 @@ void Problems::clear_all(const std::string& kind, const std::string& prefix) {
   for (const std::string& text : texts) tell_(false, kind, text);
 }
 
-void Problems::forget(const std::string& key) {
+void Problems::forget(std::string_view key) {
   const std::lock_guard lock(mutex_);
-  problems_.erase(key);
+  if (const auto known = problems_.find(key); known != problems_.end()) problems_.erase(known);
 }
 
-Problem Problems::find(const std::string& key) const {
+void Problems::add(std::string_view key, std::uint64_t count) {
+  const std::lock_guard lock(mutex_);
+  const auto known = problems_.find(key);
+  if (known == problems_.end()) return;
+  known->second.count += count;
+  known->second.calm = 0;
+}
+
+Problem Problems::find(std::string_view key) const {
   const std::lock_guard lock(mutex_);
   const auto known = problems_.find(key);
   return known == problems_.end() ? Problem() : known->second;

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace prism {
@@ -37,26 +38,31 @@ class Problems {
   void set(const std::string& key, Problem found);
   /// It does not exist. `text` is reported if this ends it. With `calls`, it ends after as many calls in a row, so that
   /// a problem that flickers is one; until then it is not listed.
-  void clear(const std::string& key, const std::string& text, int calls = 1);
+  void clear(std::string_view key, std::string_view text, int calls = 1);
   /// Ends all of this kind; tells `prefix` and their texts.
   void clear_all(const std::string& kind, const std::string& prefix);
   /// Ends it without a word.
-  void forget(const std::string& key);
+  void forget(std::string_view key);
+  /// Adds to the count of a problem that exists.
+  void add(std::string_view key, std::uint64_t count);
 
   bool empty() const {
     const std::lock_guard lock(mutex_);
     return problems_.empty();
   }
-  bool has(const std::string& key) const { return find(key).since_s != 0; }
+  bool has(std::string_view key) const {
+    const std::lock_guard lock(mutex_);
+    return problems_.contains(key);
+  }
   /// A problem without text if it does not exist.
-  Problem find(const std::string& key) const;
+  Problem find(std::string_view key) const;
   /// Those that exist now: the failures first, else by key.
   std::vector<Problem> list() const;
 
  private:
   const Tell tell_;
   mutable std::mutex mutex_;
-  std::map<std::string, Problem> problems_;
+  std::map<std::string, Problem, std::less<>> problems_;
 };
 
 }  // namespace prism

@@ -243,9 +243,7 @@ class Live {
   }
 
   asio::io_context io_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread does all I/O; the others only post
-  Problems problems_{[tell = teller()](bool begins, const std::string& kind, const std::string& text) {
-    tell(begins ? Severity::kWarning : Severity::kInfo, kind, text);
-  }};
+  Problems problems_{pipeline::problems_as_events(teller())};
   DiskThread disk_;
   DiskThread loader_{
       0, [](const std::string&) {}};  ///< reads the files of a reload: a server that does not respond stops no log

@@ -258,9 +258,7 @@ class Replay {
     if (event.kind != "quality") log_event(event);  // each row of the log contains it
     publisher_.event(event);
   }};
-  Problems problems_{[tell = events_.teller()](bool begins, const std::string& kind, const std::string& text) {
-    tell(begins ? pipeline::Severity::kWarning : pipeline::Severity::kInfo, kind, text);
-  }};
+  Problems problems_{pipeline::problems_as_events(events_.teller())};
   pipeline::Device device_;
   socket::RowRequests row_requests_;
   socket::Rpc rpc_;

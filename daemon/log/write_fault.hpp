@@ -42,10 +42,7 @@ class WriteFault {
   /// `count` more because of the fault that is known.
   void drop(std::uint64_t count) {
     dropped_ += count;
-    Problem known = problems_.find(key_);
-    if (known.since_s == 0) return;
-    known.count = count;
-    problems_.set(key_, std::move(known));
+    problems_.add(key_, count);
   }
 
   /// Data were synced. The fault ends at the second call without one in between, so that a disk that fails every other

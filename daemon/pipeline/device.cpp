@@ -238,7 +238,7 @@ void Device::watch(const Rows& rows) {
 }
 
 void Device::set_or_clear(const char* key, const char* kind, const std::string& text, const char* over) {
-  if (text.empty()) return problems.empty() ? void() : problems.clear(key, over);
+  if (text.empty()) return problems.clear(key, over);
   problems.set(key, {.kind = kind, .level = Problem::Level::kFailed, .text = text});
 }
 

@@ -59,9 +59,7 @@ struct DaemonParts {
   const std::int64_t started_ns = host_time_ns();
   socket::Publisher publisher;
   socket::EventLog events;
-  Problems problems{[this](bool begins, const std::string& kind, const std::string& text) {
-    events.teller()(begins ? pipeline::Severity::kWarning : pipeline::Severity::kInfo, kind, text);
-  }};
+  Problems problems{pipeline::problems_as_events(events.teller())};
   pipeline::Device device;
   socket::RowRequests row_requests;
 };
