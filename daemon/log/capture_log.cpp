@@ -111,7 +111,7 @@ class CaptureLog::Writer {
     const auto make_room = [this](int error) { return disk_is_full(error) && segments_.make_room(); };
     Result<drivers::CaptureWriter> file = drivers::CaptureWriter::adopt(made->descriptor, made->path, make_room);
     if (!file) {
-      ::unlink(made->path.c_str());  // else a full disk gets an empty file every second
+      segments_.unmake();  // else a full disk gets an empty file every second
       return good(tl::unexpected<Error>(file.error()));
     }
     file_.emplace(std::move(*file));
@@ -140,7 +140,7 @@ class CaptureLog::Writer {
     const std::string path = file_->path();
     file_.reset();
     if (synced_bytes_ == 0) {
-      ::unlink(path.c_str());
+      segments_.unmake();
     } else if (::truncate(path.c_str(), static_cast<off_t>(synced_bytes_)) != 0) {
       warn(fmt::format("capture: {}: cannot truncate at byte {}: {}; the next segment repeats the bytes after it", path,
                        synced_bytes_, std::strerror(errno)));

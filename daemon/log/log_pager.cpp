@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/log/log_pager.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -21,15 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kRemembered = 64;  // cached places
-
-// "FILE from row 7"
-void take_superseded(const std::string& text, std::string& file, std::uint64_t& row) {
-  constexpr std::string_view kBetween = " from row ";
-  const std::size_t at = text.find(kBetween);
-  if (at == std::string::npos) return;
-  const char* first = text.data() + at + kBetween.size();
-  if (std::from_chars(first, text.data() + text.size(), row).ec == std::errc()) file = text.substr(0, at);
-}
 
 // Rows written by prism need no escape; a segment that a user edited may.
 std::string text_json(const std::string& line) {
@@ -50,62 +37,74 @@ void keep_few(Map& map) {
 }  // namespace
 
 // A page ends before a gap, so that `missing` is always a gap before its first row.
-RowResult LogPager::page(const RowQuery& query, const OpenSegment& open) {
-  const std::vector<Part> all = parts(open);
-  const std::uint64_t deleted = segments_.deleted_rows();
-  const auto begin = resolve(query.after, all, deleted);
+RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
+  segments_.stored();
+  const std::uint64_t end = segments_.end() + synced, deleted = segments_.deleted_rows();
+  const auto begin = resolve(query.after, end);
   if (!begin) return tl::unexpected(begin.error());
   RowPage page;
   page.after = *begin;
   if (deleted > begin->total && std::exchange(gone_, *begin) != *begin) page.gone = deleted - begin->total;
   page.json = fmt::format("{{\"log\":\"{}\",\"segments\":[", segments_.id());
   const std::size_t head_bytes = page.json.size();
-  const auto lose = [&](const Part& part) {
-    page.missing += part.end() - std::min(part.end(), page.after.total);
-    page.after = {segments_.id(), part.segment.number, part.segment.rows, part.end()};
-  };
-  for (const Part& part : all) {
-    const std::uint64_t behind = part.segment.number == begin->segment ? begin->row : 0;
-    if (part.segment.number < begin->segment || behind >= part.segment.rows) continue;
-    const std::uint64_t gap = part.before + behind - std::min(part.before + behind, page.after.total);
-    const bool removed = part.segment.path.empty();  // by hand
+  for (const Part& part : parts(begin->total, end)) {
+    const std::uint64_t behind = std::max(begin->total, part.before) - part.before;
+    const std::uint64_t gap = part.before + behind - page.after.total;
     const bool full = page.rows >= query.limit || page.json.size() - head_bytes >= kMostBytes;
-    if (full || (page.rows > 0 && (gap > 0 || removed))) break;
-    if (removed) {
-      lose(part);
-      continue;
-    }
-    const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.segment.rows - behind);
-    const auto found = rows_of(part.segment, behind, most, query.header);
+    if (full || (page.rows > 0 && gap > 0)) break;
+    const std::uint64_t most = std::min<std::uint64_t>(query.limit - page.rows, part.end - part.before - behind);
+    const auto found = rows_of(part, behind, most, query.header);
     if (!found && page.rows > 0) break;
     if (!found) return tl::unexpected(found.error());
     page.missing += gap;
     page.json += (page.rows > 0 && found->rows > 0 ? "," : "") + found->json;
     page.rows += found->rows;
-    page.after = {segments_.id(), part.segment.number, behind + found->rows, part.before + behind + found->rows};
+    page.after = {segments_.id(), part.segment->number, behind + found->rows, part.before + behind + found->rows};
     if (found->rows == most) continue;
-    if (found->in_file) report_loss(part.segment, *found);
+    if (found->in_file) report_loss(part, *found);
     if (!found->in_file || page.rows > 0) break;
-    lose(part);
+    page.missing += part.end - page.after.total;
+    page.after = {segments_.id(), part.segment->number, part.end - part.before, part.end};
   }
-  const std::uint64_t end = all.empty() ? deleted : all.back().end();
   page.json += fmt::format("],\"after\":\"{}\",\"more\":{},\"missing\":{},\"behind\":{},\"kept\":{},\"deleted\":{}",
-                           page.after.text(), page.after.total < end, page.missing,
-                           end - std::min(end, page.after.total), end - deleted, deleted);
+                           page.after.text(), page.after.total < end, page.missing, end - page.after.total,
+                           end - deleted, deleted);
   keep_few(places_);
+  keep_few(heads_);
   return page;
 }
 
-tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, const std::vector<Part>& parts,
-                                                      std::uint64_t first_total) {
+// The segments with rows behind `after`, oldest first. A segment without a position has what lies between its
+// neighbours.
+std::vector<LogPager::Part> LogPager::parts(std::uint64_t after, std::uint64_t end) {
+  const std::vector<StoredSegment>& stored = segments_.stored();
+  std::vector<Part> parts;
+  std::uint64_t above = segments_.newest() + 1;  // number of the segment above
+  for (std::size_t i = stored.size(); i-- > 0 && end > after; above = stored[i].number) {
+    const std::uint64_t first = segments_.first(i);
+    Part part{&stored[i], first > 0, first > 0 ? first - 1 : after, end};
+    for (std::size_t below = i; first == 0 && below-- > 0;) {
+      if (segments_.first(below) == 0) continue;
+      part.before = std::max(after, segments_.first(below) - 1 + segments_.written(below));
+      break;
+    }
+    // Files between this one and the next were removed.
+    if (first > 0 && above != stored[i].number + 1) part.end = std::min(end, part.before + segments_.written(i));
+    if (part.before < part.end && part.end > after) parts.push_back(part);
+    end = std::min(end, part.before);
+  }
+  std::reverse(parts.begin(), parts.end());
+  return parts;
+}
+
+tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, std::uint64_t end) {
   using Why = RowRefusal::Why;
   const std::string& id = segments_.id();
-  if (id.empty()) return refused(Why::kUnreadable, "rows: the log has no index yet");
-  if (after.empty() || after == "earliest" || (after == "latest" && parts.empty()))
-    return RowCursor{id, 0, 0, first_total};
+  const std::vector<StoredSegment>& stored = segments_.stored();
+  if (after.empty() || after == "earliest") return RowCursor{id, 0, 0, segments_.deleted_rows()};
   if (after == "latest") {
-    const Part& last = parts.back();
-    return RowCursor{id, last.segment.number, last.segment.rows, last.end()};
+    const std::uint64_t first = stored.empty() ? 0 : segments_.first(stored.size() - 1);
+    return RowCursor{id, segments_.newest(), first > 0 ? end + 1 - first : 0, end};
   }
   auto cursor = RowCursor::parse(after);
   if (!cursor)
@@ -113,62 +112,27 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
         Why::kBadCursor,
         fmt::format("rows: found cursor \"{:.80}\", expected one that rows returned, \"earliest\" or \"latest\"",
                     after));
+  if (cursor->total == 0 && cursor->log == std::string(pipeline::kLogIdChars, '0')) return RowCursor{id, 0, 0, 0};
   if (cursor->log != id) {
     return refused(Why::kForeignCursor,
                    fmt::format("rows/after: found a cursor of log {:.8}, expected one of log {:.8}: the directory was "
                                "emptied or replaced; use \"earliest\" to read it from the start",
                                cursor->log, id));
   }
-  const auto own = std::find_if(parts.begin(), parts.end(),
-                                [&](const Part& part) { return part.segment.number == cursor->segment; });
-  const bool beyond = own != parts.end() ? cursor->row > own->segment.rows && !own->segment.path.empty()
-                                         : !parts.empty() && cursor->segment > parts.back().segment.number;
-  if (beyond)
+  bool is_good = cursor->segment <= segments_.newest() && cursor->total <= end;
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    const std::uint64_t first = segments_.first(i);
+    if (stored[i].number == cursor->segment && first > 0) is_good &= first - 1 + cursor->row == cursor->total;
+    if (stored[i].number == cursor->segment + 1 && first > 0) is_good &= cursor->total < first;
+  }
+  if (!is_good)
     return refused(Why::kForeignCursor, fmt::format("rows/after: found a cursor after row {} of segment {}, which the "
                                                     "log does not have; use \"earliest\" to read it from the start",
                                                     cursor->row, cursor->segment));
   return *cursor;
 }
 
-// A segment without an end line has the rows up to its last complete one. Rows that were written again count in the new
-// segment only.
-std::vector<LogPager::Part> LogPager::parts(const OpenSegment& open) {
-  std::vector<NumberedSegment> segments = segments_.numbered();
-  if (std::exchange(log_, segments_.id()) != segments_.id()) {  // its numbers are those of other files
-    heads_.clear(), torn_.clear(), places_.clear(), reported_.clear();
-  }
-  for (NumberedSegment& segment : segments) {
-    if (segment.path.empty()) continue;
-    if (segment.path == open.path) {
-      segment.rows = open.rows;
-    } else if (segment.rows == 0) {
-      const Head* const head = head_of(segment);
-      segment.rows = head != nullptr ? whole_rows(segment, *head) : 0;
-    }
-  }
-  limit_superseded(segments);
-  std::vector<Part> parts;
-  std::uint64_t before = segments_.deleted_rows();
-  for (NumberedSegment& segment : segments) {
-    parts.push_back({std::move(segment), before});
-    before = parts.back().end();
-  }
-  return parts;
-}
-
-void LogPager::limit_superseded(std::vector<NumberedSegment>& segments) {
-  for (std::size_t i = 1; i < segments.size(); ++i) {
-    const Head* const head = segments[i].path.empty() ? nullptr : head_of(segments[i]);
-    if (head == nullptr || head->supersedes_file.empty()) continue;
-    for (std::size_t before = 0; before < i; ++before) {
-      if (segments[before].file == head->supersedes_file)
-        segments[before].rows =
-            std::min(segments[before].rows, head->supersedes_row - std::min<std::uint64_t>(head->supersedes_row, 1));
-    }
-  }
-}
-
-const LogPager::Head* LogPager::head_of(const NumberedSegment& segment) {
+const LogPager::Head* LogPager::head_of(const StoredSegment& segment) {
   if (const auto known = heads_.find(segment.number); known != heads_.end()) return &known->second;
   auto in = FileReader::open(segment.path);
   Head head;
@@ -182,28 +146,10 @@ const LogPager::Head* LogPager::head_of(const NumberedSegment& segment) {
     const std::size_t colon = line.find(": ");
     if (colon == std::string::npos) continue;
     const std::string key = line.substr(2, colon - 2), value = line.substr(colon + 2);
-    if (key == "supersedes") take_superseded(value, head.supersedes_file, head.supersedes_row);
-    if (key == "sensor_line") continue;  // this key occurs several times
+    if (key == "log" || key == "sensor_line") continue;  // the page has it; this key occurs several times
     head.metadata += (head.metadata.empty() ? "" : ",") + json_text(json(key)) + ":" + json_text(json(value));
   }
   return nullptr;
-}
-
-// A crash ended the segment: its rows are synced before a client sees them.
-std::uint64_t LogPager::whole_rows(const NumberedSegment& segment, const Head& head) {
-  if (const auto known = torn_.find(segment.number); known != torn_.end()) return known->second;
-  const int file = ::open(segment.path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return 0;
-  const bool safe = ::fdatasync(file) == 0;
-  ::close(file);
-  if (!safe) return 0;
-  auto in = FileReader::open(segment.path);
-  if (!in) return 0;
-  in->seek(head.bytes);
-  std::uint64_t rows = 0;
-  for (std::string line; in->read_line(line) && in->line_ended();) rows += !line.starts_with('#');
-  segments_.found(segment.file, rows);
-  return torn_[segment.number] = rows;
 }
 
 namespace {
@@ -218,14 +164,15 @@ std::string header_member(const std::string& path) {
 
 }  // namespace
 
-tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSegment& segment, std::uint64_t behind,
+tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part, std::uint64_t behind,
                                                                std::uint64_t most, bool with_header) {
-  const Head* const head = head_of(segment);
+  const StoredSegment& segment = *part.segment;
   const auto file = open_input(segment.path);
   std::error_code ignored;
   if (!file && std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored)))
     return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
-  if (!file || head == nullptr) return PartRows{{}, 0, 0, {}};
+  const Head* const head = file && part.is_readable ? head_of(segment) : nullptr;
+  if (head == nullptr) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, *head, behind, most);
   if (found.rows == 0) return found;
   found.json =
@@ -235,7 +182,7 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const NumberedSeg
   return found;
 }
 
-LogPager::PartRows LogPager::read_rows(const NumberedSegment& segment, const Head& head, std::uint64_t behind,
+LogPager::PartRows LogPager::read_rows(const StoredSegment& segment, const Head& head, std::uint64_t behind,
                                        std::uint64_t most) {
   PartRows found;
   auto in = FileReader::open(segment.path);
@@ -263,11 +210,12 @@ LogPager::PartRows LogPager::read_rows(const NumberedSegment& segment, const Hea
   return found;
 }
 
-void LogPager::report_loss(const NumberedSegment& segment, const PartRows& found) {
-  if (!reported_.insert(segment.number).second) return;
+void LogPager::report_loss(const Part& part, const PartRows& found) {
+  if (!reported_.insert(part.segment->number).second) return;
   segments_.report(pipeline::Severity::kWarning, "log_damaged",
                    fmt::format("log: {}: found {} of {} rows that were written; the others are missing for clients{}",
-                               segment.file, *found.in_file, segment.rows, found.why.empty() ? "" : "; " + found.why));
+                               part.segment->file, *found.in_file, part.end - part.before,
+                               found.why.empty() ? "" : "; " + found.why));
 }
 
 }  // namespace prism::log

@@ -82,7 +82,7 @@ void RowLog::set_metadata(std::string metadata) {
 }
 
 RowResult RowLog::page(const RowQuery& query) {
-  auto page = log_rows_.page(query, {file_ >= 0 ? path_ : std::string(), synced_rows_});
+  auto page = log_rows_.page(query, file_ >= 0 ? synced_rows_ : 0);
   if (page) counters_.gone += page->gone;
   return page;
 }
@@ -101,12 +101,12 @@ bool RowLog::open_segment(std::int64_t second) {
   rows_ = synced_rows_ = 0;
   sum_ = Sha256();
   torn_ = false;
+  const std::string others = metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
+                             (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n");
+  const std::string columns = compensation::csv_columns(compensation::sensors_in(metadata_)) + "\n";
   const std::string superseded = superseded_;
-  if (!write_all(metadata_ + "# session: " + utc_nano_text(session_ns_) + "\n" +
-                 (superseded_.empty() ? "" : "# supersedes: " + superseded_ + "\n") +
-                 compensation::csv_columns(compensation::sensors_in(metadata_)) + "\n")) {
-    ::unlink(path_.c_str());
-    if (file_ >= 0) ::close(std::exchange(file_, -1));
+  if (!write_all(others + segments_.position_line(others) + columns)) {
+    if (file_ >= 0) leave_segment(0);
     superseded_ = superseded;  // no segment names these rows yet
     return false;
   }
@@ -116,16 +116,21 @@ bool RowLog::open_segment(std::int64_t second) {
 
 void RowLog::close_segment() {
   if (file_ < 0) return;
-  if (!torn_) write_end();
-  if (file_ < 0 || !put_on_disk()) return;
+  if (!torn_ && rows_ > 0) write_end();
+  if (file_ >= 0 && put_on_disk()) leave_segment(rows_);
+}
+
+// `rows` of its rows count; without one, the file is deleted.
+void RowLog::leave_segment(std::uint64_t rows) {
   ::close(std::exchange(file_, -1));
   bytes_ = 0;
+  rows > 0 ? segments_.ended(rows) : segments_.unmake();
 }
 
 // If the end line cannot be written, the segment looks as after a power cut: its rows are still valid.
 void RowLog::write_end() {
   torn_ = true;
-  if (write_all(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex()))) segments_.ended(rows_);
+  write_all(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex()));
 }
 
 bool RowLog::put_on_disk() {
@@ -142,16 +147,11 @@ bool RowLog::put_on_disk() {
   return false;
 }
 
-// Leaves the segment without an end line. Deletes it if it has no synced row.
+// Leaves the segment without an end line.
 void RowLog::distrust() {
   const std::uint64_t good = rows_ - std::min<std::uint64_t>(rows_, unsynced_.size());
-  ::close(std::exchange(file_, -1));
-  bytes_ = 0;
-  if (good == 0) {
-    ::unlink(path_.c_str());
-  } else {
-    superseded_ = fmt::format("{} from row {}", std::filesystem::path(path_).filename().string(), good + 1);
-  }
+  if (good > 0) superseded_ = fmt::format("{} from row {}", std::filesystem::path(path_).filename().string(), good + 1);
+  leave_segment(good);
   counters_.rows -= unsynced_.size();
   distrusted_ = true;
   pause_.begin();

@@ -64,6 +64,7 @@ class RowLog {
   void write_row(Row row);
   bool open_segment(std::int64_t second);
   void close_segment();
+  void leave_segment(std::uint64_t rows);
   bool put_on_disk();
   void count_unsynced();
   void distrust();

@@ -11,11 +11,13 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "base/time_scale.hpp"
 
@@ -23,12 +25,56 @@ namespace prism::log {
 namespace {
 
 namespace fs = std::filesystem;
+using pipeline::LogPosition, pipeline::OldIndex, pipeline::SupersededRows;
 
-constexpr std::size_t kStampChars = 16;       // 20261121T091100Z
 constexpr std::int64_t kLookAfterNew_s = 10;  // a line that flaps begins a segment with each connection
+const std::string kNoLog(pipeline::kLogIdChars, '0');
 
-// Order by name, for files without a number: "-10" after "-2", since the longer name is later.
-auto age_by_name(const std::string& stamp) { return std::tuple(stamp.substr(0, kStampChars), stamp.size(), stamp); }
+// The lines above the columns, as far as they are complete.
+std::string header_lines(const std::string& path) {
+  std::string text;
+  auto in = FileReader::open(path);
+  for (std::string line;
+       in && text.size() < kMaxTextBytes && in->read_line(line) && in->line_ended() && line.starts_with('#');)
+    text += line + '\n';
+  return text;
+}
+
+// "" if the header has no line "# KEY: VALUE".
+std::string header_value(const std::string& path, const std::string& key) {
+  const std::string text = header_lines(path), before = "# " + key + ": ";
+  for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)
+    if (text.compare(at, before.size(), before) == 0)
+      return text.substr(at + before.size(), text.find('\n', at) - at - before.size());
+  return {};
+}
+
+// The number of complete rows of a log: that of the end line, or counted after a crash. They are synced before a client
+// sees them; 0 if that fails.
+std::uint64_t rows_in_file(const std::string& path) {
+  constexpr std::uint64_t kEndChars = 128;
+  constexpr std::string_view kEnd = "# end: rows ";
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  struct stat status {};
+  auto in = FileReader::open(path);
+  if (!in || ::fstat(file.get(), &status) != 0 || ::fdatasync(file.get()) != 0) return 0;
+  const auto bytes = static_cast<std::uint64_t>(status.st_size);
+  in->seek(bytes - std::min(bytes, kEndChars));
+  std::string line;
+  while (in->read_line(line)) {
+    if (!line.starts_with(kEnd) || !in->line_ended()) continue;
+    const std::string_view number = std::string_view(line).substr(kEnd.size());
+    if (const auto rows = parse_number<std::uint64_t>(number.substr(0, number.find(',')))) return *rows;
+  }
+  in->seek(0);
+  std::uint64_t rows = 0;
+  bool below_columns = false;
+  while (in->read_line(line) && in->line_ended()) {
+    if (line.starts_with('#')) continue;
+    rows += std::exchange(below_columns, true);
+  }
+  return rows;
+}
 
 }  // namespace
 
@@ -39,7 +85,7 @@ Segments::Segments(config::LogSegmentSettings settings, std::string name, std::s
       name_(std::move(name)),
       extension_(std::move(extension)),
       policy_(std::move(policy)),
-      index_(fmt::format("{}/{}{}.index", settings_.directory, name_, extension_)) {}
+      started_s_(policy_.uptime_s()) {}
 
 bool Segments::begins_new(std::int64_t second, std::int64_t bytes) {
   const std::int64_t period = second / settings_.max_age_s - (second % settings_.max_age_s < 0 ? 1 : 0);
@@ -52,91 +98,199 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   std::error_code error;
   fs::create_directories(settings_.directory, error);
   if (error) return make_error(settings_.directory, "cannot be created: " + error.message());
-  measure();
-  if (!is_listed_ || !index_.in_place()) number_all();  // later segments are this object's own
-  is_listed_ = true;
-  const std::string stem = fmt::format("{}/{}-{}", settings_.directory, name_, utc_file_text(second));
-  for (int number = 1;;) {
-    NewSegment made{-1, number == 1 ? stem + extension_ : fmt::format("{}-{}{}", stem, number, extension_)};
+  if (auto begun = begin(); !begun) return tl::unexpected<Error>(begun.error());
+  StoredSegment segment;
+  segment.name = {.begin_s = second, .running_s = running_s()};
+  for (NewSegment made;; ++next_) {
+    segment.number = segment.name.number = next_;
+    segment.file = segment.name.file(name_, extension_);
+    segment.path = made.path = settings_.directory + "/" + segment.file;
     made.descriptor = ::open(made.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_APPEND | O_CLOEXEC, 0644);
     if (made.descriptor >= 0) {
       ::flock(made.descriptor, LOCK_EX | LOCK_NB);
+      ++next_;
       current_ = made.path;
-      index_.made(fs::path(current_).filename().string());
+      stored_.push_back(std::move(segment));
       next_look_s_ = std::min(next_look_s_, policy_.uptime_s() + scaled_s(kLookAfterNew_s));
       return made;
     }
     const int why = errno;
-    if (why == EEXIST) {
-      ++number;
-    } else if (!disk_is_full(why) || !make_room()) {
+    if (why != EEXIST && (!disk_is_full(why) || !make_room()))
       return make_error(made.path, std::string("cannot be created: ") + std::strerror(why));
+    if (why != EEXIST) --next_;
+  }
+}
+
+std::string Segments::position_line(const std::string& others) {
+  if (id_ == kNoLog) id_ = sha256_hex(others).substr(0, pipeline::kLogIdChars);
+  StoredSegment& newest = stored_.back();
+  newest.position = {id_, newest.number, end_ + 1, newest.name.running_s};
+  return newest.position->line();
+}
+
+void Segments::ended(std::uint64_t rows) { end_ += rows; }
+
+void Segments::unmake() {
+  ::unlink(current_.c_str());
+  if (stored_.empty() || stored_.back().path != current_) return;
+  next_ = stored_.back().number;
+  stored_.pop_back();
+  if (stored_.empty() && end_ == 0) id_ = kNoLog;
+}
+
+// The log continues where the newest segment ends.
+Result<void> Segments::begin() {
+  if (has_begun_) return {};
+  if (auto listed = scan(); !listed) return listed;
+  has_begun_ = true;
+  const OldIndex index = OldIndex::read(index_path()).value_or(OldIndex());
+  std::size_t newest = stored_.size();  // one after the newest whose position is known
+  while (is_log() && newest > 0 && stored_[newest - 1].name.number > 0 && !position(newest - 1)) --newest;
+  const bool is_new = newest > 0 && stored_[newest - 1].name.number > 0;
+  if (is_log() && is_new) id_ = position(newest - 1)->log;
+  if (is_log() && !is_new && !index.id.empty()) id_ = index.id;
+  number_old(index);
+  if (!is_new || !is_log()) {
+    ran_s_ = index.clock_s;
+    if (is_new) {  // as long as it was written, by this machine's clock, and at most as long as a segment may be
+      struct stat file {};
+      const StoredSegment& last = stored_.back();
+      const bool is_there = ::stat(last.path.c_str(), &file) == 0;
+      ran_s_ = last.name.running_s +
+               (is_there ? std::clamp<std::int64_t>(file.st_mtime - last.name.begin_s, 0, settings_.max_age_s) : 0);
+    }
+  } else {
+    const LogPosition& last = *position(newest - 1);
+    end_ = last.first - 1 + written(newest - 1);
+    // A running time that grows by more than the rows and a day is damage, and makes no segment old.
+    const auto rows_s = static_cast<std::int64_t>(end_ + 1 - last.first);
+    const std::int64_t most_s =
+        newest < 2 ? last.running_s : started_s(newest - 2) + static_cast<std::int64_t>(rows_of(newest - 2)) + kDay_s;
+    ran_s_ = std::min(last.running_s, most_s) + rows_s;
+  }
+  for (; newest < stored_.size(); ++newest) end_ += is_log() ? written(newest) : 0;
+  if (!stored_.empty()) next_ = std::max(next_, stored_.back().number + 1);
+  return {};
+}
+
+// Segments of 0.3 and older have no position. They have the numbers of their index; those without one follow by name.
+// If there are newer segments, the oldest of them tells where the last old one ended.
+void Segments::number_old(const OldIndex& index) {
+  next_ = index.next;
+  end_ = index.deleted_rows;
+  std::map<std::uint64_t, OldIndex::Entry> entries = index.entries;
+  std::map<std::string, std::size_t> there;
+  for (std::size_t i = 0; i < stored_.size() && stored_[i].name.number == 0; ++i) {
+    there[stored_[i].file] = i;
+    if (index.number(stored_[i].file) == 0) entries[next_++] = {stored_[i].file, 0, index.clock_s};
+  }
+  if (entries.empty()) return;
+  for (auto& [number, entry] : entries) {
+    const auto found = there.find(entry.file);
+    if (!is_log() || found == there.end()) continue;
+    const std::string& path = stored_[found->second].path;
+    if (entry.rows == 0) entry.rows = rows_in_file(path);
+    if (const auto superseded = SupersededRows::parse(header_value(path, "supersedes")))
+      for (auto& [earlier, one] : entries)
+        if (earlier < number && one.file == superseded->file) one.rows = std::min(one.rows, superseded->row - 1);
+  }
+  if (is_log() && id_ == kNoLog) id_ = sha256_hex(header_lines(stored_.front().path)).substr(0, pipeline::kLogIdChars);
+  for (const auto& [number, entry] : entries) {
+    if (const auto found = there.find(entry.file); found != there.end()) {
+      StoredSegment& segment = stored_[found->second];
+      segment.number = number;
+      segment.rows = entry.rows;
+      segment.name.running_s = entry.clock_s;
+      if (is_log()) segment.position = {id_, number, end_ + 1, entry.clock_s};
+    }
+    end_ += entry.rows;
+  }
+  if (there.size() < stored_.size()) {  // these are the newer ones
+    const StoredSegment& newer = stored_[there.size()];
+    const std::uint64_t numbers = newer.number - next_;
+    const std::uint64_t rows = position(there.size()) ? newer.position->first - 1 - end_ : 0;
+    for (std::size_t i = 0; i < there.size(); ++i) {
+      stored_[i].number += numbers;
+      if (is_log()) stored_[i].position->first += rows;
     }
   }
+  std::stable_sort(stored_.begin(), stored_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
 }
 
-std::map<std::string, std::string> Segments::number_all() {
-  std::vector<std::string> files;
-  std::map<std::string, std::string> paths;
-  for (const Segment& segment : list()) {
-    files.push_back(segment.file);
-    paths[segment.file] = segment.path;
-  }
-  index_.refresh(files);
-  if (index_.take_damage())
-    report(pipeline::Severity::kWarning, "log_damaged",
-           fmt::format(
-               "{0}: {1}{2}.index: was damaged; there is a new one: positions of clients and ages of segments begin "
-               "again",
-               section(), name_, extension_));
-  for (const pipeline::SegmentDeletion& deletion : index_.interrupted(files))
-    record_deletion(deletion, fmt::format("{} (a power cut interrupted the deletion)", deletion.file));
-  return paths;
-}
-
-std::vector<NumberedSegment> Segments::numbered() {
-  std::error_code ignored;
-  fs::create_directories(settings_.directory, ignored);
-  const std::map<std::string, std::string> paths = number_all();
-  std::vector<NumberedSegment> segments;
-  for (const std::string& file : index_.files()) {
-    const auto there = paths.find(file);
-    segments.push_back({index_.number(file), file, there == paths.end() ? "" : there->second, index_.rows(file)});
-  }
-  return segments;
-}
-
-void Segments::ended(std::uint64_t rows) {
-  measure();
-  index_.ended(fs::path(current_).filename().string(), rows);
-}
-
-// The index's clock measures the time that prismd runs.
-void Segments::measure() {
-  const std::int64_t now_s = policy_.uptime_s();
-  index_.advance(now_s - measured_s_.value_or(now_s));
-  measured_s_ = now_s;
-}
-
-// Oldest first.
-std::vector<Segments::Segment> Segments::list() const {
-  std::vector<Segment> segments;
+// Oldest first. Segments of 0.3 that come later are left alone.
+Result<void> Segments::scan() {
+  std::map<std::string, StoredSegment> known;
+  for (const StoredSegment& segment : stored_) known[segment.file] = segment;
+  std::vector<StoredSegment> found;
   std::error_code error;
   for (fs::directory_iterator entry(settings_.directory, error), end; !error && entry != end; entry.increment(error)) {
     const std::string file = entry->path().filename().string();
-    if (file.rfind(name_ + "-", 0) != 0 || entry->path().extension() != extension_) continue;
-    std::string stamp = entry->path().stem().string().substr(name_.size() + 1);
-    if (!parse_utc_file_text(stamp)) continue;
+    const auto name = pipeline::SegmentName::parse(file, name_, extension_);
+    if (!name || (has_begun_ && name->number == 0 && !known.contains(file))) continue;
+    StoredSegment& segment =
+        known.try_emplace(file, StoredSegment{*name, name->number, file, entry->path()}).first->second;
     std::error_code unknown;
     const std::uintmax_t bytes = entry->file_size(unknown);
-    segments.push_back(
-        {entry->path().string(), file, std::move(stamp), unknown ? 0 : static_cast<std::int64_t>(bytes)});
+    segment.bytes = unknown ? 0 : static_cast<std::int64_t>(bytes);
+    found.push_back(segment);
   }
-  const auto age = [this](const Segment& segment) {
-    return std::tuple(index_.number(segment.file), age_by_name(segment.stamp));
+  if (error && error != std::errc::no_such_file_or_directory)
+    return make_error(settings_.directory, "cannot be listed: " + error.message());
+  const auto age = [](const StoredSegment& segment) {
+    return std::tuple(segment.name.number, segment.number, segment.name.begin_s, segment.name.same, segment.file);
   };
-  std::sort(segments.begin(), segments.end(), [&](const Segment& a, const Segment& b) { return age(a) < age(b); });
-  return segments;
+  std::sort(found.begin(), found.end(), [&](const auto& a, const auto& b) { return age(a) < age(b); });
+  stored_ = std::move(found);
+  return {};
+}
+
+const std::vector<StoredSegment>& Segments::stored() {
+  (void)begin();
+  return stored_;
+}
+
+const LogPosition* Segments::position(std::size_t i) {
+  StoredSegment& segment = stored_[i];
+  if (!segment.position && !segment.is_damaged) {
+    auto in = FileReader::open(segment.path);
+    if (!in) return nullptr;
+    segment.position = LogPosition::parse(header_value(segment.path, "log"));
+    segment.is_damaged = !segment.position;
+  }
+  return segment.position ? &*segment.position : nullptr;
+}
+
+std::uint64_t Segments::first(std::size_t i) {
+  const LogPosition* const at = position(i);
+  return at != nullptr && at->log == id_ ? at->first : 0;
+}
+
+std::uint64_t Segments::written(std::size_t i) {
+  StoredSegment& segment = stored_[i];
+  if (segment.rows == 0) segment.rows = rows_in_file(segment.path);
+  return segment.rows;
+}
+
+std::uint64_t Segments::rows_of(std::size_t i) {
+  if (stored_[i].name.number == 0) return stored_[i].rows;
+  if (!is_log() || first(i) == 0) return 0;
+  std::size_t next = i + 1;
+  while (next < stored_.size() && first(next) == 0) ++next;
+  return (next < stored_.size() ? first(next) - 1 : end_) - (first(i) - 1);
+}
+
+std::uint64_t Segments::deleted_rows() {
+  std::size_t oldest = 0;
+  while (oldest < stored_.size() && first(oldest) == 0) ++oldest;
+  return oldest < stored_.size() ? first(oldest) - 1 : end_;
+}
+
+std::int64_t Segments::running_s() const { return ran_s_ + (policy_.deletes ? policy_.uptime_s() - started_s_ : 0); }
+
+// Running time at its start; of 0.3 and older: at its end.
+std::int64_t Segments::started_s(std::size_t i) {
+  const StoredSegment& segment = stored_[i];
+  return is_log() && first(i) != 0 ? segment.position->running_s : segment.name.running_s;
 }
 
 bool Segments::in_place(int descriptor) const {

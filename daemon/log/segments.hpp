@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -16,7 +15,8 @@
 #include "daemon/log/retention.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/retention_status.hpp"
-#include "daemon/pipeline/segment_index.hpp"
+#include "daemon/pipeline/row_cursor.hpp"
+#include "daemon/pipeline/stored_segments.hpp"
 
 namespace prism::log {
 
@@ -27,11 +27,15 @@ struct NewSegment {
   std::string path;
 };
 
-/// A segment of the index.
-struct NumberedSegment {
-  std::uint64_t number = 0;
-  std::string file, path;  ///< path: empty if the file was removed by another program
-  std::uint64_t rows = 0;  ///< 0: not known (no end line)
+/// A file of the log or capture.
+struct StoredSegment {
+  pipeline::SegmentName name;
+  std::uint64_t number = 0;  ///< name.number; of 0.3 and older: by its index, or by name
+  std::string file, path;
+  std::int64_t bytes = 0;
+  std::optional<pipeline::LogPosition> position = {};  ///< of a log; nullopt: not read yet, or damaged
+  bool is_damaged = false;                             ///< no position in the file
+  std::uint64_t rows = 0;                              ///< of a log: as far as known; of 0.3 and older always
 };
 
 /// How segments are kept.
@@ -45,10 +49,9 @@ struct SegmentPolicy {
 /// True for an errno that means a full disk or an exceeded quota.
 bool disk_is_full(int error);
 
-/// The segments of one log or capture: NAME-20261121T091100Z.EXTENSION in one directory, named after their first second
-/// (UTC, data time). If the name exists, "-2", "-3", … is added before the extension. An index file stores the order of
-/// creation; the order of the names differs after a clock was set back. Does not throw on file system errors: files
-/// that cannot be listed or deleted are kept.
+/// The segments of one log or capture in one directory (pipeline::SegmentName). A log has a number for each row: a
+/// segment holds those from its position on, up to the next segment's. Nothing else is stored: at the start, the files
+/// in the directory are the log. Does not throw on file system errors: files that cannot be listed or deleted are kept.
 class Segments {
  public:
   /// `extension`: with the dot.
@@ -62,11 +65,16 @@ class Segments {
   /// link. Errors: cannot create the directory or file.
   Result<NewSegment> make(std::int64_t second);
 
-  /// The newest segment was closed, complete, with `rows` rows.
+  /// The newest segment of a log: the header line of its position. `others`: its other header lines, which give a new
+  /// log its id.
+  std::string position_line(const std::string& others);
+  /// The newest segment was closed; `rows` of its rows count.
   void ended(std::uint64_t rows);
+  /// Deletes the newest segment, which has no row: its number is given again.
+  void unmake();
 
   /// Call about once a second, never by a replay. Deletes the oldest segment if it exceeds keep_bytes or keep_days for
-  /// notice_s; at most one per call, so that the caller's other work continues. The age is the index's, not the date.
+  /// notice_s; at most one per call, so that the caller's other work continues. The age is running time, not the date.
   /// Never deletes the newest segment, or one that another process writes. Each deletion is an event.
   void retain();
   /// As of the last retain(); nullopt before it. Thread-safe.
@@ -76,13 +84,20 @@ class Segments {
   /// also if the configuration forbids it (when_full).
   bool make_room();
 
-  /// Returns all segments that were made and not deleted, in order. Reads the index, or creates it if missing.
-  std::vector<NumberedSegment> numbered();
-  /// Stores the number of complete rows of a segment without an end line.
-  void found(const std::string& file, std::uint64_t rows) { index_.found(file, rows); }
-  /// Id of the index at the last numbered(); empty: it could not be created.
-  const std::string& id() const { return index_.id(); }
-  std::uint64_t deleted_rows() const { return index_.deleted_rows(); }
+  /// In order of creation. Reads the directory at the first call.
+  const std::vector<StoredSegment>& stored();
+  /// Of a log: number of the first row of stored()[i]; 0: damaged.
+  std::uint64_t first(std::size_t i);
+  /// Of a log: rows in the file of stored()[i].
+  std::uint64_t written(std::size_t i);
+  /// Number of the newest segment that was made.
+  std::uint64_t newest() const { return next_ - 1; }
+  /// Id of the log; zeros: it has no row yet.
+  const std::string& id() const { return id_; }
+  /// Rows of the log before the open segment, with deleted ones.
+  std::uint64_t end() const { return end_; }
+  /// Rows before the oldest segment.
+  std::uint64_t deleted_rows();
 
   /// Reports an event about these segments.
   void report(pipeline::Severity severity, const char* kind, const std::string& text) const {
@@ -93,33 +108,34 @@ class Segments {
   bool in_place(int descriptor) const;
 
  private:
-  struct Segment {
-    std::string path, file, stamp;
-    std::int64_t bytes;
-  };
-  std::vector<Segment> list() const;
-  /// Numbers all files and records deletions that a power cut interrupted; returns the paths by file name.
-  std::map<std::string, std::string> number_all();
-  void measure();
-  bool remove(const Segment& segment, pipeline::NextDeletion::Why why);
-  void record_deletion(const pipeline::SegmentDeletion& deletion, const std::string& text);
-  std::uint64_t rows_in(const Segment& segment);
-  std::optional<pipeline::NextDeletion> plan(const std::vector<Segment>& segments, pipeline::RetentionStatus& status);
-  bool delete_due(const std::vector<Segment>& segments, pipeline::NextDeletion& next);
-  const char* section() const { return extension_ == ".csv" ? "log" : "capture"; }
+  std::string index_path() const { return settings_.directory + "/" + name_ + extension_ + ".index"; }
+  bool is_log() const { return extension_ == ".csv"; }
+  Result<void> scan();
+  Result<void> begin();
+  void number_old(const pipeline::OldIndex& index);
+  const pipeline::LogPosition* position(std::size_t i);
+  std::int64_t running_s() const;
+  std::int64_t started_s(std::size_t i);
+  std::int64_t age_s(std::size_t i);
+  std::uint64_t rows_of(std::size_t i);
+  bool remove(std::size_t i, pipeline::NextDeletion::Why why);
+  std::optional<pipeline::NextDeletion> plan(pipeline::RetentionStatus& status);
+  bool delete_due(pipeline::NextDeletion& next);
+  const char* section() const { return is_log() ? "log" : "capture"; }
 
   config::LogSegmentSettings settings_;
   std::string name_, extension_, current_;
   SegmentPolicy policy_;
-  pipeline::SegmentIndex index_;
+  std::vector<StoredSegment> stored_;
+  std::string id_ = std::string(pipeline::kLogIdChars, '0');
+  std::uint64_t next_ = 1, end_ = 0;
+  bool has_begun_ = false;
+  std::int64_t started_s_, ran_s_ = 0;  // uptime at the start; running time of earlier runs
   std::int64_t period_ = INT64_MIN;
-  bool is_listed_ = false;                                  ///< all files of the folder have numbers
-  std::optional<std::int64_t> measured_s_;                  // uptime when the index's clock was advanced last
   std::int64_t next_look_s_ = INT64_MIN;                    // uptime
   std::optional<std::int64_t> due_since_s_, first_look_s_;  // uptime
   std::int64_t first_bytes_ = 0, removed_bytes_ = 0;        // at the first look; deleted since then
   std::string kept_;                                        // the file that cannot be deleted, as reported
-  std::map<std::string, std::uint64_t> counted_;            // rows of segments without an end line, by file
   mutable std::mutex status_mutex_;
   std::optional<pipeline::RetentionStatus> status_;
 };

@@ -9,8 +9,6 @@
 namespace prism::pipeline {
 namespace {
 
-constexpr std::size_t kIdChars = 32;
-
 bool take_number(std::string_view& text, std::uint64_t& number) {
   if (!text.starts_with('-')) return false;
   text.remove_prefix(1);
@@ -22,14 +20,18 @@ bool take_number(std::string_view& text, std::uint64_t& number) {
 
 }  // namespace
 
+bool is_log_id(std::string_view text) {
+  return text.size() == kLogIdChars &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
 std::string RowCursor::text() const { return fmt::format("{}-{}-{}-{}", log, segment, row, total); }
 
 std::optional<RowCursor> RowCursor::parse(std::string_view text) {
-  const auto hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
-  if (text.size() < kIdChars || !std::all_of(text.begin(), text.begin() + kIdChars, hex)) return std::nullopt;
+  if (!is_log_id(text.substr(0, kLogIdChars))) return std::nullopt;
   RowCursor cursor;
-  cursor.log = text.substr(0, kIdChars);
-  text.remove_prefix(kIdChars);
+  cursor.log = text.substr(0, kLogIdChars);
+  text.remove_prefix(kLogIdChars);
   const bool good =
       take_number(text, cursor.segment) && take_number(text, cursor.row) && take_number(text, cursor.total);
   return good && text.empty() ? std::optional(cursor) : std::nullopt;

@@ -46,16 +46,16 @@ grows .log.rows status 12
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 
 python3 - "$dir/log" <<'END' || fail "the log is inconsistent"
-import glob, hashlib, json, sys
+import glob, hashlib, sys
 folder = sys.argv[1]
 seen, ends, torn, partial, bad = {}, 0, 0, 0, []
-order = [json.loads(line) for line in open(glob.glob(folder + "/*.csv.index")[0])]
-made = [entry["file"] for entry in order if "made" in entry]
-files = {path.split("/")[-1] for path in glob.glob(folder + "/*.csv")}
-if set(made) != files: bad.append("segments only in the index or only on disk: %s" % (set(made) ^ files))
+made = sorted(path.split("/")[-1] for path in glob.glob(folder + "/*.csv"))
+first = 1
 for name in made:
     text = open(folder + "/" + name).read()
     session = [line for line in text.split("\n") if line.startswith("# session: ")][0]
+    position = [line.split() for line in text.split("\n") if line.startswith("# log: ")][0]
+    if position[4] != str(int(name.split("-")[-2])) or position[6] != str(first): bad.append("%s: position %s, expected first %d" % (name, position, first))
     rows = [line.split(",") for line in text.split("\n") if line[:1].isdigit()]
     if "# end: " in text:
         body, end = text.split("# end: ")
@@ -64,6 +64,7 @@ for name in made:
     else:
         torn += 1
         rows = rows if text.endswith("\n") else rows[:-1]
+    first += len(rows)
     for row in rows:
         second = int(row[1])
         if second <= seen.get(session, -1): bad.append("%s: second %d is a repeat or out of order" % (name, second))

@@ -2,19 +2,14 @@
 # Prints every row of the logs in the given directories as "log segment row time rate temperature quality", sorted by log, segment and
 # row. Reads only the files.
 import glob
-import json
-import os
+import re
 import sys
 
 lines = []
 for folder in sys.argv[1:]:
-    (index,) = glob.glob(folder + "/*.csv.index")
-    entries = [json.loads(line) for line in open(index)]
-    log = entries[0]["id"]
-    for number, name in ((entry["made"], entry["file"]) for entry in entries if "made" in entry):
-        if not os.path.exists(os.path.join(folder, name)):
-            sys.exit(f"{name} is in the index but does not exist")
-        text = open(os.path.join(folder, name)).read()
+    for path in sorted(glob.glob(folder + "/*.csv")):
+        text = open(path).read()
+        log, number = re.search("^# log: ([0-9a-f]+) segment ([0-9]+) ", text, re.M).groups()
         whole = text[: text.rfind("\n") + 1].splitlines()
         columns, row = None, 0
         for line in whole:
@@ -25,6 +20,6 @@ for folder in sys.argv[1:]:
                 continue
             row += 1
             fields = dict(zip(columns, line.split(",")))
-            lines.append((log, number, row, fields["time_s"], fields["rate_deg_per_h"], fields["temperature_degc"], fields["quality"]))
+            lines.append((log, int(number), row, fields["time_s"], fields["rate_deg_per_h"], fields["temperature_degc"], fields["quality"]))
 for line in sorted(lines):
     print(*line)

@@ -8,5 +8,5 @@ done
 capture a 0.5 3 --profile fast --damage-bytes 0.0005 --lose-frames 0.01 --drop-bytes 0.0002
 sed 's/"clock"/"model": "tao2019-model2", "plausibility": {"temperature": {"stuck_s": 60}}, "clock"/' g.json >m.json
 prismd m.json --replay a.pcap --out log | sed "s/ in .* million.s)//"
-head -40 log/*.csv
+head -41 log/*.csv
 tail -3 log/*.csv

@@ -5,7 +5,7 @@ prismcal train a --method ls --inputs T --out m.json --force --quiet >/dev/null
 prismcal verify a a.pcap --json
 cp -r a bad
 file=$(ls bad/*.csv | head -1)
-sed -i -e '2000s/,/;/' -e '3000,3005d' -e '4000s/.$/x/' -e '5000s/^/7/' "$file"
+sed -i -e '2001s/,/;/' -e '3001,3006d' -e '4001s/.$/x/' -e '5001s/^/7/' "$file"
 head -c 200000 a.pcap >cut.pcap
 head -c -700 "$file" >bad/last.csv && rm "$file"
 cp a.pcap changed.pcap && printf 'xx' | dd of=changed.pcap bs=1 seek=100000 conv=notrunc 2>/dev/null

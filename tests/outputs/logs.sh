@@ -20,5 +20,5 @@ two '/^# axis/s/z/y/' --axis y
 two '/^# gyro_serial/s/70-1/70-2/'
 two '/^# site/s/34.25/34.5/'
 two '/^# frames/s/second/third/'
-two '14,$d'
+two '15,$d'
 rm bad/2.csv && cp bad/1.csv bad/3.csv && both

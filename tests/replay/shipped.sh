@@ -41,7 +41,7 @@ fi
 echo "{\"name\": \"$name\", \"frames\": \"$dir/frames.json\", \"clock\": \"host\"$(model)}" >"$dir/gyro.json"
 prismd "$dir/gyro.json" --replay "$capture" --out "$dir/log" >"$dir/summary" 2>"$dir/prismd.err" || fail "exit code $?"
 {
-  cat "$dir"/log/*.csv | sed '1s/^# prism [^ ]*/# prism VERSION/; s/^\(# end: .*sha256\) .*/\1 SUM/'
+  cat "$dir"/log/*.csv | sed '1s/^# prism [^ ]*/# prism VERSION/; s/^# log: [0-9a-f]*/# log: ID/; s/^\(# end: .*sha256\) .*/\1 SUM/'
   sed -n '1s/^replayed \([0-9]* frames\).*million\/s)/# \1/p' "$dir/summary"
 } >"$dir/found"
 [ -z "${PRISM_REGENERATE:-}" ] || cp "$dir/found" "$expected"

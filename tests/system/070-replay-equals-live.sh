@@ -12,13 +12,13 @@ wait_for 5 field_is .state status connecting
 start_sim --profile steady --speed 1
 wait_for 10 field_above .log.rows status 5
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
-cat "$dir"/log/*.csv >"$dir/live.csv"
+log_text "$dir"/log/*.csv >"$dir/live.csv"
 [ "$(grep -vc '^#' "$dir/live.csv")" -ge 6 ] || fail "too few rows: $(cat "$dir/live.csv")"
 replay=()
 for file in "$dir"/capture/*.pcap; do replay+=(--replay "$file"); done
 for run in a b; do
   prismd "$dir/gyro.json" "${replay[@]}" --out "$dir/$run" >"$dir/summary"
-  cat "$dir/$run"/*.csv >"$dir/$run.csv"
+  log_text "$dir/$run"/*.csv >"$dir/$run.csv"
   cmp "$dir/live.csv" "$dir/$run.csv" || { diff "$dir/live.csv" "$dir/$run.csv" | head -5; fail "the log of the replay differs"; }
 done
 contains "summary" "$(cat "$dir/summary")" "replayed"

@@ -25,7 +25,7 @@ for name in vectornav kvh1750 stim300; do
   simulate --smooth --profile fast --hours 8 --seed 2 --out two.pcap
   three record.json ""
   prismd record.json --replay one.pcap --out logs >record.out || fail "the replay"
-  same "logs of $name" "$(ls logs | sed 's/-2026.*//' | grep -v index | sort | tr '\n' ' ')" "imu-x imu-y imu-z "
+  same "logs of $name" "$(ls logs | sed 's/-0.*//' | sort | tr '\n' ' ')" "imu-x imu-y imu-z "
   prismcal train logs --inputs T,dTdt --method stepwise --out model.json >train.out 2>train.err || fail "training: $(tail -3 train.err)"
   same "models" "$(echo model-*.json)" "model-x.json model-y.json model-z.json"
   three all.json model-AXIS.json
@@ -46,7 +46,7 @@ contains "its error" "$(cat axis.err)" "found logs of the axes x, y, z, expected
 for axis in x y z; do
   jq --arg axis $axis '.axes |= {($axis): .[$axis]}' all.json >alone.json
   prismd alone.json --replay two.pcap --out alone-$axis >/dev/null || fail "the replay of $axis alone"
-  cat corrected/imu-$axis-*.csv >a; cat alone-$axis/imu-$axis-*.csv >b
+  log_text corrected/imu-$axis-*.csv >a; log_text alone-$axis/imu-$axis-*.csv >b
   cmp a b || fail "the log of $axis differs from that of axis $axis alone"
 done
 
@@ -75,7 +75,7 @@ same "axes of the lines" "$(awk '$1 ~ /^[xyz]$/ {print $1}' rows.out | sort -u |
 kill -TERM "$daemon"; wait "$daemon" || fail "exit code $?"
 prismd all.json --replay bytes/imu-*.pcap --out again >/dev/null
 for axis in x y z; do
-  cat live/imu-$axis-*.csv >a; cat again/imu-$axis-*.csv >b
+  log_text live/imu-$axis-*.csv >a; log_text again/imu-$axis-*.csv >b
   cmp a b || fail "the replay's log of $axis differs from the live one"
 done
 prismcal verify live >verify.out || fail "verify: $(cat verify.out)"

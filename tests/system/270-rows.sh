@@ -4,7 +4,7 @@
 . "$(dirname "$0")/lib.sh"
 config
 jq '.log.segment_mib = 0.01' gyro.json >small.json && mv small.json gyro.json
-of_log() { jq -r 'select(.made) | .file' log/gyro.csv.index | while read -r file; do [ ! -e "log/$file" ] || grep -hv '^[#t]' "log/$file"; done; }
+of_log() { grep -hv '^[#t]' log/gyro-*.csv; }
 start_sim --profile steady --speed 4
 start_prismd
 start follower prismctl --socket "$PRISM_SOCKET" rows --follow --cursor kept
@@ -55,7 +55,7 @@ old=$(head -1 kept)
 kill -TERM "$prismd"; wait "$prismd"
 jq '.log.keep_mib = 1 | .log.segment_mib = 0.01 | .log.keep_days = 1' gyro.json >keep.json && mv keep.json gyro.json
 first=$(printf '%s' "$old" | sed 's/-[0-9]*-[0-9]*-[0-9]*$/-1-1-1/')
-gone=$(jq -r 'select(.made) | .file' log/gyro.csv.index | head -2)
+gone=$(ls log | head -2)
 rows_gone=0; for file in $gone; do rows_gone=$((rows_gone + $(grep -cv '^[#t]' "log/$file"))); rm "log/$file"; done
 start_prismd
 prismctl rows --after "$first" --limit 1 >one 2>one.err

@@ -20,7 +20,7 @@ stop_sim() {  # returns when prismweb has all rows
   wait_for 10 has_last_row
 }
 at_rest() { frames=$(field .line.frames status); sleep 0.3; field_is .line.frames status "$frames"; }
-has_last_row() { [ "$(range seconds=20 | jq .last_s)" = "$(tail -n 1 "log/$(jq -rs 'map(select(.made))[-1].file' log/gyro.csv.index)" | cut -d, -f2)" ]; }
+has_last_row() { [ "$(range seconds=20 | jq .last_s)" = "$(tail -n 1 "log/$(ls log | tail -1)" | cut -d, -f2)" ]; }
 stop_sim  # no new data during these checks
 last=$(range seconds=100 | jq .last_s)
 

@@ -37,7 +37,7 @@ contains "a sniffed network line" "$(cat "$dir/sniffed")" " fits "
 same "reports of the loss" "$(grep -c ': lost:' "$dir/prismd.err")" 1
 same "reports of the refused connections: at the start only" "$(grep -c 'retrying' "$dir/prismd.err")" 1
 prismd "$dir/gyro.json" --replay "$dir"/bytes/*.pcap --out "$dir/again" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
-cat "$dir"/log/*.csv >"$dir/a"; cat "$dir"/again/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
+log_text "$dir"/log/*.csv >"$dir/a"; log_text "$dir"/again/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
 
 # The device connects; then datagrams.
 net_config "\"tcp\": {\"listen\": \"[::1]:$port\"}"

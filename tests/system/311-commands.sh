@@ -36,7 +36,7 @@ if command -v tshark >/dev/null; then
   same "sent records in tshark" "$(tshark -r "$(echo "$dir"/bytes/*.pcap)" -Y 'rtacser.eventtype == 1' 2>/dev/null | wc -l)" 5
 fi
 prismd "$dir/gyro.json" --replay "$dir"/bytes/*.pcap --out "$dir/again" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
-cat "$dir"/log/*.csv >"$dir/a"; cat "$dir"/again/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
+log_text "$dir"/log/*.csv >"$dir/a"; log_text "$dir"/again/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
 
 # A device that answers something else: one event, the step in the status, and its frames are served meanwhile.
 start wrong python3 -c '
@@ -115,7 +115,7 @@ wait_for 10 value_above temperature 20.2
 same "nominal value" "$(field '.sensors["room.nominal"].value * 1' status)" 23
 end_poll
 prismd "$dir/gyro.json" --replay "$dir"/bytes-weiss-simcon32/*.pcap --out "$dir/polled" >/dev/null 2>"$dir/replay.err" || fail "$(cat "$dir/replay.err")"
-cat "$dir"/log-weiss-simcon32/*.csv >"$dir/a"; cat "$dir"/polled/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
+log_text "$dir"/log-weiss-simcon32/*.csv >"$dir/a"; log_text "$dir"/polled/*.csv >"$dir/b"; cmp "$dir/a" "$dir/b" || fail "the replay's log differs"
 
 # A device that sends rubbish for ever costs little.
 poll scpi-thermometer temperature scpi '{"every_ms": 200, "within_ms": 100, "send": "MEAS:TEMP?\n"}' rubbish

@@ -72,6 +72,8 @@ END
 start_hostile() { start "$1" python3 "$PRISM_SOURCE/tests/system/hostile_prismd.py" "$dir/$1.sock" "${2:-rows}"; wait_for 10 test -S "$dir/$1.sock"; }
 # is_printable FILE...: succeeds for valid UTF-8 without control characters (except line feed) and bidirectional formatting.
 is_printable() { ! LC_ALL=C grep -aqP '[\x00-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80[\xaa-\xae]' "$@" && cat "$@" | iconv -f UTF-8 -t UTF-8 >/dev/null 2>&1; }
+# Logs without the lines in which a replay may differ from the live log.
+log_text() { grep -hv '^# \(log\|end\): ' "$@"; }
 start_prismd() { start prismd prismd "$dir/gyro.json" "$@"; prismd=$pid; wait_for 5 prismctl version; }
 
 # needs_websockets: sets $python to one with python3-websockets, an independent client, or skips the test.

@@ -32,7 +32,7 @@ struct CaptureLogTest : testing::Test {
   void begin(const std::string& name = "gyro") {
     log.reset();
     log = std::make_unique<CaptureLog>(settings, name, disk, told.problems, CaptureLog::kMostHeld,
-                                       SegmentPolicy{told.events()});
+                                       SegmentPolicy{told.events(), true, 60, [] { return 0; }});
   }
   void data(double second, const Bytes& bytes) { log->data(bytes, kNoonNs + static_cast<std::int64_t>(second * 1e9)); }
   void flush() {
@@ -66,7 +66,7 @@ TEST_F(CaptureLogTest, KeepsBytesAndMarksInOrder) {
   data(1.1, {'d'});
   log.reset();
   disk.drain();
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "|abc|d");
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "|abc|d");
   EXPECT_THAT(told.lines(), IsEmpty());
 }
 
@@ -77,7 +77,7 @@ TEST_F(CaptureLogTest, StandsOnTheDiskASecondLaterWithoutBeingAsked) {
   EXPECT_THAT(test::files_in(settings.directory), IsEmpty());
   data(1.0, {'c'});
   disk.drain();
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "abc");
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "abc");
 }
 
 TEST_F(CaptureLogTest, BeginsASegmentWhereTheFirstIsFull) {
@@ -86,7 +86,8 @@ TEST_F(CaptureLogTest, BeginsASegmentWhereTheFirstIsFull) {
   for (int i = 0; i < 3; ++i) data(i, Bytes(100, 'x'));
   flush();
   EXPECT_THAT(test::files_in(settings.directory),
-              ElementsAre("gyro-20261121T120000Z.pcap", "gyro-20261121T120001Z.pcap", "gyro-20261121T120002Z.pcap"));
+              ElementsAre("gyro-000001-20261121T120000Z-0s.pcap", "gyro-000002-20261121T120001Z-0s.pcap",
+                          "gyro-000003-20261121T120002Z-0s.pcap"));
 }
 
 TEST_F(CaptureLogTest, WhatTheQueueCannotTakeIsCountedToldOnceAndMarked) {
@@ -105,7 +106,7 @@ TEST_F(CaptureLogTest, WhatTheQueueCannotTakeIsCountedToldOnceAndMarked) {
     data(2, {static_cast<std::uint8_t>(byte)});
     flush();
   }
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a|bcd") << "the mark is at the gap";
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "a|bcd") << "the mark is at the gap";
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("capture: the disk cannot keep up with the line; bytes are dropped"),
                                         "capture: writing again after 6000 bytes were dropped"));
 }
@@ -124,8 +125,8 @@ TEST_F(CaptureLogTest, AFailedSyncCostsNoByteAndIsToldOnce) {
     data(3, {static_cast<std::uint8_t>(byte)});
     flush();
   }
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "a") << "ends where its last good sync was";
-  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bcdef");
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "a") << "ends where its last good sync was";
+  EXPECT_EQ(packets("gyro-000002-20261121T120001Z-0s.pcap"), "bcdef");
   EXPECT_THAT(test::files_in(settings.directory), testing::SizeIs(2)) << "no segment without valid data";
   EXPECT_EQ(log->dropped_bytes(), 0u);
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: Input/output error"),
@@ -133,7 +134,8 @@ TEST_F(CaptureLogTest, AFailedSyncCostsNoByteAndIsToldOnce) {
 }
 
 TEST_F(CaptureLogTest, AFaultOfADayTriesSeldomAndDropsTheOldest) {
-  log = std::make_unique<CaptureLog>(settings, "gyro", disk, told.problems, 100);
+  log = std::make_unique<CaptureLog>(settings, "gyro", disk, told.problems, 100,
+                                     SegmentPolicy{nullptr, true, 60, [] { return 0; }});
   {
     const test::FailingCall fault(test::failing_fdatasync, EIO);
     for (int i = 0; i < 100; ++i) {
@@ -147,7 +149,7 @@ TEST_F(CaptureLogTest, AFaultOfADayTriesSeldomAndDropsTheOldest) {
     data(i, {static_cast<std::uint8_t>('0' + i % 10)});
     flush();
   }
-  EXPECT_THAT(packets("gyro-20261121T120133Z.pcap"), AllOf(StartsWith("|xxxxxxxxxx"), EndsWith("789")));
+  EXPECT_THAT(packets("gyro-000001-20261121T120133Z-0s.pcap"), AllOf(StartsWith("|xxxxxxxxxx"), EndsWith("789")));
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("Input/output error"), HasSubstr("writing again after ")));
 }
 
@@ -161,7 +163,7 @@ TEST_F(CaptureLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
   std::filesystem::remove(settings.directory);
   data(3, {'a'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxa");
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "xxxa");
   EXPECT_EQ(log->dropped_bytes(), 0u);
 }
 
@@ -181,16 +183,16 @@ TEST_F(CaptureLogTest, ADeletedFolderIsNoticedAndMadeAnew) {
   EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("capture: "), HasSubstr("was deleted or moved away"))));
   data(2, {'c'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120001Z.pcap"), "bc") << "data of the deleted segment were written again";
+  EXPECT_EQ(packets("gyro-000002-20261121T120001Z-0s.pcap"), "bc") << "data of the deleted segment were written again";
 }
 
 TEST_F(CaptureLogTest, NeverWritesThroughALink) {
   std::filesystem::create_directory(settings.directory);
-  std::filesystem::create_symlink(folder.file("target"), settings.directory + "/gyro-20261121T120000Z.pcap");
+  std::filesystem::create_symlink(folder.file("target"), settings.directory + "/gyro-000001-20261121T120000Z-0s.pcap");
   data(0, {'a'});
   flush();
   EXPECT_FALSE(std::filesystem::exists(folder.file("target")));
-  EXPECT_EQ(packets("gyro-20261121T120000Z-2.pcap"), "a");
+  EXPECT_EQ(packets("gyro-000002-20261121T120000Z-0s.pcap"), "a");
 }
 
 TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndNoHole) {
@@ -205,7 +207,7 @@ TEST_F(CaptureLogTest, AFullDiskLeavesNoEmptyFilesAndNoHole) {
   EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("cannot be written: No space left on device")));
   data(3, {'y'});
   flush();
-  EXPECT_EQ(packets("gyro-20261121T120000Z.pcap"), "xxxy") << "kept until there was space";
+  EXPECT_EQ(packets("gyro-000001-20261121T120000Z-0s.pcap"), "xxxy") << "kept until there was space";
 }
 
 // Earlier bug: "when_full" worked for the log only, not for the capture.
@@ -223,8 +225,8 @@ TEST_F(CaptureLogTest, AFullDiskCostsTheOldestSegmentAndNoByteWhereTheConfigurat
     flush();
   }
   EXPECT_THAT(test::files_in(settings.directory),
-              ElementsAre("gyro-20261121T120001Z.pcap", "gyro-20261121T120002Z.pcap"));
-  EXPECT_EQ(packets("gyro-20261121T120002Z.pcap"), "xy");
+              ElementsAre("gyro-000002-20261121T120001Z-0s.pcap", "gyro-000003-20261121T120002Z-0s.pcap"));
+  EXPECT_EQ(packets("gyro-000003-20261121T120002Z-0s.pcap"), "xy");
   EXPECT_EQ(log->dropped_bytes(), 0u);
   EXPECT_THAT(told.lines(), IsEmpty());
 }

@@ -36,7 +36,8 @@ const std::string kMetadata = "# a: b\n";
 struct RowLogTest : testing::Test {
   void SetUp() override { begin(); }
   void begin() {
-    log = std::make_unique<RowLog>(settings, "gyro", kMetadata, counters, told.problems, SegmentPolicy{told.events()});
+    log = std::make_unique<RowLog>(settings, "gyro", kMetadata, counters, told.problems,
+                                   SegmentPolicy{told.events(), true, 60, [] { return 0; }});
   }
   void append(int count) {
     for (int i = 0; i < count; ++i) log->append(test::row_at(next++), session_ns);
@@ -79,11 +80,14 @@ TEST_F(RowLogTest, MetadataAndColumnsStandAboveTheRowsOfEverySegment) {
   log.reset();
   const auto files = test::files_in(settings.directory);
   ASSERT_GT(files.size(), 1u);
-  EXPECT_EQ(files.front(), "gyro-20261121T120000Z.csv");
+  EXPECT_EQ(files.front(), "gyro-000001-20261121T120000Z.csv");
+  const std::string others = kMetadata + "# session: 1970-01-01T00:00:01.000000001Z\n";
   std::size_t sum = 0;
+  int number = 0;
   for (const std::string& file : files) {
     EXPECT_THAT(test::content(path(file)),
-                StartsWith(kMetadata + "# session: 1970-01-01T00:00:01.000000001Z\ntime_utc"));
+                StartsWith(fmt::format("{}# log: {:.32} segment {} first {} running 0\ntime_utc", others,
+                                       sha256_hex(others), ++number, sum + 1)));
     sum += rows(file).size();
   }
   EXPECT_EQ(sum, 20u);
@@ -99,8 +103,8 @@ TEST_F(RowLogTest, OtherMetadataBeginASegmentAndTheSameDoNot) {
   log->set_metadata("# a: c\n");
   append(1);
   log.reset();
-  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 3u);
-  EXPECT_THAT(test::content(path("gyro-20261121T120003Z.csv")), StartsWith("# a: c\n"));
+  EXPECT_EQ(rows("gyro-000001-20261121T120000Z.csv").size(), 3u);
+  EXPECT_THAT(test::content(path("gyro-000002-20261121T120003Z.csv")), StartsWith("# a: c\n"));
 }
 
 // The segment distinguishes a second at the end of a session from the same second in the next one.
@@ -110,8 +114,8 @@ TEST_F(RowLogTest, EachSessionBeginsASegmentAndEachSegmentEndsWithItsSum) {
   next -= 1;
   append(2);
   log.reset();
-  const std::string first = test::content(path("gyro-20261121T120000Z.csv"));
-  const std::string second = test::content(path("gyro-20261121T120001Z.csv"));
+  const std::string first = test::content(path("gyro-000001-20261121T120000Z.csv"));
+  const std::string second = test::content(path("gyro-000002-20261121T120001Z.csv"));
   EXPECT_THAT(first, AllOf(HasSubstr("# session: 1970-01-01T00:00:01.000000001Z\n"), EndsWith(end_of(first, 2))));
   EXPECT_THAT(second, AllOf(HasSubstr("# session: 1970-01-01T00:00:02.000000000Z\n"), EndsWith(end_of(second, 2))));
   EXPECT_EQ(counters.segments, 2u);
@@ -119,7 +123,7 @@ TEST_F(RowLogTest, EachSessionBeginsASegmentAndEachSegmentEndsWithItsSum) {
 
 TEST_F(RowLogTest, ASegmentIsLockedAsLongAsItIsWritten) {
   append(1);
-  const int other = ::open(path("gyro-20261121T120000Z.csv").c_str(), O_RDONLY | O_CLOEXEC);
+  const int other = ::open(path("gyro-000001-20261121T120000Z.csv").c_str(), O_RDONLY | O_CLOEXEC);
   EXPECT_EQ(::flock(other, LOCK_SH | LOCK_NB), -1);
   log.reset();
   EXPECT_EQ(::flock(other, LOCK_SH | LOCK_NB), 0);
@@ -130,7 +134,7 @@ TEST_F(RowLogTest, ASegmentWhoseTornRowStaysHasNoEnd) {
   append(2);
   append_torn();
   log.reset();
-  EXPECT_THAT(test::content(path("gyro-20261121T120000Z.csv")), Not(HasSubstr("# end")));
+  EXPECT_THAT(test::content(path("gyro-000001-20261121T120000Z.csv")), Not(HasSubstr("# end")));
 }
 
 TEST_F(RowLogTest, AFaultIsToldOnceAndItsEndOnceWhenRowsStandOnTheDiskAgain) {
@@ -178,8 +182,8 @@ TEST_F(RowLogTest, ATornRowIsCutOff) {
   }
   append(1);
   log.reset();
-  const std::string text = test::content(path("gyro-20261121T120000Z.csv"));
-  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 3u);
+  const std::string text = test::content(path("gyro-000001-20261121T120000Z.csv"));
+  EXPECT_EQ(rows("gyro-000001-20261121T120000Z.csv").size(), 3u);
   EXPECT_THAT(text, Not(HasSubstr("T12:00:02")));
   EXPECT_THAT(text, EndsWith(end_of(text, 3))) << "the checksum does not include the removed row";
 }
@@ -189,7 +193,7 @@ TEST_F(RowLogTest, ATornRowThatCannotBeCutOffEndsItsSegment) {
   append_torn();
   append(1);
   log.reset();
-  EXPECT_EQ(rows("gyro-20261121T120003Z.csv").size(), 1u);
+  EXPECT_EQ(rows("gyro-000002-20261121T120003Z.csv").size(), 1u);
 }
 
 TEST_F(RowLogTest, AFullDiskLeavesNoSegmentWithoutItsMetadata) {
@@ -243,11 +247,11 @@ TEST_F(RowLogTest, AfterAFailedSyncItsRowsStandAgainInASegmentThatSupersedesThem
   EXPECT_EQ(counters.rows, 7u);
   EXPECT_EQ(counters.unsynced, 0u);
   log.reset();
-  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 5u);
-  EXPECT_THAT(test::content(path("gyro-20261121T120000Z.csv")), Not(HasSubstr("# end")));
-  EXPECT_EQ(rows("gyro-20261121T120003Z.csv").size(), 4u);
-  EXPECT_THAT(test::content(path("gyro-20261121T120003Z.csv")),
-              HasSubstr("# supersedes: gyro-20261121T120000Z.csv from row 4\n"));
+  EXPECT_EQ(rows("gyro-000001-20261121T120000Z.csv").size(), 5u);
+  EXPECT_THAT(test::content(path("gyro-000001-20261121T120000Z.csv")), Not(HasSubstr("# end")));
+  EXPECT_EQ(rows("gyro-000002-20261121T120003Z.csv").size(), 4u);
+  EXPECT_THAT(test::content(path("gyro-000002-20261121T120003Z.csv")),
+              HasSubstr("# supersedes: gyro-000001-20261121T120000Z.csv from row 4\n"));
 }
 
 TEST_F(RowLogTest, AFullDiskAfterAFailedSyncDoesNotHideWhichRowsAreUncertain) {
@@ -265,8 +269,8 @@ TEST_F(RowLogTest, AFullDiskAfterAFailedSyncDoesNotHideWhichRowsAreUncertain) {
   append(1);
   log->sync();
   log.reset();
-  EXPECT_THAT(test::content(path("gyro-20261121T120004Z.csv")),
-              HasSubstr("# supersedes: gyro-20261121T120000Z.csv from row 4\n"));
+  EXPECT_THAT(test::content(path("gyro-000002-20261121T120004Z.csv")),
+              HasSubstr("# supersedes: gyro-000001-20261121T120000Z.csv from row 4\n"));
 }
 
 TEST_F(RowLogTest, ADiskThatNeverSyncsGetsNoFileASecondAndLosesNoRow) {
@@ -286,8 +290,8 @@ TEST_F(RowLogTest, ADiskThatNeverSyncsGetsNoFileASecondAndLosesNoRow) {
   EXPECT_EQ(counters.rows, 41u);
   EXPECT_EQ(counters.dropped, 0u);
   log.reset();
-  EXPECT_EQ(rows("gyro-20261121T120000Z.csv").size(), 2u);
-  EXPECT_EQ(rows("gyro-20261121T120001Z.csv").size(), 40u);
+  EXPECT_EQ(rows("gyro-000001-20261121T120000Z.csv").size(), 2u);
+  EXPECT_EQ(rows("gyro-000002-20261121T120001Z.csv").size(), 40u);
 }
 
 TEST_F(RowLogTest, AFolderThatIsAFileIsAFaultUntilItIsGone) {
@@ -315,11 +319,11 @@ TEST_F(RowLogTest, ADeletedFolderIsNoticedAtTheNextSyncAndMadeAnew) {
   std::filesystem::remove_all(settings.directory);
   append(1);
   log->sync();
-  EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("gyro-20261121T120000Z.csv: was deleted"),
+  EXPECT_THAT(told.lines(), ElementsAre(AllOf(HasSubstr("gyro-000001-20261121T120000Z.csv: was deleted"),
                                               HasSubstr("starting a new segment"))));
   append(1);
   log->sync();
-  EXPECT_THAT(test::files_in(settings.directory), ElementsAre("gyro-20261121T120003Z.csv"));
+  EXPECT_THAT(test::files_in(settings.directory), ElementsAre("gyro-000002-20261121T120003Z.csv"));
   EXPECT_EQ(told.lines().size(), 1u);
 }
 

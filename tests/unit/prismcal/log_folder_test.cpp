@@ -133,6 +133,20 @@ TEST_F(LogFolderTest, OrdersSegmentsByTheIndexNotByTime) {
   EXPECT_THAT(joined().sessions, ElementsAre(0u, 2u));
 }
 
+TEST_F(LogFolderTest, OrdersSegmentsByTheirPosition) {
+  const auto at = [](int segment, int first) {
+    return fmt::format("# log: {:032x} segment {} first {} running 0\n", 1, segment, first);
+  };
+  write_closed("a.csv", head("2026-11-21T10:59:59.5Z", at(12, 103)) + rows_of(kNoon - 3600, 2), 2);
+  write_closed("b.csv", head("2026-11-21T11:59:59.5Z", at(3, 101)) + rows_of(kNoon, 2), 2);
+  EXPECT_THAT(ends_of(joined()), ElementsAre(0, 1, -3600, -3599));
+  EXPECT_THAT(LogFolder::open(log)->absent,
+              ElementsAre("begins with segment 3: 100 rows of the log are not here, before 2026-11-21T12:00:00Z"));
+  write("c.csv", head("2026-11-21T12:59:59.5Z", "# log: 1 segment 1\n") + rows_of(kNoon, 2));
+  EXPECT_THAT(LogFolder::open(log)->rejected.front().error.text(),
+              HasSubstr("log: found \"1 segment 1\", expected ID segment N first ROW running S"));
+}
+
 TEST_F(LogFolderTest, UsesEqualSecondsOfTwoSessions) {
   write_closed("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 50), 50);
   write_closed("gyro1-20261121T120000Z-2.csv", head("2026-11-21T12:00:49.5Z") + rows_of(kNoon, 50), 50);

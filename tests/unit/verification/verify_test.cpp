@@ -49,8 +49,10 @@ struct InjectedFaults : testing::Test {
   void segment(int after_s, int count, const std::string& metadata = "") {
     append(*writer(metadata), kNoon + after_s, count);
   }
-  /// gyro1-20261121T1200SSZ.csv
-  static std::string name(int after_s) { return "gyro1-" + utc_file_text(kNoon + after_s) + ".csv"; }
+  /// gyro1-00000N-20261121T1200SSZ.csv: the first segment, or the second one.
+  static std::string name(int after_s) {
+    return pipeline::SegmentName{.number = after_s == 0 ? 1u : 2u, .begin_s = kNoon + after_s}.file("gyro1", ".csv");
+  }
   std::string path(int after_s) const { return log + "/" + name(after_s); }
 
   static std::vector<std::string> lines_of(const std::string& path) {
@@ -159,11 +161,12 @@ TEST_F(VerifyTest, AnUnclosedSegmentIsOpenWhileLockedElseTruncated) {
 
 TEST_F(VerifyTest, ReportsTheLineOfAnIncompleteRow) {
   segment(0, 5);
+  segment(10, 5);
   cut(path(0), lines_of(path(0)).back().size() + 20);
   EXPECT_THAT(faults(path(0)),
               ElementsAre(AllOf(HasSubstr(": torn: 4 rows"), HasSubstr("of an incomplete row from line " +
                                                                        std::to_string(line_of_row(path(0), 5))))));
-  EXPECT_THAT(faults_of_log(), testing::Contains(HasSubstr(": missing: 1 of 5 rows listed in the index")));
+  EXPECT_THAT(faults_of_log(), testing::Contains(name(0) + ": missing: 1 of 5 rows"));
 }
 
 TEST_F(VerifyTest, ReportsTheLineOfADuplicateSecond) {
@@ -214,13 +217,40 @@ TEST_F(VerifyTest, ReportsAnUnreadableRowWithItsReason) {
                                     ": damaged: column rate_deg_per_h: found \"8.01x000\", expected a valid value")));
 }
 
-TEST_F(VerifyTest, ReportsASegmentInTheIndexThatDoesNotExist) {
+TEST_F(VerifyTest, ReportsASegmentThatDoesNotExist) {
   segment(0, 5);
   segment(10, 7);
+  append(*writer(), kNoon + 20, 3);
   std::filesystem::remove(path(10));
-  EXPECT_THAT(faults_of_log(), ElementsAre(name(10) + ": missing: listed in the index, with 7 rows"));
+  EXPECT_THAT(faults_of_log(), ElementsAre(name(0) + ": missing: the next 1 segment, with 7 rows"));
+  std::filesystem::remove(path(0));
+  const auto findings = verify(log).findings;
+  EXPECT_EQ(findings.back().state, FileState::kDeleted);
+  EXPECT_EQ(findings.back().text,
+            "begins with segment 3: 12 rows of the log are not here, before 2026-11-21T12:00:20Z");
+}
+
+TEST_F(VerifyTest, ReportsACaptureThatDoesNotExist) {
+  for (const char* name : {"gyro1-000001-20261121T120000Z-0s.pcap", "gyro1-000004-20261121T120000Z-900s.pcap"})
+    capture(name, 2);
+  EXPECT_THAT(faults(folder.file("capture")),
+              ElementsAre("gyro1-000001-20261121T120000Z-0s.pcap: missing: the next 2 segments"));
+}
+
+// 0.3
+TEST_F(VerifyTest, ReportsASegmentInTheIndexThatDoesNotExist) {
+  segment(0, 5);
+  auto lines = lines_of(path(0));
+  std::erase_if(lines, [](const std::string& line) { return line.starts_with("# log: "); });
+  write(path(0), lines);
+  test::write_file(log + "/gyro1.csv.index",
+                   "{\"format\":\"prism-segments\",\"version\":1,\"id\":\"0\",\"next\":1}\n{\"made\":1,\"file\":\"" +
+                       name(0) + "\",\"rows\":6}\n{\"made\":2,\"file\":\"a.csv\",\"rows\":7}\n");
+  EXPECT_THAT(faults_of_log(),
+              ElementsAre(HasSubstr(": changed: "), name(0) + ": missing: 1 of 6 rows listed in the index",
+                          "a.csv: missing: listed in the index, with 7 rows"));
   test::write_file(log + "/gyro1.csv.index", "garbage\n");
-  EXPECT_THAT(faults_of_log(), ElementsAre(StartsWith("gyro1.csv.index: damaged: ")));
+  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: "), StartsWith("gyro1.csv.index: damaged: ")));
 }
 
 TEST_F(VerifyTest, ReportsADuplicateFileAndAnotherTable) {

@@ -169,7 +169,7 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   }
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   for (const auto& [role, loaded] : all) {
-    for (const std::string& text : loaded->recording.deletions)
+    for (const std::string& text : loaded->recording.absent)
       report.sections.back().blocks.push_back(
           report::Paragraph{loaded->recording.name + ": " + text + ".", report::Emphasis::kNone});
   }

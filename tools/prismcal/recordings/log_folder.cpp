@@ -14,7 +14,6 @@
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
-#include "daemon/pipeline/segment_index.hpp"
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -22,6 +21,7 @@ namespace prism::recordings {
 namespace {
 
 namespace fs = std::filesystem;
+using pipeline::OldIndex;
 
 // Error text for a folder without a log: the number of files, and a capture or the first file.
 std::string no_log_text(const fs::path& folder) {
@@ -42,12 +42,6 @@ std::string axis_of(const LogSegment& segment) {
 
 // Sorts "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
 auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
-
-bool lists_any(const std::string& index_file, const std::vector<LogSegment>& segments) {
-  pipeline::SegmentIndex index(index_file);
-  return index.read() && std::any_of(segments.begin(), segments.end(),
-                                     [&](const LogSegment& segment) { return index.number(segment.file) > 0; });
-}
 
 /// Sets the checksums of segments that may be identical to another one: of equal size, with equal first bytes.
 void hash_alike(std::vector<LogSegment>& segments) {
@@ -82,13 +76,13 @@ LogFolder opened(const std::string& path, const std::string& column) {
   }
   hash_alike(folder.segments);
   std::map<std::string, std::uint64_t> numbers;
+  for (const LogSegment& segment : folder.segments) {  // a copy of another name has the number of its original
+    if (segment.position && segment.file.find(fmt::format("-{:06}-", segment.position->segment)) != std::string::npos)
+      numbers[segment.file] = segment.position->segment;
+  }
   for (const std::string& file : is_folder ? files_of(path, ".csv.index") : std::vector<std::string>()) {
-    pipeline::SegmentIndex index(file);
-    if (!index.read()) continue;
-    folder.indexes.push_back(file);
-    for (const LogSegment& segment : folder.segments) {
-      if (const std::uint64_t number = index.number(segment.file); number > 0) numbers[segment.file] = number;
-    }
+    for (const auto& [number, entry] : OldIndex::read(file).value_or(OldIndex()).entries)
+      numbers.try_emplace(entry.file, number);
   }
   std::map<std::string, std::uint64_t> numbers_by_checksum;  // so that a copy sorts directly after its original
   for (const LogSegment& segment : folder.segments) {
@@ -100,6 +94,7 @@ LogFolder opened(const std::string& path, const std::string& column) {
     const auto alike = numbers_by_checksum.find(segment.sha256);
     const std::uint64_t number = alike != numbers_by_checksum.end() ? alike->second
                                  : own != numbers.end()             ? own->second
+                                 : segment.position                 ? segment.position->segment
                                                                     : 0;
     return std::tuple(number, own == numbers.end(), segment.format, segment.session,
                       segment.first_second.value_or(INT64_MIN), by_name(segment));
@@ -121,18 +116,48 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
   return paths;
 }
 
-std::string deletion_text(const std::string& index_file) {
-  pipeline::SegmentIndex index(index_file);
-  if (!index.read()) return {};
-  std::vector<std::string> present;
-  for (const std::string& path : files_of(fs::path(index_file).parent_path().string(), ""))
-    present.push_back(fs::path(path).filename().string());
-  index.settle(present);
-  if (index.deleted_segments() == 0) return {};
-  const std::string before = index.deleted_before_s() == 0 ? "" : ", before " + utc_text(index.deleted_before_s());
-  return fmt::format("retention deleted {}, {}{}", counted(index.deleted_segments(), "segment"),
-                     counted(index.deleted_rows(), "row"), before);
+std::string Absent::text() const {
+  if (segments == 0) return {};
+  const std::string what = rows > 0 ? counted(rows, "row") : counted(segments, "segment");
+  const std::string before = before_s == 0 ? "" : ", before " + utc_text(before_s);
+  return fmt::format("begins with segment {}: {} of the log are not here{}", segments + 1, what, before);
 }
+
+Absent absent_of(const OldIndex& index, const std::string& folder) {
+  Absent absent{index.deleted_segments, index.deleted_rows, index.deleted_before_s};
+  for (const auto& [number, entry] : index.entries) {
+    std::error_code error;
+    if (fs::exists(fs::path(folder) / entry.file, error)) break;
+    ++absent.segments;
+    absent.rows += entry.rows;
+  }
+  return absent;
+}
+
+namespace {
+
+// Of each log, as its oldest segment says; of 0.3 and older as the index says.
+std::vector<std::string> absent_texts(const std::string& folder, const std::vector<LogSegment>& segments) {
+  std::map<std::string, Absent> logs;
+  for (const LogSegment& segment : segments) {
+    if (!segment.position) continue;
+    const pipeline::LogPosition& position = *segment.position;
+    const Absent absent{position.segment - 1, position.first - 1, segment.first_second.value_or(-1) + 1};
+    const auto log = logs.try_emplace(position.log, absent).first;
+    if (absent.segments < log->second.segments) log->second = absent;
+  }
+  for (const std::string& file : files_of(folder, ".csv.index")) {
+    const OldIndex index = OldIndex::read(file).value_or(OldIndex());
+    if (std::any_of(segments.begin(), segments.end(), [&](const auto& one) { return index.number(one.file) > 0; }))
+      logs[index.id] = absent_of(index, folder);
+  }
+  std::vector<std::string> texts;
+  for (const auto& [log, absent] : logs)
+    if (absent.segments > 0) texts.push_back(absent.text());
+  return texts;
+}
+
+}  // namespace
 
 Result<LogFolder> LogFolder::open(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = opened(path, column);
@@ -140,10 +165,8 @@ Result<LogFolder> LogFolder::open(const std::string& path, const std::string& ax
   if (folder.segments.empty()) return make_error(path, no_log_text(path));
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
-  for (const std::string& file : folder.indexes) {
-    const std::string text = lists_any(file, folder.segments) ? deletion_text(file) : "";
-    if (!text.empty()) folder.deletions.push_back(text);
-  }
+  std::error_code error;
+  if (fs::is_directory(path, error)) folder.absent = absent_texts(path, folder.segments);
   return folder;
 }
 
@@ -181,9 +204,6 @@ std::vector<LogFolder> LogFolder::by_axis() const {
   std::vector<LogFolder> folders;
   for (auto& [name, part] : parts) {
     part.salvaging = salvaging;
-    for (const std::string& file : indexes) {
-      if (lists_any(file, part.segments)) part.indexes.push_back(file);
-    }
     folders.push_back(std::move(part));
   }
   return folders;

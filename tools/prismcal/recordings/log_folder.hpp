@@ -15,16 +15,22 @@ namespace prism::recordings {
 /// Returns the paths in `folder` that end with `extension`, sorted by name; empty if the folder cannot be read.
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
 
-/// "retention deleted 3 segments, 259200 rows, before 2026-11-23T09:11:00Z"; empty without deletions. Deletions that a
-/// power cut interrupted count, if their file is not in `folder`.
-std::string deletion_text(const std::string& index_file);
+/// What of a log or capture is no longer in a folder, or was not copied to it.
+struct Absent {
+  std::uint64_t segments = 0, rows = 0;  ///< before the oldest segment
+  std::int64_t before_s = 0;             ///< begin of that segment (UTC)
 
-/// The log segments in one file or in all *.csv of a folder. Order: that of the index next to them; segments that are
-/// not in an index (version 0.1, or no index) come first, sorted by session and first second.
+  /// "begins with segment 4: 259200 rows before 2026-11-23T09:11:00Z are not here"; empty: nothing is absent.
+  std::string text() const;
+};
+/// Of the segments of one index of 0.3, those that the folder has.
+Absent absent_of(const pipeline::OldIndex& index, const std::string& folder);
+
+/// The log segments in one file or in all *.csv of a folder, in the order of their positions. Those of 0.3 and older
+/// come first, in the order of the index next to them; without one, sorted by session and first second.
 struct LogFolder {
-  std::vector<LogSegment> segments;    ///< opened; join_rows() completes them
-  std::vector<std::string> indexes;    ///< index files that were read
-  std::vector<std::string> deletions;  ///< deletion_text() of the indexes that list these segments; by open() only
+  std::vector<LogSegment> segments;  ///< opened; join_rows() completes them
+  std::vector<std::string> absent;   ///< Absent::text() of the logs of these segments; by open() of a folder only
   struct RejectedFile {
     std::string path;
     Error error;

@@ -62,9 +62,9 @@ class RowJoiner {
  public:
   RowJoiner(const LogFolder& folder, const OnLogRow& on_row) : on_row_(on_row) {
     for (const LogSegment& segment : folder.segments) {
-      if (segment.supersedes_row == 0) continue;
-      std::uint64_t& from = superseded_from_[segment.supersedes_file];
-      from = from == 0 ? segment.supersedes_row : std::min(from, segment.supersedes_row);
+      if (!segment.superseded) continue;
+      std::uint64_t& from = superseded_from_[segment.superseded->file];
+      from = from == 0 ? segment.superseded->row : std::min(from, segment.superseded->row);
     }
   }
 

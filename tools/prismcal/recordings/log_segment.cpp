@@ -58,16 +58,13 @@ Result<void> add_comment(std::string_view line, const std::string& where, LogSeg
   return {};
 }
 
-// Parses "supersedes: FILE from row N".
-bool parse_supersedes(LogSegment& segment) {
-  const std::string text = segment.value("supersedes");
-  if (text.empty()) return true;
-  constexpr std::string_view kFrom = " from row ";
-  const std::size_t at = text.rfind(kFrom);
-  if (at == std::string::npos) return false;
-  segment.supersedes_file = text.substr(0, at);
-  segment.supersedes_row = parse_number<decltype(segment.supersedes_row)>(text.substr(at + kFrom.size())).value_or(0);
-  return segment.supersedes_row > 0;
+/// Reads a header line "# KEY: VALUE", if the segment has it.
+template <class Value>
+Result<void> take_line(const LogSegment& segment, const char* key, const char* expected, std::optional<Value>& value) {
+  const std::string text = segment.value(key);
+  if (!text.empty()) value = Value::parse(text);
+  if (text.empty() || value) return {};
+  return make_error(segment.path, fmt::format("{}: found \"{}\", expected {}", key, text, expected));
 }
 
 // Returns false if the text ends before the column line.
@@ -107,9 +104,10 @@ Result<LogRowLayout> read_columns(const LogLines& lines, LogSegment& segment, co
       compensation::CsvLayout::parse(lines.line(), where, std::make_shared<const std::vector<SensorName>>(sensors));
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.session = segment.value("session");
-  if (!parse_supersedes(segment))
-    return make_error(path,
-                      fmt::format("supersedes: found \"{}\", expected FILE from row N", segment.value("supersedes")));
+  if (auto good = take_line(segment, "supersedes", "FILE from row N", segment.superseded); !good)
+    return tl::unexpected<Error>(good.error());
+  if (auto good = take_line(segment, "log", "ID segment N first ROW running S", segment.position); !good)
+    return tl::unexpected<Error>(good.error());
   std::optional<std::size_t> index;
   if (!column.empty()) {
     const auto names = csv_fields(lines.line(), ',');

@@ -13,6 +13,7 @@
 
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
+#include "daemon/pipeline/stored_segments.hpp"
 #include "tools/prismcal/tables/read_meter.hpp"
 
 namespace prism::recordings {
@@ -45,13 +46,13 @@ struct LogRowLayout;
 struct LogSegment {
   std::string path, file;
   int format = 1;
-  std::map<std::string, std::string> metadata;  ///< "# key: value" above the columns
-  std::string comments;                         ///< all lines that begin with '#'
-  std::string session;                          ///< format 2; empty: none
-  std::string supersedes_file;                  ///< format 2: its rows from supersedes_row (from 1) are repeated here
-  std::uint64_t supersedes_row = 0;
-  std::shared_ptr<const LogRowLayout> layout;  ///< null: the segment ends before its columns and has no rows
-  std::optional<std::int64_t> first_second;    ///< of the first readable row
+  std::map<std::string, std::string> metadata;         ///< "# key: value" above the columns
+  std::string comments;                                ///< all lines that begin with '#'
+  std::string session;                                 ///< format 2; empty: none
+  std::optional<pipeline::SupersededRows> superseded;  ///< rows that are repeated here
+  std::optional<pipeline::LogPosition> position;       ///< nullopt: of 0.3 or older
+  std::shared_ptr<const LogRowLayout> layout;          ///< null: the segment ends before its columns and has no rows
+  std::optional<std::int64_t> first_second;            ///< of the first readable row
 
   std::string sha256;
   std::size_t rows = 0;             ///< readable rows

@@ -46,8 +46,8 @@ Result<Recording> read_log(const std::string& path, const SourceOptions& options
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
   for (const LogSegment& segment : folder->segments)
     recording.files.push_back({segment.path, segment.sha256, segment.rows});
-  recording.deletions = folder->deletions;
-  recording.notes.insert(recording.notes.end(), folder->deletions.begin(), folder->deletions.end());
+  recording.absent = folder->absent;
+  recording.notes.insert(recording.notes.end(), folder->absent.begin(), folder->absent.end());
   return recording;
 }
 

@@ -192,7 +192,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
   series.interval_source = "one row per second";
   series.notes = left_out->lines();
-  series.notes.insert(series.notes.end(), folder->deletions.begin(), folder->deletions.end());
+  series.notes.insert(series.notes.end(), folder->absent.begin(), folder->absent.end());
   return series;
 }
 

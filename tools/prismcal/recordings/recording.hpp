@@ -33,7 +33,7 @@ struct Recording {
   std::vector<std::string> notes;                ///< readable lines on data left out
   std::vector<std::string> unmatched;            ///< ranges of SourceOptions::leave_out without a second of it
   std::vector<std::string> questions;            ///< jumps that stay: faults, or true (jump_finder.hpp)
-  std::vector<std::string> deletions;            ///< those of them on segments that retention deleted
+  std::vector<std::string> absent;               ///< those of them on segments that are not there any more
 
   std::string value(const std::string& key) const;  ///< metadata value; empty: none
   /// Sensors whose values the seconds contain; empty if there are no seconds.

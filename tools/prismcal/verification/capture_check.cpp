@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/verification/checks.hpp"
-#include "tools/prismcal/verification/index_check.hpp"
+#include "tools/prismcal/verification/segment_check.hpp"
 
 namespace prism::verification {
 namespace {
@@ -50,7 +52,19 @@ Finding check_capture(const std::string& path) {
 
 void check_captures(const FolderContents& contents, VerificationResult& result) {
   for (const std::string& path : contents.captures) result.findings.push_back(check_capture(path));
-  if (!contents.one_file) Indexes(contents.folder, ".pcap").check({}, result.findings);
+  if (contents.one_file) return;
+  check_old_indexes(contents.folder, ".pcap", {}, result.findings);
+  std::vector<NumberedSegment> numbered;
+  for (const std::string& path : contents.captures) {
+    const std::string file = std::filesystem::path(path).filename().string();
+    std::size_t end = file.size();  // of the name, which has no number, begin and running time
+    for (int i = 0; i < 3 && end != std::string::npos && end > 0; ++i) end = file.rfind('-', end - 1);
+    const std::string name = end == std::string::npos ? "" : file.substr(0, end);
+    const auto found = pipeline::SegmentName::parse(file, name, ".pcap");
+    if (found && found->number > 0) numbered.push_back({path, {name, found->number, 1, 0}, 0, found->begin_s});
+  }
+  const bool has_older = numbered.size() < contents.captures.size();
+  check_numbers(contents.folder, has_older, std::move(numbered), result.findings);
 }
 
 }  // namespace prism::verification

@@ -10,7 +10,7 @@
 #include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
 #include "tools/prismcal/verification/checks.hpp"
-#include "tools/prismcal/verification/index_check.hpp"
+#include "tools/prismcal/verification/segment_check.hpp"
 
 namespace prism::verification {
 namespace {
@@ -116,10 +116,13 @@ void check_log(const FolderContents& contents, const tables::ReadProgress& progr
     for (const LogSegment& segment : axis.segments) read[segment.path] = &segment;
   }
   std::map<std::string, std::uint64_t> rows;
+  std::vector<NumberedSegment> numbered;
   for (const LogSegment& opened : folder.segments) {
     const LogSegment& segment = *read.at(opened.path);
     if (segment.read_failed && is_deleted(segment.path) && !contents.one_file) continue;
     rows[segment.file] = segment.rows + segment.damaged.size();
+    if (segment.position)
+      numbered.push_back({segment.path, *segment.position, rows[segment.file], segment.first_second.value_or(-1) + 1});
     result.findings.push_back(of_segment(segment));
     for (const auto& row : segment.damaged)
       result.findings.push_back({row.path, FileState::kDamaged, row.why, row.line});
@@ -128,7 +131,11 @@ void check_log(const FolderContents& contents, const tables::ReadProgress& progr
     if (is_deleted(rejected.path) && !contents.one_file) continue;
     result.findings.push_back({rejected.path, FileState::kUnreadable, without_path(rejected.error, rejected.path)});
   }
-  if (!contents.one_file) Indexes(contents.folder, ".csv").check(rows, result.findings);
+  if (!contents.one_file) {
+    check_old_indexes(contents.folder, ".csv", rows, result.findings);
+    const bool has_older = numbered.size() < rows.size();
+    check_numbers(contents.folder, has_older, std::move(numbered), result.findings);
+  }
   if (auto one = folder.of_one_gyro(contents.log); !one)
     result.findings.push_back({contents.log, FileState::kUnreadable, one.error().what});
   result.findings.insert(result.findings.end(), left_out.begin(), left_out.end());

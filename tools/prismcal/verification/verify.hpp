@@ -17,12 +17,12 @@ enum class FileState {
   kOpen,        ///< prismd still writes it (flock)
   kSuperseded,  ///< rows repeated in a later segment after a disk error
   kSkipped,     ///< not a file of prism
-  kDeleted,     ///< segments of this index that retention deleted
+  kDeleted,     ///< segments before the oldest one of a log or capture
   kTruncated,   ///< no end, or an incomplete last row or packet: prismd was killed, power was lost, or it is a copy
   kChanged,  ///< log segment that differs from its end line (row count, SHA-256), or has damaged rows or bytes after it
   kDamaged,  ///< unreadable row, index, or part of a capture
   kDuplicate,   ///< row that repeats a second or goes back in its session; a file identical to another one
-  kMissing,     ///< in an index, but the file or some of its rows do not exist
+  kMissing,     ///< the log or capture had them: a file, or some of its rows
   kUnreadable,  ///< cannot be read, or has other contents than its name implies
 };
 /// Printed names; they do not change.
