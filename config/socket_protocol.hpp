@@ -75,6 +75,7 @@ enum SocketError : int {
   kBusy = -32004,           ///< too many connections or pending requests: retry later
   kNoLog = -32005,          ///< prismd writes no log
   kTimeout = -32006,        ///< no response in time
+  kRowsGone = -32007,       ///< rows after the cursor were deleted; `data`: a result without rows, to continue
 };
 
 }  // namespace prism::config

@@ -26,7 +26,7 @@ std::string text_json(const std::string& line) {
 }
 
 tl::unexpected<RowRefusal> refused(RowRefusal::Why why, std::string text) {
-  return tl::unexpected(RowRefusal{why, std::move(text)});
+  return tl::unexpected(RowRefusal{why, std::move(text), {}, 0});
 }
 
 template <class Map>
@@ -42,9 +42,16 @@ RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
   const std::uint64_t end = segments_.end() + synced, deleted = segments_.deleted_rows();
   const auto begin = resolve(query.after, end);
   if (!begin) return tl::unexpected(begin.error());
+  if (begin->total < deleted)
+    return tl::unexpected(
+        RowRefusal{RowRefusal::Why::kGone,
+                   fmt::format("rows/after: rows {} to {} of the log were deleted before they were read; continue with "
+                               "\"after\" of this error's data",
+                               begin->total + 1, deleted),
+                   {segments_.id(), 0, 0, deleted},
+                   deleted - begin->total});
   RowPage page;
   page.after = *begin;
-  if (deleted > begin->total && std::exchange(gone_, *begin) != *begin) page.gone = deleted - begin->total;
   page.json = fmt::format("{{\"log\":\"{}\",\"segments\":[", segments_.id());
   const std::size_t head_bytes = page.json.size();
   for (const Part& part : parts(begin->total, end)) {

@@ -26,8 +26,8 @@ class LogPager {
 
   explicit LogPager(Segments& segments) : segments_(segments) {}
 
-  /// `synced`: rows of the open segment on the disk. Errors: an invalid cursor, a cursor of another log or past the end
-  /// of this one, a segment that cannot be opened.
+  /// `synced`: rows of the open segment on the disk. Errors: an invalid cursor, a cursor of another log, past the end
+  /// of this one or whose next rows were deleted, a segment that cannot be opened.
   RowResult page(const RowQuery& query, std::uint64_t synced);
 
  private:
@@ -65,7 +65,6 @@ class LogPager {
   std::map<std::uint64_t, Head> heads_;    ///< by number, as the following
   std::map<std::uint64_t, Place> places_;  ///< end of the last page
   std::set<std::uint64_t> reported_;       ///< segments with lost rows
-  RowCursor gone_;                         ///< the last one whose next rows were deleted
 };
 
 }  // namespace prism::log

@@ -83,7 +83,8 @@ void RowLog::set_metadata(std::string metadata) {
 
 RowResult RowLog::page(const RowQuery& query) {
   auto page = log_rows_.page(query, file_ >= 0 ? synced_rows_ : 0);
-  if (page) counters_.gone += page->gone;
+  if (!page && page.error().gone > 0 && std::exchange(late_, query.after) != query.after)
+    counters_.gone += page.error().gone;
   return page;
 }
 

@@ -78,6 +78,7 @@ class RowLog {
   Segments segments_;
   LogPager log_rows_{segments_};
   std::uint64_t synced_rows_ = 0;  // of the open segment
+  std::string late_;               // the last cursor whose next rows were deleted
   std::string path_, superseded_;  // "FILE from row N", until these rows are written again
   std::deque<Row> unsynced_;       // at most kMostUnsynced
   std::uint64_t counted_unsynced_ = 0;

@@ -39,8 +39,7 @@ struct RowPage {
   std::string json;
   RowCursor after;  ///< after the last row
   std::size_t rows = 0;
-  std::uint64_t missing = 0;  ///< rows after the query's cursor that cannot be read: deleted or damaged
-  std::uint64_t gone = 0;     ///< of these: deleted since the last query with another cursor
+  std::uint64_t missing = 0;  ///< rows after the query's cursor that were lost: damaged, or removed by hand
 };
 
 /// Why a query failed.
@@ -49,9 +48,12 @@ struct RowRefusal {
     kBadCursor,      ///< not a text that `rows` returned
     kForeignCursor,  ///< of another log, or past the end of this one
     kUnreadable,     ///< the log cannot be read
+    kGone,           ///< the rows after the cursor were deleted, up to `after`
   };
   Why why;
-  std::string text;  ///< one line
+  std::string text;        ///< one line
+  RowCursor after = {};    ///< kGone: to continue
+  std::uint64_t gone = 0;  ///< kGone: number of these rows
 };
 using RowResult = tl::expected<RowPage, RowRefusal>;
 

@@ -96,8 +96,10 @@ bool too_many_values(std::string_view line) {
 
 }  // namespace
 
-std::string rpc_error(const json& id, int code, const std::string& message) {
-  return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}});
+std::string rpc_error(const json& id, int code, const std::string& message, const ordered_json* data) {
+  ordered_json error = {{"code", code}, {"message", message}};
+  if (data != nullptr) error["data"] = *data;
+  return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", std::move(error)}});
 }
 
 std::string rpc_result(const json& id, ordered_json result) {
@@ -228,7 +230,17 @@ namespace {
 
 config::SocketError code_of(pipeline::RowRefusal::Why why) {
   using Why = pipeline::RowRefusal::Why;
+  if (why == Why::kGone) return kRowsGone;
   return why == Why::kForeignCursor ? kUnknownCursor : why == Why::kBadCursor ? kInvalidParams : kFailed;
+}
+
+// A result without rows.
+ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axis) {
+  const ordered_json page = {
+      {"log", refusal.after.log},    {"segments", json::array()},     {"first", refusal.after.total - refusal.gone + 1},
+      {"last", refusal.after.total}, {"after", refusal.after.text()}, {"more", true},
+      {"missing", refusal.gone}};
+  return {{"axes", {{axis, page}}}};
 }
 
 }  // namespace
@@ -244,9 +256,13 @@ void Rpc::rows(const Call& call) {
   if (!params) return fail(call, kInvalidParams, params.error().text());
   pipeline::RowWriter* const log = sources_.device.axes[axes->front()].log.get();
   if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
-  const std::string name = json_text(json(sources_.device.axes[axes->front()].name));
-  const auto answer = [this, call, name](pipeline::RowResult page) {
-    if (!page) return fail(call, code_of(page.error().why), page.error().text);
+  const std::string& axis = sources_.device.axes[axes->front()].name;
+  const std::string name = json_text(json(axis));
+  const auto answer = [this, call, axis, name](pipeline::RowResult page) {
+    if (!page) {
+      const ordered_json data = data_of(page.error(), axis);
+      return fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
+    }
     std::vector<TextPart> parts{TextPart(R"({"axes":{)" + name + ":")};
     parts.emplace_back(std::move(page->json));
     parts.emplace_back("}}}");
@@ -333,8 +349,8 @@ void Rpc::reply(const Call& call, ordered_json result) {
   if (call.wants_answer) call.client->answer(rpc_result(call.id, std::move(result)));
 }
 
-void Rpc::fail(const Call& call, int code, const std::string& message) {
-  if (call.wants_answer) call.client->answer(rpc_error(call.id, code, message));
+void Rpc::fail(const Call& call, int code, const std::string& message, const ordered_json* data) {
+  if (call.wants_answer) call.client->answer(rpc_error(call.id, code, message, data));
 }
 
 }  // namespace prism::socket

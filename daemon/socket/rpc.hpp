@@ -27,7 +27,8 @@ inline constexpr std::size_t kMaxValues = 2000;  ///< JSON values in one line, c
 
 using enum config::SocketError;
 
-std::string rpc_error(const nlohmann::json& id, int code, const std::string& message);
+std::string rpc_error(const nlohmann::json& id, int code, const std::string& message,
+                      const nlohmann::ordered_json* data = nullptr);
 std::string rpc_result(const nlohmann::json& id, nlohmann::ordered_json result);
 
 /// Handles requests. `reload` starts a reload and calls back with its result.
@@ -71,7 +72,7 @@ class Rpc {
   void reply(const Call& call, nlohmann::ordered_json result);
   void reply(const Call& call, std::vector<TextPart> result);
   void fail_count(const Call& call, const char* key, std::size_t most);
-  void fail(const Call& call, int code, const std::string& message);
+  void fail(const Call& call, int code, const std::string& message, const nlohmann::ordered_json* data = nullptr);
 
   const Sources sources_;
   Publisher& publisher_;

@@ -36,8 +36,6 @@ wait_for 5 field_above .log.rows status "$(field .log.rows status)"
 prismctl rows --cursor mine.cursor >>mine 2>/dev/null
 grep -v ^time_utc mine >mine.rows
 head -n "$(wc -l <mine.rows)" <(of_log) | cmp - mine.rows || fail "the second call does not continue after the first"
-# first_answer REQUESTS: prints the first response. The connection stays open: prismd sends no later response to a client that closed its half.
-first_answer() { python3 -c 'import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); s.sendall(sys.argv[2].encode() + b"\n"); print(s.makefile().readline())' "$PRISM_SOCKET" "$1"; }
 refused() { code=0; prismctl rows --after "$2" 2>refused.err >/dev/null || code=$?; same "exit code: $1" "$code" 1; contains "$1" "$(cat refused.err)" "$3"; }
 refused "invalid cursor" now 'found cursor "now", expected one that rows returned, "earliest" or "latest"'
 refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a cursor of log 00000000"

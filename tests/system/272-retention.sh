@@ -49,6 +49,7 @@ wait_for 30 bash -c "prismctl events | grep -q 'deleted $oldest ($rows rows, .* 
 contains "stderr" "$(cat prismd.err)" "log: deleted $oldest ($rows rows, "
 for _ in 1 2; do contains "a late reader" "$(prismctl rows --after "$late" --limit 1 2>&1)" "rows are missing here"; done
 wait_for 5 field_above .log.gone status $((rows - 2))
+same "its error" "$(first_answer '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"'"$late"'"}}' | jq -c '.error | [.code, .data.axes.z.first, .data.axes.z.missing == .data.axes.z.last - 1, .data.axes.z.more]')" '[-32007,2,true,true]'
 [ "$(prismctl --json events | jq -s 'flatten | map(select(.kind == "retention" and (.text | contains(": deleted ")))) | length')" -ge 3 ] || fail "events: $(prismctl events)"
 wait_for 60 bash -c "[ \$(du -bc log/*.csv | tail -1 | cut -f1) -lt 1200000 ]"
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"

@@ -98,6 +98,8 @@ program_token() { cat "$XDG_RUNTIME_DIR/prismweb-$(sed 's|.*:\([0-9]*\)/.*|\1|;q
 
 # ask METHOD [PARAMS]: prints the raw response. field FILTER METHOD: prints one value of prismctl's JSON.
 ask() { printf '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"%s","params":%s}\n' "$1" "${2:-null}" | timeout 60 socat -t 30 - "UNIX-CONNECT:$PRISM_SOCKET"; }
+# first_answer REQUESTS: prints the first response. The connection stays open: prismd sends no later response to a client that closed its half.
+first_answer() { python3 -c 'import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); s.sendall(sys.argv[2].encode() + b"\n"); print(s.makefile().readline())' "$PRISM_SOCKET" "$1"; }
 field() { prismctl --json "$2" | jq -r "$1"; }
 field_is() { [ "$(field "$1" "$2")" = "$3" ]; }
 field_above() { [ "$(field "$1 > $3" "$2")" = true ]; }

@@ -17,6 +17,8 @@ Response response_of(std::string_view method, json message) {
   if (const json& error = member(message, "error"); !error.is_null()) {
     const json& code = member(error, "code");
     const int number = code.is_number_integer() ? code.get<int>() : config::kFailed;
+    const json& page = member(error, "data");  // the deleted rows as `missing`
+    if (number == config::kRowsGone && member(page, "axes").is_object()) return Response(page);
     return failed(static_cast<config::SocketError>(number), text_member(error, "message", "refused"));
   }
   json result = message.is_object() ? std::move(message["result"]) : json();

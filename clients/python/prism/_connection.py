@@ -20,11 +20,12 @@ class Gone(PrismError):
 
 
 class Refused(PrismError):
-    """prismd returned an error; `code` as in prism-protocol(7)."""
+    """prismd returned an error; `code` and `data` as in prism-protocol(7)."""
 
-    def __init__(self, message: str, code: int) -> None:
+    def __init__(self, message: str, code: int, data: Any = None) -> None:
         super().__init__(message)
         self.code = code
+        self.data = data
 
 
 def _folders() -> List[str]:
@@ -144,7 +145,7 @@ class Connection:
                 raise Gone(f"{self.path}: {message['error']['message']}")
             elif message.get("id") == self._last_id:
                 if "error" in message:
-                    raise Refused(message["error"]["message"], message["error"]["code"])
+                    raise Refused(message["error"]["message"], message["error"]["code"], message["error"].get("data"))
                 return message["result"]
 
     def notification(self, timeout_s: Optional[float] = None) -> Dict[str, Any]:

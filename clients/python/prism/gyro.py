@@ -4,11 +4,12 @@
 import time
 from typing import Any, Dict, Iterator, List, Optional, Type, TypeVar
 
-from ._connection import Connection, Gone, PrismError, find_socket
+from ._connection import Connection, Gone, PrismError, Refused, find_socket
 from .rows import Event, LogPage, Sample, Window, page_of, row_of
 
 Row = TypeVar("Row")
 RETRY_S = 0.5
+ROWS_GONE = -32007
 HISTORY_S = 3600
 WAIT_S = 5.0  # less than ANSWER_TIMEOUT_S
 
@@ -103,6 +104,10 @@ class Gyro:
                 params["after"] = cursor
             try:
                 page = page_of(_axes(self.ask("rows", **params)))
+            except Refused as why:
+                if why.code != ROWS_GONE:
+                    raise
+                page = page_of(_axes(why.data))
             except Gone:
                 if not follow:
                     raise

@@ -29,7 +29,8 @@ constexpr std::pair<SocketError, const char*> kErrorNames[] = {{kParseError, "pa
                                                                {kGone, "gone"},
                                                                {kBusy, "busy"},
                                                                {kNoLog, "no_log"},
-                                                               {kTimeout, "timeout"}};
+                                                               {kTimeout, "timeout"},
+                                                               {kRowsGone, "rows_gone"}};
 
 /// First groups of all matches, in order.
 std::vector<std::string> found_in(const std::string& text, const char* pattern) {
