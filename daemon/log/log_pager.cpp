@@ -128,9 +128,10 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
   }
   bool is_good = cursor->segment <= segments_.newest() && cursor->total <= end;
   for (std::size_t i = 0; i < stored.size(); ++i) {
+    const bool is_own = stored[i].number == cursor->segment;
+    if (!is_own && stored[i].number != cursor->segment + 1) continue;
     const std::uint64_t first = segments_.first(i);
-    if (stored[i].number == cursor->segment && first > 0) is_good &= first - 1 + cursor->row == cursor->total;
-    if (stored[i].number == cursor->segment + 1 && first > 0) is_good &= cursor->total < first;
+    is_good &= first == 0 || (is_own ? first - 1 + cursor->row == cursor->total : cursor->total < first);
   }
   if (!is_good)
     return refused(Why::kForeignCursor, fmt::format("rows/after: found a cursor after row {} of segment {}, which the "
