@@ -4,19 +4,125 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
+
+#include "base/text_number.hpp"
+
+namespace prism::compensation {
+namespace {
+
+constexpr int kArrivalDecimals = 3;
+constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // the range of std::int64_t nanoseconds
+
+// With one digit in the last column, a truncated row always has too few columns or an empty last one.
+static_assert(kLogColumns.back().name == "partial" && kLogColumns.back().type == ColumnType::kFlag);
+static_assert(kLogColumns[kColumnsOfFormat1 - 1].name == "quality");
+static_assert(kJsonColumns.front() == column_index("time_s"));
+static_assert(
+    [] {
+      for (std::size_t i = 0; i < kJsonColumns.size(); ++i) {
+        if (kLogColumns[kJsonColumns[i]].json != static_cast<int>(i) + 1) return false;
+      }
+      return true;
+    }(),
+    "each position in JSON is used once, from 1 on");
+
+template <class Number>
+bool take_number(std::string_view field, Number& value) {
+  const std::optional<Number> number = parse_number<Number>(field);
+  if (number) value = *number;
+  return number.has_value();
+}
+
+}  // namespace
+
+namespace column {
+
+void append(std::string& text, double value, int decimals) { append_fixed(text, value, decimals); }
+
+void append(std::string& text, std::uint32_t value) { append_integer(text, value); }
+
+// An empty field is an unknown quantity. A log contains no "nan" or "inf".
+bool parse(std::string_view field, std::size_t before, double& value, int decimals) {
+  if (parse_fixed(field, before, decimals, value)) return true;
+  value = kUnknown;
+  return field.empty() || take_number(field, value);
+}
+
+bool parse(std::string_view field, std::size_t /*before*/, std::uint32_t& value) { return take_number(field, value); }
+
+void append_utc(std::string& text, const CompensatedWindow& row) {
+  text += utc_text(row.window.second_mean.second + 1);
+}
+
+void append_second(std::string& text, const CompensatedWindow& row) {
+  append_integer(text, row.window.second_mean.second + 1);
+}
+
+bool parse_second(std::string_view field, std::size_t /*before*/, CompensatedWindow& row) {
+  std::int64_t end_s = 0;
+  const bool good = take_number(field, end_s) && end_s >= -kFarthestSecond && end_s <= kFarthestSecond;
+  if (good) row.window.second_mean.second = end_s - 1;
+  return good;
+}
+
+void append_quality(std::string& text, const CompensatedWindow& row) { text += quality_text(row.correction.quality); }
+
+bool parse_quality(std::string_view field, std::size_t /*before*/, CompensatedWindow& row) {
+  const bool good = field == "good";
+  const std::uint32_t quality = good ? kGood : compensation::parse_quality(field);
+  const bool implausible = (quality & kImplausible) != 0;
+  SecondMean& second_mean = row.window.second_mean;
+  row.correction.quality = quality;
+  // The log does not state which quantity was implausible, so the reader uses none of this second.
+  second_mean.implausible = second_mean.all_implausible = {implausible, implausible, implausible};
+  second_mean.clocks_differ = (quality & kClocksDiffer) != 0;
+  if (good) return true;
+  // A truncated or unknown name must not read as "good".
+  char text[kQualityChars];
+  return std::string_view(text, put_quality(text, quality)) == field;
+}
+
+void append_arrival(std::string& text, const CompensatedWindow& row) {
+  const std::int64_t whole_ms = row.window.second_mean.arrival_ns / 1'000'000;
+  if (whole_ms > 0) text += fmt::format("{}.{:03}", whole_ms / 1000, whole_ms % 1000);
+}
+
+bool parse_arrival(std::string_view field, std::size_t before, CompensatedWindow& row) {
+  double arrival_s = 0;
+  if (!field.empty() && !parse(field, before, arrival_s, kArrivalDecimals)) return false;
+  if (!(arrival_s >= 0 && arrival_s <= static_cast<double>(kFarthestSecond))) return false;
+  row.window.second_mean.arrival_ns = std::llround(arrival_s * 1e3) * 1'000'000;
+  return true;
+}
+
+void append_partial(std::string& text, const CompensatedWindow& row) {
+  text += row.window.second_mean.partial ? '1' : '0';
+}
+
+bool parse_partial(std::string_view field, std::size_t /*before*/, CompensatedWindow& row) {
+  const char digit = field.size() == 1 ? field.front() : ' ';
+  row.window.second_mean.partial = digit == '1';
+  return digit == '0' || digit == '1';
+}
+
+}  // namespace column
+
+}  // namespace prism::compensation
+
 #ifdef __x86_64__
 #include <emmintrin.h>
 #endif
 
 #include "base/plain_text.hpp"
-#include "base/text_number.hpp"
-#include "compensation/log_columns.hpp"
 
 namespace prism::compensation {
 
@@ -230,6 +336,127 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
   CompensatedWindow row;
   if (auto good = read_csv(line, where, layout, row); !good) return tl::unexpected<Error>(std::move(good.error()));
   return row;
+}
+
+}  // namespace prism::compensation
+
+namespace prism::compensation {
+
+// Rows as the JSON of the socket.
+
+namespace {
+
+struct SampleMember {
+  std::string_view key;
+  int decimals;
+  double (*value)(const Compensated& row);
+};
+
+constexpr std::string_view kTimeKey = "{\"time_s\":", kQualityKey = ",\"quality\":\"", kSampleEnd = "\"}",
+                           kUnknownJson = "null";
+constexpr std::array kSampleMembers = {
+    SampleMember{",\"rate_deg_per_h\":", kRateDecimals, [](const Compensated& r) { return r.sample.rate_deg_per_h; }},
+    SampleMember{",\"temperature_degc\":", kTemperatureDecimals,
+                 [](const Compensated& r) { return r.sample.temperature_degc; }},
+    SampleMember{",\"uhfo_v\":", kUhfoDecimals, [](const Compensated& r) { return r.sample.uhfo_v; }},
+    SampleMember{",\"bias_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.correction.bias_deg_per_h; }},
+    SampleMember{",\"sd_deg_per_h\":", kRateDecimals, [](const Compensated& r) { return r.correction.sd_deg_per_h; }},
+    SampleMember{",\"sd_mean_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.correction.sd_mean_deg_per_h; }},
+    SampleMember{",\"corrected_deg_per_h\":", kRateDecimals,
+                 [](const Compensated& r) { return r.corrected_deg_per_h; }}};
+
+constexpr std::size_t most_sample_chars() {
+  std::size_t chars = kTimeKey.size() + kNumberChars + kQualityKey.size() + kQualityChars + kSampleEnd.size();
+  for (const SampleMember& member : kSampleMembers) chars += member.key.size() + kNumberChars;
+  return chars;
+}
+static_assert(most_sample_chars() <= kJsonChars);
+
+// One JSON object, built in place: growing a std::string costs more per frame than its numbers.
+class JsonWriter {
+ public:
+  explicit JsonWriter(char* at) : end_(at) {}
+  void put(std::string_view text) { end_ = std::copy_n(text.data(), text.size(), end_); }
+  void member(const SampleMember& member, const Compensated& row) {
+    put(member.key);
+    const double value = member.value(row);
+    if (std::isfinite(value)) {
+      end_ = put_fixed(end_, value, member.decimals);
+    } else {
+      put(kUnknownJson);
+    }
+  }
+  // Seconds with microseconds; fixed decimals would be limited by the double's last digits.
+  void time(std::int64_t time_ns) {
+    if (time_ns < 0 && time_ns > -kNanosecondsPerSecond) put("-");
+    end_ = put_integer(end_, time_ns / kNanosecondsPerSecond);
+    char* digit = end_ + 7;
+    for (std::int64_t rest = std::abs(time_ns % kNanosecondsPerSecond) / 1000; digit > end_ + 1; rest /= 10) {
+      *--digit = static_cast<char>('0' + rest % 10);
+    }
+    *end_ = '.';
+    end_ += 7;
+  }
+  void quality(std::uint32_t quality) { end_ = put_quality(end_, quality); }
+  char* end() const { return end_; }
+
+ private:
+  char* end_;
+};
+
+// Appends to an object that is already closed; sensor names need no escaping.
+void append_sensors(std::string& text, const SecondMean& second_mean) {
+  if (!second_mean.sensor_list) return;
+  text.back() = ',';
+  text += "\"sensors\":{";
+  for (std::size_t i = 0; i < second_mean.sensor_list->size(); ++i) {
+    if (i > 0) text += ',';
+    text += '"' + (*second_mean.sensor_list)[i].name + "\":";
+    const double value = i < second_mean.sensors.size() ? second_mean.sensors[i] : kUnknown;
+    if (std::isfinite(value)) {
+      append_fixed(text, value, kSensorDecimals);
+    } else {
+      text += "null";
+    }
+  }
+  text += "}}";
+}
+
+}  // namespace
+
+char* put_json(char* at, const Compensated& row) {
+  JsonWriter line(at);
+  line.put(kTimeKey);
+  line.time(row.sample.time_ns);
+  [&]<std::size_t... i>(std::index_sequence<i...>) { (line.member(kSampleMembers[i], row), ...); }
+  (std::make_index_sequence<kSampleMembers.size()>());
+  line.put(kQualityKey);
+  line.quality(row.correction.quality);
+  line.put(kSampleEnd);
+  return line.end();
+}
+
+void append_json(std::string& text, const Compensated& row) {
+  char json[kJsonChars];
+  text.append(json, static_cast<std::size_t>(put_json(json, row) - json));
+}
+
+void append_json(std::string& text, const CompensatedWindow& row) {
+  text.reserve(text.size() + kJsonChars);
+  for (const std::size_t i : kJsonColumns) {
+    const LogColumn& column = kLogColumns[i];
+    const bool quoted = column.type == ColumnType::kText;
+    text += column.json == 1 ? "{\"" : ",\"";
+    (text += column.name) += quoted ? "\":\"" : "\":";
+    const std::size_t begin = text.size();
+    column.append(text, row);
+    if (text.size() == begin) text += kUnknownJson;
+    if (quoted) text += '"';
+  }
+  text += '}';
+  append_sensors(text, row.window.second_mean);
 }
 
 }  // namespace prism::compensation

@@ -9,11 +9,10 @@
 #include "base/result.hpp"
 #include "compensation/compensated.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/feature_extractor.hpp"
+#include "compensation/features.hpp"
 #include "compensation/model.hpp"
 #include "compensation/plausibility.hpp"
 #include "compensation/second_averager.hpp"
-#include "compensation/slew_limit.hpp"
 
 namespace prism::compensation {
 

@@ -3,17 +3,34 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/composite_kernel.hpp"
+#include "compensation/kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
-#include "compensation/population_prior.hpp"
-#include "compensation/posterior_variance.hpp"
 
 namespace prism::compensation {
+
+// The population prior: the scaled mean of the models of other gyros of the same type, for a gyro with a short record.
+
+/// m(x) = scale · mean over the gyros of (f_s(x) − level_s), each evaluated at the nearest point of its own box.
+struct PopulationPrior {
+  double scale = 1;              ///< thermal drift of this gyro over that of the others, > 0
+  std::vector<ModelPtr> models;  ///< at least two, with the inputs and features of the model that uses them
+  std::vector<double> levels;    ///< deg/h, mean of each over its training record: subtracted, because levels differ by
+                                 ///< more than the drift
+
+  struct PriorPrediction {
+    double mean_deg_per_h = 0;   ///< m(x)
+    double variance = 0;         ///< of a gyro about m(x): variance of the models plus that of their mean, (deg/h)²
+    bool extrapolating = false;  ///< true if any of the models is outside its training range
+  };
+  PriorPrediction at(std::span<const double> inputs) const;
+};
 
 /// The kernel of the bias, and the nuisance terms that training separated from it; variances of the normalised target.
 struct CompositeVariances {

@@ -2,6 +2,8 @@
 #include "compensation/features.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -137,6 +139,215 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
       return mean(term->first) - mean(term->second);
   }
   return kUnknown;
+}
+
+namespace {
+
+// The mean of one quantity over the one-second means of some seconds that contain it.
+struct MeanValue {
+  double mean = kUnknown;
+  double mean_time_s = 0;  // of the seconds that contain it, relative to the window's last second
+  int count = 0;
+  std::int64_t longest_gap_s = 0;
+};
+
+// The one-second means in [first, last]; relative times keep the sums small.
+template <class Quantity>
+MeanValue mean_value(const std::deque<SecondMean>& history, Quantity value_of, std::int64_t first, std::int64_t last) {
+  MeanValue result;
+  double sum = 0;
+  std::int64_t time_sum_s = 0, next = first;
+  for (const SecondMean& second_mean : history) {
+    if (second_mean.second < first || second_mean.second > last) continue;
+    const double value = value_of(second_mean);
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    time_sum_s += second_mean.second - last;
+    ++result.count;
+    result.longest_gap_s = std::max(result.longest_gap_s, second_mean.second - next);
+    next = second_mean.second + 1;
+  }
+  result.longest_gap_s = std::max(result.longest_gap_s, last + 1 - next);
+  if (result.count == 0) return result;
+  result.mean = sum / result.count;
+  result.mean_time_s = static_cast<double>(time_sum_s) / result.count;
+  return result;
+}
+
+// Slope of the least-squares line through (second, value) in [first, last].
+template <class Quantity>
+double least_squares_slope(const std::deque<SecondMean>& history, Quantity value_of, std::int64_t first,
+                           std::int64_t last, const MeanValue& mean) {
+  double covariance = 0, variance = 0;
+  for (const SecondMean& second_mean : history) {
+    const double value = value_of(second_mean);
+    if (second_mean.second < first || !std::isfinite(value)) continue;
+    const double dt = static_cast<double>(second_mean.second - last) - mean.mean_time_s;
+    covariance += dt * (value - mean.mean);
+    variance += dt * dt;
+  }
+  return variance > 0 ? covariance / variance : kUnknown;
+}
+
+// On a steady ramp both methods return the exact slope, with or without gaps: they use the times of the data.
+template <class Quantity>
+double slope_of(const std::deque<SecondMean>& history, Quantity value_of, const FeatureDefinition& definition,
+                std::int64_t last) {
+  const std::int64_t first = last - definition.length_s + 1;
+  const auto values = [&](std::int64_t from, std::int64_t to) { return mean_value(history, value_of, from, to); };
+  if (definition.slope == SlopeMethod::kLeastSquares) {
+    const MeanValue all = values(first, last);
+    return all.longest_gap_s > definition.max_gap_s ? kUnknown
+                                                    : least_squares_slope(history, value_of, first, last, all);
+  }
+  const MeanValue now = values(last - definition.end_mean_s + 1, last);
+  const MeanValue before = values(first - definition.end_mean_s, first - 1);
+  if (std::max(now.longest_gap_s, before.longest_gap_s) > definition.max_gap_s) return kUnknown;
+  return (now.mean - before.mean) / (definition.length_s + now.mean_time_s - before.mean_time_s);
+}
+
+double temperature_of(const SecondMean& second_mean) { return second_mean.temperature_degc; }
+
+}  // namespace
+
+FeatureExtractor::FeatureExtractor(FeatureDefinition definition)
+    : definition_(std::move(definition)), places_(definition_.sensors.size(), SIZE_MAX) {
+  reset();
+}
+
+void FeatureExtractor::reset() {
+  history_.clear();
+  lag_mean_degc_.clear();
+  sensor_lag_mean_.assign(definition_.sensors.size(), {});
+  lag_age_s_ = -1;
+  incomplete_ = INT64_MIN;
+}
+
+Window FeatureExtractor::push(const SecondMean& second_mean) {
+  Window window = take(second_mean);
+  measure(window);
+  return window;
+}
+
+std::optional<Window> FeatureExtractor::push_unless_ready(const SecondMean& second_mean) {
+  Window window = take(second_mean);
+  const int history = history_s(definition_);
+  if (window.warm_s == history && incomplete_ <= second_mean.second - history && definition_.length_s > 1) return {};
+  measure(window);
+  return window.state == WindowState::kReady ? std::nullopt : std::optional(std::move(window));
+}
+
+Window FeatureExtractor::take(const SecondMean& second_mean) {
+  Window window;
+  window.second_mean = second_mean;
+  window.sensors.resize(definition_.sensors.size());
+  if (known_list_ != second_mean.sensor_list) use_sensor_list(second_mean);
+  const SecondMean taken = without_implausible(second_mean);
+  admit(taken, window);
+  update_lags(taken, window);
+  const std::int64_t warm_s = second_mean.second - warm_since_ + 1;
+  window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
+  return window;
+}
+
+// If the positions of the sensors in the new list differ, the history does not fit it and is cleared.
+void FeatureExtractor::use_sensor_list(const SecondMean& second_mean) {
+  const std::vector<SensorName>& list = sensors_of_list(second_mean.sensor_list);
+  std::vector<std::size_t> places;
+  for (const SensorName& sensor : definition_.sensors) places.push_back(sensor_index(list, sensor.name));
+  if (places != places_) history_.clear();
+  places_ = std::move(places);
+  known_list_ = second_mean.sensor_list;
+}
+
+double FeatureExtractor::quantity(const SecondMean& second_mean, std::size_t sensor) const {
+  const std::size_t place = places_[sensor];
+  return place < second_mean.sensors.size() ? second_mean.sensors[place] : kUnknown;
+}
+
+// Keeps exactly the seconds that a full window needs; a gap above max_gap_s clears the history first.
+void FeatureExtractor::admit(const SecondMean& second_mean, Window& window) {
+  if (!history_.empty()) {
+    const std::int64_t step = second_mean.second - history_.back().second;
+    window.gap_s = static_cast<int>(std::clamp<std::int64_t>(step - 1, 0, 1'000'000'000));
+    if (step <= 0 || window.gap_s > definition_.max_gap_s) history_.clear();
+  }
+  if (history_.empty()) warm_since_ = second_mean.second;
+  // Sums of values below the limit are finite.
+  const auto known = [](double value) { return std::fabs(value) < 1e100; };
+  if (window.gap_s > 0 || !known(second_mean.rate_deg_per_h) || !known(second_mean.temperature_degc))
+    incomplete_ = second_mean.second;
+  history_.push_back(second_mean);
+  while (history_.front().second <= second_mean.second - history_s(definition_)) history_.pop_front();
+}
+
+// Means over the available seconds, for models that need no slope; the slope and "ready" need the full window.
+void FeatureExtractor::measure(Window& window) const {
+  const std::int64_t last = window.second_mean.second;
+  const std::int64_t first = std::max(last - definition_.length_s + 1, warm_since_);
+  const auto fresh_mean = [&](auto value_of) {
+    const MeanValue values = mean_value(history_, value_of, first, last);
+    return values.longest_gap_s > definition_.max_gap_s ? kUnknown : values.mean;
+  };
+  window.rate_deg_per_h =
+      mean_value(
+          history_, [](const SecondMean& second_mean) { return second_mean.rate_deg_per_h; }, first, last)
+          .mean;
+  window.temperature_degc = fresh_mean(temperature_of);
+  window.uhfo_v = fresh_mean([](const SecondMean& second_mean) { return second_mean.uhfo_v; });
+  for (std::size_t i = 0; i < window.sensors.size(); ++i)
+    window.sensors[i].mean = fresh_mean([&](const SecondMean& second_mean) { return quantity(second_mean, i); });
+  if (window.warm_s < history_s(definition_)) return;
+  window.slope_degc_per_s = slope_of(history_, temperature_of, definition_, last);
+  for (std::size_t i = 0; i < window.sensors.size(); ++i) {
+    window.sensors[i].slope_per_s = slope_of(
+        history_, [&](const SecondMean& second_mean) { return quantity(second_mean, i); }, definition_, last);
+  }
+  const bool known_all = std::isfinite(window.rate_deg_per_h) && std::isfinite(window.temperature_degc) &&
+                         std::isfinite(window.slope_degc_per_s);
+  if (known_all) window.state = WindowState::kReady;
+}
+
+// One-pole mean of T per time constant. Short gaps are bridged exactly: the pole decays by the true elapsed time. After
+// a gap longer than a tenth of the shortest constant the past is unknown, and the filters restart.
+void FeatureExtractor::update_lags(const SecondMean& second_mean, Window& window) {
+  const auto& constants = definition_.lag_time_constants_s;
+  if (constants.empty() || !std::isfinite(second_mean.temperature_degc)) return;
+  const std::int64_t step = second_mean.second - last_lag_second_;
+  const double shortest = *std::min_element(constants.begin(), constants.end());
+  const double longest = *std::max_element(constants.begin(), constants.end());
+  const double bridge_s = std::max<double>(definition_.max_gap_s + 1, shortest / 10);
+  if (lag_age_s_ < 0 || step <= 0 || static_cast<double>(step) > bridge_s) {
+    lag_mean_degc_.assign(constants.size(), second_mean.temperature_degc);
+    sensor_lag_mean_.assign(definition_.sensors.size(), {});
+    lag_age_s_ = 0;
+  } else {
+    lag_age_s_ += step;
+    for (std::size_t i = 0; i < constants.size(); ++i) {
+      const double keep = std::exp(-static_cast<double>(step) / constants[i]);
+      lag_mean_degc_[i] = keep * lag_mean_degc_[i] + (1 - keep) * second_mean.temperature_degc;
+    }
+  }
+  for (std::size_t k = 0; k < sensor_lag_mean_.size(); ++k) {
+    const double value = quantity(second_mean, k);
+    std::vector<double>& means = sensor_lag_mean_[k];
+    if (!std::isfinite(value)) {
+      means.clear();  // the past is unknown: its lags restart and settle again
+      continue;
+    }
+    if (means.empty()) {
+      if (lag_age_s_ > 0) lag_age_s_ = 0;
+      means.assign(constants.size(), value);
+    }
+    for (std::size_t i = 0; i < constants.size(); ++i) {
+      const double keep = std::exp(-static_cast<double>(std::max<std::int64_t>(step, 0)) / constants[i]);
+      means[i] = keep * means[i] + (1 - keep) * value;
+      window.sensors[k].lag.push_back(value - means[i]);
+    }
+  }
+  last_lag_second_ = second_mean.second;
+  for (const double mean : lag_mean_degc_) window.lag_degc.push_back(second_mean.temperature_degc - mean);
+  window.lag_settling = static_cast<double>(lag_age_s_) < 3 * longest;
 }
 
 }  // namespace prism::compensation

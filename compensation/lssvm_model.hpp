@@ -9,7 +9,6 @@
 #include "base/result.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
-#include "compensation/posterior_variance.hpp"
 
 namespace prism::compensation {
 

@@ -2,13 +2,60 @@
 // The model file: JSON text ⇄ model. docs/formats.md has the grammar and a worked example.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "base/json_section.hpp"
 #include "base/result.hpp"
+#include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
 
 namespace prism::compensation {
+
+// The common parts of the files of all kernel models: normalisation, centres and matrices.
+
+inline constexpr Range kPositive{1e-300, 1e300};
+Eigen::VectorXd vector_of(const std::vector<double>& values);
+Normalisation read_normalisation(Section section);
+/// A symmetric matrix from its lower triangle, row by row. Fails at `key` of the section if the count is not n (n + 1)
+/// / 2.
+Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower);
+/// The centres of a kernel model [inputs x alphas], column by column. Fails at "centres" if the count differs. Empty if
+/// the section has failed.
+Eigen::MatrixXd centres_of(Section& section, const std::vector<double>& numbers, std::size_t inputs,
+                           Eigen::Index alphas);
+std::string normalisation_text(const Normalisation& n);
+/// `  "key": [` … `],`, with `width` numbers per line.
+void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width);
+/// The lower triangle, one row per line, without brackets.
+std::string triangle_text(const Eigen::MatrixXd& m);
+
+// Reads and writes the part of the model file that belongs to each model type. One row per type.
+
+struct ModelKind {
+  const char* name;
+  /// Reads the type's own keys of the file; `info` is complete except for its id, which the reader computes.
+  Result<ModelPtr> (*read)(Section& top, ModelInfo info);
+  /// The type's own part of the file: complete lines of JSON, each ending in ",\n", indented by two.
+  std::string (*content)(const Model& model);
+};
+
+/// Returns nullptr if no model type has this name.
+const ModelKind* find_model_kind(std::string_view name);
+/// All names, for error messages: "polynomial", "stepwise", …
+std::string model_kind_names();
+
+/// A complete model, which may be nested in another one; the document's finish() reports keys that are not read here.
+Result<ModelPtr> read_model(Section& top);
+
+Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
+std::string polynomial_content(const Model& model);
+Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
+std::string lssvm_content(const Model& model);
+Result<ModelPtr> read_composite(Section& top, ModelInfo info);
+std::string composite_content(const Model& model);
 
 /// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Errors, in one
 /// line: invalid JSON; another format; a newer version; a missing or unknown key; a wrong type; a number that is not

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/sensors.hpp"
 
+#include <fmt/format.h>
+
 #include <cctype>
+#include <vector>
 
 #include "base/outside_text.hpp"
 
@@ -47,6 +50,34 @@ std::string sensors_text(const std::vector<SensorName>& sensors) {
   std::string text;
   for (const SensorName& sensor : sensors) text += (text.empty() ? "" : ", ") + sensor.name;
   return text.empty() ? "none" : text;
+}
+
+namespace {
+
+bool same(const std::optional<Range>& a, const std::optional<Range>& b) {
+  return a.has_value() == b.has_value() && (!a || (a->min == b->min && a->max == b->max));
+}
+
+}  // namespace
+
+bool SensorStatement::operator==(const SensorStatement& other) const {
+  return same(range, other.range) && greatest_slope_per_s == other.greatest_slope_per_s && stuck_s == other.stuck_s;
+}
+
+std::optional<Range> read_range(const Section& section, const char* key, Range allowed, double unit) {
+  if (!section.has(key)) return std::nullopt;
+  const std::vector<double> ends = section.numbers(key, allowed);
+  if (!section.good()) return std::nullopt;
+  if (ends.size() != 2 || !(ends[0] < ends[1])) {
+    section.fail(key, fmt::format("found [{}], expected [low, high], low below high", fmt::join(ends, ", ")));
+    return std::nullopt;
+  }
+  return Range{ends[0] * unit, ends[1] * unit};
+}
+
+std::optional<double> read_greatest_slope(const Section& section, const char* key) {
+  if (!section.has(key)) return std::nullopt;
+  return section.number(key, {1e-6, 1e6});
 }
 
 }  // namespace prism

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/json_section.hpp"
+
 namespace prism {
 
 /// A unit of a sensor. The schemas in config/ list the same units; a test compares them.
@@ -62,5 +64,32 @@ inline std::size_t sensor_index(const std::vector<SensorName>& sensors, std::str
 
 /// "case, anode", or "none".
 std::string sensors_text(const std::vector<SensorName>& sensors);
+
+// Limits of a sensor in a frame description or a configuration: range and slope.
+
+/// Settings without a value do not change the earlier one.
+struct SensorStatement {
+  std::optional<Range> range;  ///< closed; in deg/h, degC or V
+  std::optional<double> greatest_slope_per_s;
+  std::optional<double> stuck_s;  ///< a value that is constant for longer is rejected
+
+  bool operator==(const SensorStatement& other) const;
+};
+
+struct SensorStatements {
+  SensorStatement rate, temperature, uhfo;
+  bool operator==(const SensorStatements&) const = default;
+};
+
+/// The key of a range, [low, high]: two numbers within `allowed`, low below high; `unit` is the unit of the statement.
+/// Returns none if absent.
+std::optional<Range> read_range(const Section& section, const char* key, Range allowed, double unit = 1);
+
+/// The key of a maximum slope, 1e-6 to 1e6. Returns none if absent.
+std::optional<double> read_greatest_slope(const Section& section, const char* key);
+
+/// Allowed values of ranges, in deg/s, and in degC or V.
+inline constexpr Range kRateRanges{-1e9, 1e9}, kChannelRanges{-1e6, 1e6};
+inline constexpr double kDegPerSInDegPerH = 3600;
 
 }  // namespace prism

@@ -10,7 +10,7 @@
 
 #include "base/result.hpp"
 #include "compensation/compensation_engine.hpp"
-#include "compensation/sensor_limits.hpp"
+#include "compensation/sensors.hpp"
 #include "compensation/text_columns.hpp"
 #include "drivers/transport/transport.hpp"
 #include "drivers/wire/description/commands.hpp"

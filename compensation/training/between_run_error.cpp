@@ -8,7 +8,7 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/training/lssvm.hpp"
-#include "compensation/training/weights.hpp"
+#include "compensation/training/reweighting.hpp"
 
 namespace prism::training {
 namespace {

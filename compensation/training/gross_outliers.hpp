@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "compensation/training/methods.hpp"
+
 namespace prism::training {
 
 inline constexpr double kGross = 60;
@@ -22,5 +24,13 @@ std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Ei
 
 /// Rows counted from 1, as ranges: "12, 50 to 57 and 3 others".
 std::string rows_text(const std::vector<Eigen::Index>& rows);
+
+// A robust training of a record with gross outliers: of its other rows.
+
+/// train_checked() without the rows `far` (gross_outliers(); not empty), which the notes name. An error, which names
+/// them as well: more than a quarter of the rows.
+Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const TrainingData& data,
+                                   compensation::ModelInfo info, const TrainingSettings& settings,
+                                   const TuningProgress& progress, const std::atomic<bool>* stop);
 
 }  // namespace prism::training

@@ -4,11 +4,31 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
-#include "compensation/training/weights.hpp"
+#include "compensation/training/reweighting.hpp"
 
 namespace prism::training {
+
+// Pivoted Cholesky of a kernel matrix: K ≈ G Gᵀ from the rows of a few pivots.
+
+struct PivotedCholesky {
+  std::vector<Eigen::Index> pivots;  ///< in the order in which they were added
+  std::vector<double> left_before;   ///< largest diagonal entry of K − G Gᵀ before each pivot
+  Eigen::MatrixXd features;          ///< Gᵀ in the first pivots.size() rows; N columns
+  double left = 0;                   ///< largest diagonal entry of K − G Gᵀ
+
+  Eigen::Index rank() const { return static_cast<Eigen::Index>(pivots.size()); }
+};
+
+/// Writes row i of K into `k`, N numbers.
+using KernelRow = std::function<void(Eigen::Index i, Eigen::VectorXd& k)>;
+
+/// Adds pivots, largest diagonal entry first, until it is at most `tolerance` or there are `max_rank`. `diagonal`: of
+/// K. O(N r²).
+PivotedCholesky pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance,
+                                 Eigen::Index max_rank);
 
 /// f(x) = w · φ(x) + b with φ(x) = L⁻¹ k(x), L Lᵀ = K over the pivots. Columns of `phi` are [φ(x_i); 1]. The diagonal
 /// of K − G Gᵀ is at most `left`, which is neglected if c · left is small against 1.

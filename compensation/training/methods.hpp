@@ -2,6 +2,8 @@
 // The training methods, one row each: name, options, and functions that plan, train and report.
 #pragma once
 
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +12,28 @@
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
+
+// The result of a training as JSON and as readable lines: the part of each method.
+
+struct MethodSummary {
+  nlohmann::ordered_json json;
+  std::string text;  ///< lines of detail_line()
+};
+
+/// "  skill          0.79: …": a value with its unit and meaning, or the next value of the same name (empty).
+std::string detail_line(const std::string& name, const std::string& text);
+/// "deg/h", or "units of the target" for a model of a table.
+std::string target_unit(const TrainedModel& trained);
+/// `value` with `digits` significant digits, and without an exponent from 1e-7 to 1e9: 170, 0.0004.
+std::string plain_number(double value, int digits);
+
+/// "blocked folds", "reml", …
+const char* tuning_text(Tuning tuning);
+
+/// The number, or null if it is not finite.
+inline nlohmann::ordered_json finite_json(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
 
 // To add a method: write its trainer with a row of type Method at its end, and list the row in methods.cpp.
 
@@ -41,7 +65,6 @@ struct TrainingJob {
   Result<NormalisedData> normalised() const;
 };
 
-struct MethodSummary;  // summary.hpp
 MethodSummary describe_polynomial(const TrainedModel& trained, const TrainingSettings& settings,
                                   const std::vector<std::string>& names);
 MethodSummary describe_kernel(const TrainedModel& trained, const TrainingSettings& settings,

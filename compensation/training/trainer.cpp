@@ -9,7 +9,6 @@
 
 #include "compensation/training/gross_outliers.hpp"
 #include "compensation/training/methods.hpp"
-#include "compensation/training/outlier_training.hpp"
 
 namespace prism::training {
 namespace {

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "compensation/composite_model.hpp"
 #include "compensation/model.hpp"
-#include "compensation/population_prior.hpp"
 #include "compensation/training/between_run_error.hpp"
+#include "compensation/training/least_squares.hpp"
 #include "compensation/training/normalise.hpp"
 #include "compensation/training/resource_plan.hpp"
-#include "compensation/training/stepwise.hpp"
 #include "compensation/training/tuning.hpp"
 
 namespace prism::training {

@@ -10,7 +10,7 @@
 
 #include "base/problems.hpp"
 #include "compensation/compensated.hpp"
-#include "compensation/jump_watch.hpp"
+#include "compensation/plausibility.hpp"
 #include "daemon/pipeline/axis_sensors.hpp"
 
 namespace prism::pipeline {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compensation/log_columns.hpp"
+#include "compensation/compensated_text.hpp"
 
 namespace prism::prismrelay {
 

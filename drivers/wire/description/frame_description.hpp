@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/sensor_limits.hpp"
 #include "compensation/sensors.hpp"
 #include "compensation/text_columns.hpp"
 #include "drivers/wire/description/commands.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <sstream>
 
-#include "compensation/feature_extractor.hpp"
+#include "compensation/features.hpp"
 #include "compensation/second_averager.hpp"
 
 namespace prism::science {

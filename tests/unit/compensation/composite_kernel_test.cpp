@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The composite kernel: every way to compute it gives its formula.
-#include "compensation/composite_kernel.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "compensation/kernel.hpp"
 
 namespace prism::compensation {
 namespace {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // FeatureExtractor: mean and slope of a given temperature history; gaps, warming and failed sensors.
-#include "compensation/feature_extractor.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

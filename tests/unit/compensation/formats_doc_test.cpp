@@ -12,7 +12,6 @@
 
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
-#include "compensation/log_columns.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/sensors.hpp"
 #include "tests/support/document.hpp"

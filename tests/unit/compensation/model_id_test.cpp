@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Model ids depend on every number of the model and on nothing else.
-#include "compensation/model_id.hpp"
-
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -16,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "compensation/model.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/polynomial_model.hpp"
 #include "tests/support/models.hpp"

@@ -11,7 +11,7 @@
 
 #include "compensation/compensated_text.hpp"
 #include "compensation/compensation_engine.hpp"
-#include "compensation/feature_extractor.hpp"
+#include "compensation/features.hpp"
 #include "compensation/second_averager.hpp"
 #include "tests/support/models.hpp"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The slew limit: derived from the model's box by default, not applied to a first correction, flagged if it acts.
-#include "compensation/slew_limit.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "compensation/compensation_engine.hpp"
+#include "compensation/plausibility.hpp"
 #include "tests/support/models.hpp"
 
 namespace prism::compensation {

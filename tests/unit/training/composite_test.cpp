@@ -10,7 +10,6 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/training/composite_search.hpp"
-#include "compensation/training/composite_sparse.hpp"
 #include "compensation/training/nuisance_filter.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/training/golden.hpp"

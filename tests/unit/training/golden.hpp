@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "compensation/training/folds.hpp"
-#include "compensation/training/weights.hpp"
+#include "compensation/training/reweighting.hpp"
 #include "tests/support/shared_files.hpp"
 
 namespace prism::test {

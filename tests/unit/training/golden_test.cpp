@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "compensation/kernel.hpp"
-#include "compensation/training/cross_validation.hpp"
+#include "compensation/training/irlssvm.hpp"
 #include "compensation/training/normalise.hpp"
 
 namespace prism::training {

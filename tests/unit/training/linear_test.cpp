@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "compensation/training/least_squares.hpp"
-#include "compensation/training/stepwise.hpp"
 #include "tests/unit/training/golden.hpp"
 
 namespace prism::training {

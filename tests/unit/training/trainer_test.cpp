@@ -12,7 +12,6 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/training/methods.hpp"
-#include "compensation/training/summary.hpp"
 
 namespace prism::training {
 namespace {

@@ -13,7 +13,7 @@
 #include "compensation/kernel.hpp"
 #include "compensation/training/folds.hpp"
 #include "compensation/training/input_search.hpp"
-#include "compensation/training/simplex.hpp"
+#include "compensation/training/minimise.hpp"
 #include "tests/unit/training/golden.hpp"
 
 namespace prism::training {

@@ -8,7 +8,7 @@
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/kernel.hpp"
-#include "compensation/training/cross_validation.hpp"
+#include "compensation/training/irlssvm.hpp"
 #include "compensation/training/methods.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"

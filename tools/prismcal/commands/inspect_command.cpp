@@ -11,7 +11,7 @@
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/data_quality.hpp"
-#include "compensation/feature_extractor.hpp"
+#include "compensation/features.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/inspect_bytes.hpp"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The result of a training as JSON and as readable lines.
-#include "compensation/training/summary.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>

@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "compensation/extrapolation.hpp"
-#include "compensation/factor.hpp"
+#include "compensation/kernel.hpp"
 #include "compensation/training/between_run_error.hpp"
 #include "compensation/training/folds.hpp"
+#include "compensation/training/low_rank.hpp"
 #include "compensation/training/normalise.hpp"
 #include "compensation/training/nuisance_filter.hpp"
-#include "compensation/training/pivoted_cholesky.hpp"
 
 namespace prism::design {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/result.hpp"
 #include "compensation/evaluation/rate_source.hpp"
-#include "compensation/feature_extractor.hpp"
+#include "compensation/features.hpp"
 #include "tools/prismcal/recordings/resolution_finder.hpp"
 #include "tools/prismcal/recordings/second_series.hpp"
 #include "tools/prismcal/recordings/window_list.hpp"

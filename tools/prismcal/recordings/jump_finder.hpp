@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/jump_watch.hpp"
+#include "compensation/plausibility.hpp"
 #include "compensation/second_averager.hpp"
 
 namespace prism::recordings {
