@@ -80,7 +80,15 @@ Lines lines_of(std::string_view text) {
 
 }  // namespace
 
+bool is_binary(std::string_view first) {
+  const auto control = std::count_if(first.begin(), first.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t' && c != '\f';
+  });
+  return static_cast<std::size_t>(control) * 20 > first.size();
+}
+
 Result<bool> has_sentences(const std::string& path, std::string_view first) {
+  if (is_binary(first)) return false;
   if (first.size() >= kFirstBytes) {  // may end within a line, or within a word of a single line
     const std::size_t end = first.rfind('\n');
     first = first.substr(0, end != std::string_view::npos ? end : first.find_last_of(kBlanks));

@@ -12,8 +12,8 @@ namespace prism::pipeline {
 /// Opens a capture or raw bytes of the frames. Errors: those of CaptureReader::open().
 Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames);
 
-/// Prepares the setup for raw bytes of several message types or lengths, or with time tags: time comes from the counter
-/// and rate_hz (clock "device"). Without effect for other files. Errors: sensor lines, whose data could not be assigned
+/// Prepares the setup for raw bytes: time comes from the counter and rate_hz (clock "device"), because there may be
+/// other bytes between the frames. Without effect for captures. Errors: sensor lines, whose data could not be assigned
 /// in time.
 Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -37,10 +36,7 @@ Result<std::string> bytes_kind(const std::string& path) {
   const std::string_view first(bytes.data(), in->read(bytes));
   const bool wide =
       tables::detect_encoding(first).starts_with("UTF-16") || tables::detect_encoding(first).starts_with("UTF-32");
-  const auto control = std::count_if(first.begin(), first.end(), [](char c) {
-    return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t' && c != '\f';
-  });
-  if (!wide && control > 0 && static_cast<std::size_t>(control) * 20 > first.size()) return std::string("bytes");
+  if (!wide && drivers::is_binary(first)) return std::string("bytes");
   const auto sentences = drivers::has_sentences(path, first);
   if (!sentences) return tl::unexpected<Error>(sentences.error());
   return std::string(*sentences ? "log of sentences" : "");
