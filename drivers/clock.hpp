@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compensation/sample.hpp"
-#include "drivers/counter_unwrapper.hpp"
+#include "drivers/counter.hpp"
 #include "drivers/device_time_check.hpp"
 #include "drivers/frame_rate_check.hpp"
 #include "drivers/lower_hull.hpp"

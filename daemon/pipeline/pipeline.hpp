@@ -13,7 +13,7 @@
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/counter_check.hpp"
+#include "drivers/counter.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::pipeline {

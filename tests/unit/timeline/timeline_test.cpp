@@ -14,7 +14,7 @@
 
 #include "compensation/second_averager.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/counter_check.hpp"
+#include "drivers/counter.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism {

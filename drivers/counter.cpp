@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Counter unwrapping.
-#include "drivers/counter_unwrapper.hpp"
+#include "drivers/counter.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace prism::drivers {
 namespace {
@@ -18,6 +18,38 @@ constexpr double kTellingFrames = 64;
 std::uint32_t whole(double frames) { return static_cast<std::uint32_t>(std::llround(std::clamp(frames, 0.0, 4e9))); }
 
 }  // namespace
+
+CounterCheck::CounterCheck(wire::FrameDescriptionPtr description) : rule_(description->counter) {
+  if (rule_)
+    near_ticks_ =
+        kNearFrames * (rule_->step_varies ? rule_->ticks_per_s * description->period_s() : rule_->ticks_per_frame);
+}
+
+std::span<const wire::DecodedMessage> CounterCheck::decide(const wire::DecodedMessage& reading) {
+  std::size_t passed = 0;
+  if (const auto held = std::exchange(held_, std::nullopt)) {
+    if (rule_->ticks_between(*last_, held->counter) <= rule_->ticks_between(*last_, reading.counter)) {
+      passed_[passed++] = *held;
+      last_ = held->counter;
+    } else {
+      ++rejected_;
+    }
+  }
+  if (is_near(reading.counter)) {
+    passed_[passed++] = reading;
+    last_ = reading.counter;
+  } else {
+    held_ = reading;
+  }
+  return {passed_.data(), passed};
+}
+
+std::span<const wire::DecodedMessage> CounterCheck::finish() {
+  last_.reset();
+  if (!held_) return {};
+  passed_[0] = *std::exchange(held_, std::nullopt);
+  return {passed_.data(), 1};
+}
 
 bool waited_to_be_read(const wire::DecodedMessage& reading, double period_s, double elapsed_s) {
   const double waited_s = static_cast<double>(reading.behind) / reading.length * period_s;
