@@ -27,9 +27,9 @@ Clock::Clock(wire::FrameDescriptionPtr description, ClockSettings settings)
     : description_(std::move(description)),
       settings_(settings),
       steps_(description_, settings.source == ClockSource::kHost),
+      tick_s_(description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s()),
       axes_(description_->axes.size()),
-      rate_check_(description_->rate_tolerance) {
-  tick_s_ = description_->counter ? 1 / description_->counter->ticks_per_s : description_->period_s();
+      rate_check_(description_->rate_tolerance, description_->rate_hz, tick_s_) {
   const double milliticks = 1000 * (description_->counter ? description_->counter->ticks_per_s : description_->rate_hz);
   if (std::round(milliticks) == milliticks) milliticks_per_s_ = std::llround(milliticks);
   byte_time_ns_ = description_->wire.byte_time_ns();
@@ -63,7 +63,7 @@ void Clock::start(const wire::DecodedMessage& reading) {
   running_ = true;
   forget_angles();
   origin_ns_ = measured_ns(reading);
-  ticks_ = x_ = 0;
+  ticks_ = x_ = gyro_x_ = 0;
   for (AxisState& axis : axes_) axis.x = 0;
   active_.clear();
   next_.clear();
@@ -216,6 +216,9 @@ bool Clock::push(const wire::DecodedMessage& reading) {
   if (time) last_time_ns_ = last_time_ns_ != 0 ? std::max(*time, last_time_ns_) : *time;
   if (settings_.check_frame_rate && settings_.arrivals_are_measured)
     rate_check_.push(step.ticks * tick_s_, 1e-9 * static_cast<double>(reading.arrival_ns));
+  if (reading.has_gyro && !description_->counts_frames()) {
+    if (const double since_s = x_ - std::exchange(gyro_x_, x_); since_s > 0) rate_check_.push_tagged(since_s);
+  }
   counted_ = false;
   return time && reading.has_gyro;
 }

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "compensation/sample.hpp"
+#include "drivers/arrival_check.hpp"
 #include "drivers/counter.hpp"
-#include "drivers/device_time_check.hpp"
-#include "drivers/frame_rate_check.hpp"
 #include "drivers/lower_hull.hpp"
 #include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
@@ -84,7 +83,7 @@ class Clock {
   void reset();
 
   const ClockStatus& status() const { return status_; }
-  /// Described times compared with arrivals; never differ if that is not checked (ClockSettings).
+  /// Described times compared with arrivals, which never differ if that is not checked (ClockSettings), and rates.
   const FrameRateCheck& rate_check() const { return rate_check_; }
 
  private:
@@ -135,6 +134,7 @@ class Clock {
   std::vector<AxisState> axes_;  ///< as FrameDescription::axes
   DeviceTimeCheck device_check_;
   FrameRateCheck rate_check_;
+  double gyro_x_ = 0;  ///< of the last frame with gyro data
   double last_y_ = 0;  ///< device: arrival of the last frame, s since origin
   bool began_session_ = false;
   bool counted_ = false;  ///< the last reading is counted in ClockStatus::samples

@@ -107,8 +107,7 @@ Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
       axes(setup.axes.size()),
       problems(found),
       publish_(std::move(publish)),
-      tell_(std::move(tell)),
-      rates_(setup.frames->rate_hz) {
+      tell_(std::move(tell)) {
   for (std::size_t i = 0; i < captures.size(); ++i) lines[i].capture = std::move(captures[i]);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
@@ -126,7 +125,6 @@ void Device::begin_session(std::size_t line, std::int64_t now_ns) {
   if (lines[line].capture) lines[line].capture->mark_opened(now_ns);
   if (line != kGyroLine) return pipeline->begin_sensor_session(line - 1, now_ns);
   ++sessions;
-  rates_.begin();
   stages_.begin();
   end_session(pipeline->begin_session(now_ns));
 }
@@ -191,11 +189,9 @@ Result<bool> Device::reconfigure(Setup next) {
     pipeline = std::make_unique<Pipeline>(next);
     reported_by_arrival_ = reported_resets_ = 0;
     stages_.begin();
-    for (const char* key : {kNoRate, kClocksDiffer}) problems.forget(key);
+    for (const char* key : {kNoRate, kClocksDiffer, kWrongRate}) problems.forget(key);
   }
   setup = std::move(next);
-  rates_ = RateMonitor(setup.frames->rate_hz);
-  problems.forget(kWrongRate);
   problems.clear_all("question", "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
@@ -226,29 +222,28 @@ void Device::end_session(const Rows& rows) {
 }
 
 void Device::watch(const Rows& rows) {
-  for (const Rows::Window& window : rows.windows) {
-    axes[window.axis].watch(window.row, tell_, problems);
-    if (window.axis != 0 || setup.frames->counts_frames()) continue;
-    const auto wrong = rates_.push(window.row.window.second_mean.samples);
-    if (wrong && wrong->empty()) problems.clear(kWrongRate, setup.frames->name + ": frames come as described again");
-    if (wrong && !wrong->empty())
-      problems.set(kWrongRate, {.kind = "rate", .text = setup.frames->name + ": " + *wrong});
-  }
+  for (const Rows::Window& window : rows.windows) axes[window.axis].watch(window.row, tell_, problems);
   if (!rows.windows.empty()) watch_clock();
 }
 
-void Device::set_or_clear(const char* key, const char* kind, const std::string& text, const char* over) {
-  if (text.empty()) return problems.clear(key, over);
-  problems.set(key, {.kind = kind, .level = Problem::Level::kFailed, .text = text});
+void Device::set_or_clear(const char* key, Problem found, const std::string& over) {
+  if (found.text.empty()) return problems.clear(key, over);
+  problems.set(key, std::move(found));
 }
 
 void Device::watch_stages(std::int64_t now_ns) {
   if (std::abs(now_ns - stages_checked_ns_) < compensation::kNanosecondsPerSecond) return;
   stages_checked_ns_ = now_ns;
-  set_or_clear(kNoRate, "no_rate", stages_.push(*pipeline, now_ns), "the gyro's data give rates again");
-  const std::string clocks = clocks_text(*setup.frames, pipeline->clock().rate_check());
+  const auto failed = Problem::Level::kFailed;
+  set_or_clear(kNoRate, {.kind = "no_rate", .level = failed, .text = stages_.push(*pipeline, now_ns)},
+               "the gyro's data give rates again");
+  const wire::FrameDescription& frames = *setup.frames;
+  const drivers::FrameRateCheck& check = pipeline->clock().rate_check();
+  const std::string clocks = clocks_text(frames, check);
   if (!clocks.empty() && !problems.has(kClocksDiffer)) clocks_differed = clocks;
-  set_or_clear(kClocksDiffer, "rate", clocks, "frames arrive as described again");
+  set_or_clear(kClocksDiffer, {.kind = "rate", .level = failed, .text = clocks}, "frames arrive as described again");
+  set_or_clear(kWrongRate, {.kind = "rate", .text = tagged_rate_text(frames, check)},
+               frames.name + ": frames come as described again");
 }
 
 void Device::watch_clock() {

@@ -80,11 +80,10 @@ class Device {
   void watch(const Rows& rows);
   void watch_clock();
   void watch_stages(std::int64_t now_ns);
-  void set_or_clear(const char* key, const char* kind, const std::string& text, const char* over);
+  void set_or_clear(const char* key, Problem found, const std::string& over);
 
   const Publish publish_;
   const Tell tell_;
-  RateMonitor rates_;
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
   std::uint64_t frames_before_ = 0;

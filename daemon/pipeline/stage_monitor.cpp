@@ -3,22 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
 #include "drivers/wire/decode/sniffer.hpp"
 
 namespace prism::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastInput = 10;
-
-constexpr std::size_t kSeconds = 30;  // of the rate
-constexpr double kTolerance = 0.1;
-constexpr double kLeastRateHz = 2;  // below: a second has too few frames to count
-
-bool near(double count, double other) { return std::abs(count - other) <= std::max(kTolerance * other, 1.0); }
 
 std::string no_frame(const Pipeline& pipeline, std::uint64_t bytes, std::uint64_t refused, std::uint64_t single) {
   if (refused > 0)
@@ -86,20 +76,13 @@ std::string clocks_text(const wire::FrameDescription& frames, const drivers::Fra
                      check.ratio() * frames.counted_rate_hz(), frames.counted_rate_hz());
 }
 
-std::optional<std::string> RateMonitor::push(std::uint32_t samples) {
-  if (rate_hz_ < kLeastRateHz) return std::nullopt;
-  seconds_.push_back(samples);
-  if (seconds_.size() < kSeconds) return std::nullopt;
-  std::vector<std::uint32_t> sorted = std::exchange(seconds_, {});
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[sorted.size() / 2];
-  if (near(median, rate_hz_)) return "";
-  const auto alike = std::count_if(sorted.begin(), sorted.end(), [&](double count) { return near(count, median); });
-  if (static_cast<double>(alike) < (1 - kTolerance) * kSeconds) return std::nullopt;
+std::string tagged_rate_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check) {
+  if (check.tagged_hz() == 0) return {};
   return fmt::format(
-      "found {} gyro frames a second by their time stamps, expected {:g} (rate_hz): rate_hz is wrong, or frames are "
-      "lost all the time",
-      median, rate_hz_);
+      "{}: found {:.4g} gyro frames a second by their time stamps, expected {:g} (rate_hz): rate_hz is wrong, or "
+      "frames "
+      "are lost all the time",
+      frames.name, check.tagged_hz(), frames.rate_hz);
 }
 
 }  // namespace prism::pipeline

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Finds a stage of the pipeline that has input and no output (bytes → frames → samples → rates), and frames at another
-// rate than described.
+// Finds a stage of the pipeline that has input and no output (bytes → frames → samples → rates).
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/pipeline/pipeline.hpp"
-#include "drivers/frame_rate_check.hpp"
+#include "drivers/arrival_check.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
@@ -48,23 +45,8 @@ class StageMonitor {
 
 /// How described and arrival times disagree, in one line; empty if they do not.
 std::string clocks_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check);
-
-/// Counts samples per full second, for gyros with time tags. Without them (FrameDescription::counts_frames()) the times
-/// follow from rate_hz, and FrameRateCheck compares it with the arrivals.
-class RateMonitor {
- public:
-  explicit RateMonitor(double rate_hz) : rate_hz_(rate_hz) {}
-
-  /// Adds the number of samples of a full second. After each 30 of them, returns a problem if their median differs from
-  /// rate_hz by more than 10 % and at most 10 % of them differ from the median (unlike a line that loses frames now and
-  /// then), and an empty text if the median does not differ.
-  std::optional<std::string> push(std::uint32_t samples);
-  /// Call at a new session: discards the seconds before it.
-  void begin() { seconds_.clear(); }
-
- private:
-  double rate_hz_;
-  std::vector<std::uint32_t> seconds_;
-};
+/// A gyro with time tags that sends another number of frames than described, in one line; else empty. Its times are
+/// right.
+std::string tagged_rate_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check);
 
 }  // namespace prism::pipeline

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reported once when it begins and once when it ends: stages without output, wrong rates.
+// Reported once when it begins and once when it ends: stages without output.
 #include "daemon/pipeline/stage_monitor.hpp"
 
 #include <gtest/gtest.h>
@@ -115,49 +115,6 @@ TEST_F(StageMonitorTest, IsSilentWhileRatesComeAndWithoutData) {
   EXPECT_TRUE(run("# 1.25", 20).empty());
   monitor.begin();
   EXPECT_TRUE(run("# 1.25", 20).empty());
-}
-
-int told_of(RateMonitor& watch, int seconds, std::uint32_t samples) {
-  int told = 0;
-  for (int i = 0; i < seconds; ++i) told += !watch.push(samples).value_or("").empty();
-  return told;
-}
-
-TEST(RateMonitor, TellsAWrongRateAndItsEnd) {
-  RateMonitor watch(10);
-  EXPECT_EQ(told_of(watch, 29, 20), 0);
-  EXPECT_EQ(watch.push(20),
-            "found 20 gyro frames a second by their time stamps, expected 10 (rate_hz): rate_hz is wrong, or frames "
-            "are lost all the time");
-  EXPECT_EQ(told_of(watch, 30, 20), 1) << "it lasts";
-  EXPECT_EQ(told_of(watch, 29, 10), 0);
-  EXPECT_EQ(watch.push(10), "") << "it is over";
-}
-
-TEST(RateMonitor, ARateWithinATenthIsTheGyros) {
-  RateMonitor watch(200);
-  EXPECT_EQ(told_of(watch, 1000, 200), 0);
-  EXPECT_EQ(told_of(watch, 1000, 185), 0);
-  EXPECT_EQ(told_of(watch, 60, 150), 1);
-}
-
-TEST(RateMonitor, LossesNowAndThenAreNoWrongRate) {
-  RateMonitor watch(200);
-  for (std::uint32_t second = 0; second < 3000; ++second) EXPECT_FALSE(watch.push(second * 7 % 190)) << second;
-}
-
-TEST(RateMonitor, OneFrameASecondMoreOrLessIsNothing) {
-  RateMonitor slow(4), slower(1);
-  EXPECT_EQ(told_of(slow, 100, 5), 0);
-  EXPECT_EQ(told_of(slower, 100, 20), 0);
-}
-
-TEST(RateMonitor, SecondsBeforeANewSessionDoNotCount) {
-  RateMonitor watch(10);
-  for (int session = 0; session < 10; ++session) {
-    EXPECT_EQ(told_of(watch, 20, 20), 0);
-    watch.begin();
-  }
 }
 
 }  // namespace

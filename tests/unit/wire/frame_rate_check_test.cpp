@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Described and arrival times of frames: when they differ, and what must not be taken for a difference
 // (frame_rates.txt).
-#include "drivers/frame_rate_check.hpp"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <vector>
 
+#include "drivers/arrival_check.hpp"
 #include "tests/support/blocks.hpp"
 
 namespace prism::drivers {
 namespace {
 
 struct Frames {
-  FrameRateCheck check{};
+  FrameRateCheck check{0, 200, 0.004};
   double now_s = 1.8e9;
 
   void step(const std::string& line) {
@@ -33,10 +33,16 @@ struct Frames {
       now_s += value;
     } else if (what == "described") {
       check.push(value, now_s += 0.005);
+    } else if (what == "steps") {
+      std::vector<double> steps{more};
+      for (double next = 0; words >> next;) steps.push_back(next);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(value); ++i) check.push_tagged(steps[i % steps.size()]);
+    } else if (what == "tagged") {
+      EXPECT_NEAR(check.tagged_hz(), value, 0.1);
     } else if (what == "session") {
       check.begin();
     } else if (what == "tolerance") {
-      check = FrameRateCheck(value);
+      check = FrameRateCheck(value, 200, 0.004);
     } else if (what == "ratio") {
       EXPECT_NEAR(check.ratio(), value, more);
     } else {
