@@ -51,7 +51,7 @@ class FrameRateCheck {
  public:
   /// `tolerance`: of the described rate, relative; at least 1 % is used. `rate_hz`: of frames with gyro data, for time
   /// tags of `tick_s`.
-  explicit FrameRateCheck(double tolerance = 0, double rate_hz = 0, double tick_s = 0);
+  FrameRateCheck(double tolerance, double rate_hz, double tick_s);
 
   /// A new session: the times before it do not count. The result stays until there is another one.
   void begin();
