@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -128,8 +129,7 @@ Result<void> wait_for(transport::Transport& line, const std::string& name) {
   std::array<std::uint8_t, 1> unused;
   for (const auto end = Steady::now() + kOpenWithin; !line.opening().empty();) {
     if (Steady::now() >= end) return make_error(name, line.opening());
-    pollfd wait{line.fd(), POLLIN, 0};
-    if (::poll(&wait, 1, 100) <= 0) continue;
+    ::poll(nullptr, 0, 20);
     const transport::Received received = line.read(unused);
     if (received.kind == transport::Received::Kind::kLost) return make_error(name, received.why);
   }
@@ -140,7 +140,8 @@ Result<void> wait_for(transport::Transport& line, const std::string& name) {
 Result<bool> sniff_line(const transport::Settings& settings, const std::string& heading,
                         const std::vector<wire::FrameDescriptionPtr>& descriptions) {
   const std::string device = transport::describe(settings);
-  auto opened = transport::open(settings);
+  boost::asio::io_context io;
+  auto opened = transport::open(io, settings);
   if (!opened) return tl::unexpected<Error>(opened.error());
   transport::Transport& line = **opened;
   if (auto ready = wait_for(line, device); !ready) return tl::unexpected<Error>(ready.error());

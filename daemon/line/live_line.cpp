@@ -82,13 +82,12 @@ void LiveLine::open_or_pause() {
 }
 
 bool LiveLine::open() {
-  auto opened = transport::open(settings());
+  auto opened = transport::open(io_, settings());
   if (!opened) {
     not_opened(opened.error().text());
     return false;
   }
-  open_.emplace(io_, std::move(*opened));
-  ++opening_;
+  open_.emplace().transport = std::move(*opened);
   begun_ = false;
   proceed({});
   return true;
@@ -166,12 +165,11 @@ void LiveLine::complain(const char* kind, const std::string& text) {
   device_.problems.set(fault_key_, {.kind = kind, .text = prefix() + text});
 }
 
-// Asio only waits until the line is readable. read(2) is called directly, which saves Asio's reads before and after.
+// Asio only waits until the line is readable: read(2), called directly, costs less.
 void LiveLine::listen() {
-  open_->ready.async_wait(asio::posix::stream_descriptor::wait_read,
-                          [this, opening = opening_](boost::system::error_code error) {
-                            if (!error && open_ && opening == opening_) readable();
-                          });
+  open_->transport->wait([this, number = ++waits_](const boost::system::error_code& error) {
+    if (!error && number == waits_ && open_) readable();
+  });
 }
 
 void LiveLine::readable() {
@@ -302,7 +300,7 @@ void LiveLine::watch_frames(Clock::duration silence) {
 // true if it did.
 bool LiveLine::watch_peers(Clock::duration silence) {
   const Clock::time_point now = Clock::now();
-  const std::string other = open_->transport->turned_away(), peer = open_->transport->peer();
+  const std::string other = open_->transport->turn_away(), peer = open_->transport->peer();
   if (!other.empty() && is_open() && !framed_ && now - opened_at_ >= silence) {
     const std::string why = fmt::format("{} sent no frame for {} s and is replaced by {}{}", peer, config().silence_s,
                                         other, heard_instead());
@@ -347,8 +345,8 @@ std::string LiveLine::heard_instead() const {
 // A line can be readable without data: without this pause it would be read in a busy loop.
 void LiveLine::rest() {
   pause_timer_.expires_after(std::chrono::milliseconds(20));
-  pause_timer_.async_wait([this, opening = opening_](boost::system::error_code error) {
-    if (!error && open_ && opening == opening_) listen();
+  pause_timer_.async_wait([this, number = waits_](boost::system::error_code error) {
+    if (!error && number == waits_ && open_) listen();
   });
 }
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
@@ -49,16 +48,8 @@ class LiveLine {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Asio waits on the transport's descriptor; only the transport closes it.
   struct Open {
-    Open(boost::asio::io_context& io, std::unique_ptr<transport::Transport> opened)
-        : transport(std::move(opened)), ready(io, transport->fd()) {}
-    ~Open() { ready.release(); }
-    Open(const Open&) = delete;
-    Open& operator=(const Open&) = delete;
-
     std::unique_ptr<transport::Transport> transport;
-    boost::asio::posix::stream_descriptor ready;
     std::optional<Conversation> conversation;  ///< since the transport has been opened
   };
 
@@ -102,7 +93,7 @@ class LiveLine {
   const std::size_t number_;
   const pipeline::Tell tell_;
   std::optional<Open> open_;
-  std::uint64_t opening_ = 0;  ///< number of opens: handlers of an earlier open have no effect
+  std::uint64_t waits_ = 0;  ///< number of waits: handlers of earlier ones have no effect
   boost::asio::steady_timer watch_timer_, pause_timer_;
   ArrivalClock& arrival_;
   const bool alone_;

@@ -28,11 +28,6 @@ bool is_host(std::string_view host) {
          });
 }
 
-bool is_port(std::string_view port) {
-  const auto number = parse_number<int>(port);
-  return number && *number >= 1 && *number <= 65535;
-}
-
 bool is_numeric(const std::string& host) {
   in6_addr address{};
   const std::string bare = host.substr(0, host.find('%'));
@@ -40,6 +35,8 @@ bool is_numeric(const std::string& host) {
 }
 
 }  // namespace
+
+std::uint16_t Endpoint::port_number() const { return parse_number<std::uint16_t>(port).value_or(0); }
 
 tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text) {
   if (text.empty()) return tl::unexpected<std::string>(fmt::format("is empty, {}", kForm));
@@ -54,10 +51,12 @@ tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text) {
   if (colon >= text.size() || text[colon] != ':' || colon + 1 == text.size())
     return wrong(text, fmt::format(" without a port, {}", kForm));
   const std::string_view port = text.substr(colon + 1);
-  if (!is_port(port)) return wrong(text, fmt::format(" with the port \"{}\", expected 1 to 65535", shortened(port)));
+  Endpoint endpoint{std::string(host), std::string(port)};
+  if (endpoint.port_number() == 0)
+    return wrong(text, fmt::format(" with the port \"{}\", expected 1 to 65535", shortened(port)));
   if (!is_host(host))
     return wrong(text, fmt::format(" with the host \"{}\", expected a name or an address", shortened(host)));
-  return Endpoint{std::string(host), std::string(port)};
+  return endpoint;
 }
 
 tl::expected<Endpoint, std::string> parse_numeric_endpoint(std::string_view text) {

@@ -2,6 +2,7 @@
 // An address of a network line as it is written in a configuration: HOST:PORT.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -12,6 +13,8 @@ struct Endpoint {
   std::string host;  ///< name, IPv4 or IPv6 address without brackets
   std::string port;  ///< 1 to 65535
 
+  /// 0: no port.
+  std::uint16_t port_number() const;
   bool operator==(const Endpoint&) const = default;
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/transport/serial_line.hpp"
 
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/serial.h>
@@ -8,9 +10,11 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
-#include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -18,12 +22,36 @@
 
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
-#include "drivers/transport/line_format.hpp"
 
 namespace prism::transport {
 namespace {
 
 constexpr double kBaudTolerance = 0.02;  // a receiver samples the last of ten bits: its limit is 5 %, 2 % leaves margin
+
+unsigned character_flags(const wire::WireFormat& format) {
+  constexpr unsigned kSizes[]{CS5, CS6, CS7, CS8};
+  unsigned flags = kSizes[std::clamp(format.data_bits, 5, 8) - 5];
+  if (format.parity != wire::Parity::kNone) flags |= PARENB;
+  if (format.parity == wire::Parity::kOdd) flags |= PARODD;
+  if (format.stop_bits == 2) flags |= CSTOPB;
+  return flags;
+}
+
+// BOTHER with a number in c_ospeed is the only way to 614 400 or 374 400 baud. CIBAUD stays 0: the input's speed equals
+// the output's. INPCK stays off: a byte with wrong parity is passed unchanged and the frame's check detects it, whereas
+// IGNPAR would shift the rest of the frame.
+bool set_line_format(int fd, const wire::WireFormat& format) {
+  struct termios2 line;
+  if (::ioctl(fd, TCGETS2, &line) != 0) return false;
+  line.c_iflag = 0;
+  line.c_oflag = 0;
+  line.c_lflag = 0;
+  line.c_cflag = CREAD | CLOCAL | BOTHER | character_flags(format);
+  line.c_ispeed = line.c_ospeed = static_cast<speed_t>(format.baud);
+  line.c_cc[VMIN] = 1;
+  line.c_cc[VTIME] = 0;
+  return ::ioctl(fd, TCSETS2, &line) == 0;
+}
 
 const char* parity_name(wire::Parity parity) {
   return parity == wire::Parity::kNone ? "none" : parity == wire::Parity::kEven ? "even" : "odd";
@@ -97,29 +125,32 @@ bool set_low_latency(int fd) {
 // The device behind an open descriptor was unplugged or hung up: read() then always returns 0. A pseudo-terminal and
 // some drivers also return 0 if no data are available.
 bool is_gone(int fd) {
-  struct termios unused;
-  return ::tcgetattr(fd, &unused) != 0;
+  struct termios2 unused;
+  return ::ioctl(fd, TCGETS2, &unused) != 0;
 }
+
+using Stream = boost::asio::posix::stream_descriptor;
 
 class SerialLine : public Transport {
  public:
-  SerialLine(std::string device, Descriptor fd, std::vector<std::string> notes)
-      : device_(std::move(device)), fd_(std::move(fd)), notes_(std::move(notes)) {}
+  SerialLine(boost::asio::io_context& io, std::string device, Descriptor fd, std::vector<std::string> notes)
+      : device_(std::move(device)), fd_(fd.get()), notes_(std::move(notes)), stream_(io, fd.release()) {}
 
-  int fd() const override { return fd_.get(); }
+  void wait(Ready ready) override { stream_.async_wait(Stream::wait_read, std::move(ready)); }
+  int fd() override { return fd_; }
   std::vector<std::string> notes() const override { return notes_; }
 
   Received read(std::span<std::uint8_t> buffer) override {
-    const ssize_t size = ::read(fd(), buffer.data(), buffer.size());
+    const ssize_t size = ::read(fd_, buffer.data(), buffer.size());
     if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return {};
     if (size < 0) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
-    if (is_gone(fd())) return {.kind = Received::Kind::kLost, .why = "unplugged (end of file)"};
+    if (is_gone(fd_)) return {.kind = Received::Kind::kLost, .why = "unplugged (end of file)"};
     return {Received::Kind::kEmpty};
   }
 
   Result<std::size_t> write(std::span<const std::uint8_t> bytes) override {
-    const ssize_t size = ::write(fd(), bytes.data(), bytes.size());
+    const ssize_t size = ::write(fd_, bytes.data(), bytes.size());
     if (size >= 0) return static_cast<std::size_t>(size);
     if (errno == EAGAIN || errno == EINTR) return 0;
     return make_error(device_, std::string("cannot write: ") + std::strerror(errno));
@@ -127,25 +158,40 @@ class SerialLine : public Transport {
 
   bool has_unread() const override {
     int bytes = 0;
-    return ::ioctl(fd(), FIONREAD, &bytes) == 0 && bytes > 0;
+    return ::ioctl(fd_, FIONREAD, &bytes) == 0 && bytes > 0;
   }
 
   // Pseudo-terminals and some USB adapters do not count.
   std::optional<LineCounters> counters() const override {
     struct serial_icounter_struct counted {};
-    if (::ioctl(fd(), TIOCGICOUNT, &counted) != 0) return std::nullopt;
+    if (::ioctl(fd_, TIOCGICOUNT, &counted) != 0) return std::nullopt;
     return LineCounters{counted.rx, counted.frame, counted.parity, counted.overrun, counted.brk, counted.buf_overrun};
   }
 
  private:
   const std::string device_;
-  const Descriptor fd_;
+  const int fd_;
   const std::vector<std::string> notes_;
+  Stream stream_;  // closes fd_
 };
 
 }  // namespace
 
-Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings) {
+std::optional<wire::WireFormat> read_line_format(int fd) {
+  struct termios2 line;
+  if (::ioctl(fd, TCGETS2, &line) != 0) return std::nullopt;
+  wire::WireFormat format;
+  format.baud = static_cast<int>(line.c_ospeed);
+  const unsigned size = line.c_cflag & CSIZE;
+  format.data_bits = size == CS5 ? 5 : size == CS6 ? 6 : size == CS7 ? 7 : 8;
+  format.parity = !(line.c_cflag & PARENB)  ? wire::Parity::kNone
+                  : (line.c_cflag & PARODD) ? wire::Parity::kOdd
+                                            : wire::Parity::kEven;
+  format.stop_bits = (line.c_cflag & CSTOPB) ? 2 : 1;
+  return format;
+}
+
+Result<std::unique_ptr<Transport>> open_serial_line(boost::asio::io_context& io, const Settings& settings) {
   Descriptor file(::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   const int fd = file.get();
   if (fd < 0) return make_error(settings.device, why_not_open(errno));
@@ -156,16 +202,12 @@ Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings) {
     if (auto claimed = claim(settings.device, fd, pseudo); !claimed) return tl::unexpected<Error>(claimed.error());
   }
   if (auto set = set_and_compare(settings, fd, pseudo, notes); !set) return tl::unexpected<Error>(set.error());
-  ::tcflush(fd, TCIFLUSH);
+  ::ioctl(fd, TCFLSH, TCIFLUSH);
   if (settings.low_latency && !pseudo && !set_low_latency(fd)) {
     notes.push_back(fmt::format("no low latency: {}; bytes may come in bunches (FTDI: set latency_timer by udev)",
                                 std::strerror(errno)));
   }
-  return std::make_unique<SerialLine>(settings.device, std::move(file), std::move(notes));
+  return std::make_unique<SerialLine>(io, settings.device, std::move(file), std::move(notes));
 }
-
-std::string describe_serial_line(const Settings& settings) { return settings.device; }
-
-bool serial_line_is_present(const Settings& settings) { return ::access(settings.device.c_str(), F_OK) == 0; }
 
 }  // namespace prism::transport

@@ -2,6 +2,8 @@
 // Opens a serial line for measurement: any speed, raw, exclusive, with its settings verified.
 #pragma once
 
+#include <optional>
+
 #include "drivers/transport/transport.hpp"
 
 namespace prism::transport {
@@ -10,9 +12,9 @@ namespace prism::transport {
 /// inherited. Discards pending input, since its arrival time is unknown. Errors: missing, not a tty, in use by another
 /// program, no permission, or a speed or character format that the device rejects. A pseudo-terminal has no parity and
 /// no speed: each ignored setting becomes a note.
-Result<std::unique_ptr<Transport>> open_serial_line(const Settings& settings);
+Result<std::unique_ptr<Transport>> open_serial_line(boost::asio::io_context& io, const Settings& settings);
 
-std::string describe_serial_line(const Settings& settings);
-bool serial_line_is_present(const Settings& settings);
+/// The speed and character format that the driver reports; nullopt, with errno, if it cannot (EIO: unplugged).
+std::optional<wire::WireFormat> read_line_format(int fd);
 
 }  // namespace prism::transport

@@ -2,41 +2,44 @@
 #include "drivers/transport/tcp_line.hpp"
 
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <poll.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <optional>
 #include <utility>
 
-#include "base/file.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/resolver.hpp"
-#include "drivers/transport/wait_set.hpp"
 
 namespace prism::transport {
 namespace {
 
-constexpr std::chrono::milliseconds kConnectWithin{5000};
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kConnectWithin{5};
 constexpr int kKeepIdleS = 10, kKeepEveryS = 5, kKeepProbes = 2, kUnansweredMs = 20'000;
 constexpr int kBacklog = 4;
 
-std::string why_not_connected(int error) {
-  switch (error) {
+std::string why_not_connected(const error_code& error) {
+  switch (error.value()) {
     case ECONNREFUSED:
       return "connection refused: no program listens there";
     case ETIMEDOUT:
-      return "no answer";
+      return fmt::format("no answer within {} s", kConnectWithin.count());
     case EPERM:
     case EACCES:
       return "not permitted: IPAddressAllow= of the unit, or a firewall";
     default:
-      return std::strerror(error);
+      return error.message();
   }
 }
 
@@ -51,28 +54,30 @@ void watch_peer(int fd) {
   set_option(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, kUnansweredMs);
 }
 
-// On this host, a connection to a port that no program listens on can connect to itself: the kernel chose the same port
-// for this end.
-bool is_own_end(int fd) {
-  SocketAddress here, there;
-  here.size = there.size = sizeof here.storage;
-  return ::getsockname(fd, here.get(), &here.size) == 0 && ::getpeername(fd, there.get(), &there.size) == 0 &&
-         here.size == there.size && std::memcmp(&here.storage, &there.storage, here.size) == 0;
-}
-
 class TcpLine : public Transport {
  public:
-  TcpLine(std::string name, const Endpoint& endpoint, bool listens, std::optional<SocketAddress> from)
-      : name_(std::move(name)), listens_(listens), from_(from), resolver_(endpoint, SOCK_STREAM, listens) {
-    if (resolver_.fd() >= 0) waits_.wait_for(resolver_.fd(), EPOLLIN);
-    waits_.wait_for(deadline_.fd(), EPOLLIN);
-    progress_ = fmt::format("looking up {}", endpoint.host);
-  }
+  TcpLine(asio::io_context& io, std::string name, const Endpoint& endpoint, bool listens, std::optional<Address> from)
+      : name_(std::move(name)),
+        listens_(listens),
+        from_(from),
+        port_(endpoint.port_number()),
+        progress_("looking up " + endpoint.host),
+        look_up_(look_up(endpoint.host)),
+        acceptor_(io),
+        socket_(io),
+        timer_(io) {}
 
-  int fd() const override { return waits_.fd(); }
+  int fd() override { return connected_ ? socket_.native_handle() : -1; }
   std::string opening() const override { return connected_ ? "" : progress_; }
   std::string peer() const override { return peer_; }
-  std::string turned_away() override { return std::exchange(turned_away_, {}); }
+
+  void wait(Ready ready) override {
+    if (connected_) return socket_.async_wait(tcp::socket::wait_read, std::move(ready));
+    if (acceptor_.is_open()) return acceptor_.async_wait(tcp::acceptor::wait_read, std::move(ready));
+    timer_.expires_at(socket_.is_open() ? give_up_ : Clock::now() + kLookAgain);
+    timer_.async_wait(ready);
+    if (socket_.is_open()) socket_.async_wait(tcp::socket::wait_write, std::move(ready));
+  }
 
   Received read(std::span<std::uint8_t> buffer) override {
     if (!connected_) {
@@ -80,133 +85,129 @@ class TcpLine : public Transport {
       if (!step) return {.kind = Received::Kind::kLost, .why = step.error()};
       return {};
     }
-    const ssize_t size = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
-    if (size > 0) return {Received::Kind::kData, static_cast<std::size_t>(size)};
-    if (size == 0) return {.kind = Received::Kind::kLost, .why = "the other end closed the connection"};
-    if (errno != EAGAIN && errno != EINTR) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
-    if (listener_.get() >= 0) {
-      SocketAddress other;
-      if (accept_from(other).get() >= 0) turned_away_ = other.host();
-    }
-    return {};
+    error_code error;
+    const std::size_t size = socket_.read_some(asio::buffer(buffer.data(), buffer.size()), error);
+    if (!error) return {Received::Kind::kData, size};
+    if (error == asio::error::would_block || error == asio::error::interrupted) return {};
+    return {.kind = Received::Kind::kLost,
+            .why = error == asio::error::eof ? "the other end closed the connection" : error.message()};
   }
 
   Result<std::size_t> write(std::span<const std::uint8_t> bytes) override {
-    const ssize_t size = ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (size >= 0) return static_cast<std::size_t>(size);
-    if (errno == EAGAIN || errno == EINTR) return 0;
-    return make_error(name_, std::string("cannot write: ") + std::strerror(errno));
+    error_code error;
+    const std::size_t size = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
+    if (!error) return size;
+    if (error == asio::error::would_block || error == asio::error::interrupted) return 0;
+    return make_error(name_, "cannot write: " + error.message());
   }
 
   bool has_unread() const override {
-    int bytes = 0;
-    return connected_ && ::ioctl(socket_.get(), FIONREAD, &bytes) == 0 && bytes > 0;
+    error_code error;
+    return connected_ && socket_.available(error) > 0;
+  }
+
+  std::string turn_away() override {
+    for (int i = 0; connected_ && acceptor_.is_open() && i <= kBacklog; ++i) {
+      tcp::endpoint other;
+      error_code error;
+      const tcp::socket unwanted = acceptor_.accept(other, error);
+      if (error) break;
+      turned_away_ = host_of(other.address()).to_string();
+    }
+    return std::exchange(turned_away_, {});
   }
 
   using Step = tl::expected<void, std::string>;
 
   /// The next step to a connection, if it is possible now. Errors: all addresses failed, for this reason.
   Step proceed() {
-    if (!resolver_.is_ready()) return {};
-    if (!addresses_) {
-      if (const auto found = resolver_.result(); found) {
-        addresses_ = *found;
-      } else {
-        return tl::unexpected<std::string>(found.error().text());
-      }
-      return try_next();
+    if (addresses_.empty()) {
+      if (!is_found(look_up_)) return {};
+      auto found = look_up_.get();
+      if (!found) return tl::unexpected<std::string>(found.error().text());
+      addresses_ = std::move(*found);
     }
-    return listens_ ? accept_peer() : check_connection();
+    for (std::string why;; ++next_) {
+      if (next_ == addresses_.size()) return tl::unexpected<std::string>(why);
+      const error_code error = listens_ ? listen_at(addresses_[next_]) : connect_to(addresses_[next_]);
+      if (!error) connected();
+      if (!error || error == asio::error::in_progress) return {};
+      why = text_of(addresses_[next_], port_) + ": " + (listens_ ? error.message() : why_not_connected(error));
+      error_code ignored;
+      socket_.close(ignored);
+      acceptor_.close(ignored);
+    }
   }
 
  private:
-  Step try_next() {
-    while (next_ < addresses_->size()) {
-      const SocketAddress& address = (*addresses_)[next_++];
-      const int error = listens_ ? listen_at(address) : connect_to(address);
-      if (error == 0) return {};
-      failed(address, error);
+  // Call it again while it returns in_progress.
+  error_code connect_to(const Address& address) {
+    const tcp::endpoint there(address, port_);
+    error_code error;
+    if (!socket_.is_open()) {
+      socket_.open(there.protocol(), error);
+      if (!error) socket_.non_blocking(true, error);
+      if (error) return error;
+      give_up_ = Clock::now() + kConnectWithin;
+      progress_ = "connecting to " + text_of(address, port_);
     }
-    return tl::unexpected<std::string>(failure_);
-  }
-
-  void failed(const SocketAddress& address, int error) {
-    failure_ = address.text() + ": " + (listens_ ? std::strerror(error) : why_not_connected(error));
-  }
-
-  int connect_to(const SocketAddress& address) {
-    socket_.reset(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    if (socket_.get() < 0) return errno;
-    progress_ = "connecting to " + address.text();
-    if (::connect(socket_.get(), address.get(), address.size) != 0 && errno != EINPROGRESS) return errno;
-    waits_.wait_for(socket_.get(), EPOLLOUT);
-    deadline_.set(kConnectWithin);
-    return 0;
-  }
-
-  Step check_connection() {
-    pollfd writable{socket_.get(), POLLOUT, 0};
-    const bool late = deadline_.passed();
-    if (::poll(&writable, 1, 0) <= 0) {
-      if (!late) return {};
-      failure_ =
-          fmt::format("{}: no answer within {} s", (*addresses_)[next_ - 1].text(), kConnectWithin.count() / 1000);
-      return try_next();
+    // Asio's connect waits. The kernel's, if called again, returns the result.
+    if (::connect(socket_.native_handle(), there.data(), static_cast<socklen_t>(there.size())) == 0) {
+      // On this host, a connection to a port that no program listens on can connect to itself: the kernel chose the
+      // same port for this end.
+      return socket_.local_endpoint(error) == there ? asio::error::connection_refused : error;
     }
-    int error = 0;
-    socklen_t size = sizeof error;
-    ::getsockopt(socket_.get(), SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error == 0 && is_own_end(socket_.get())) error = ECONNREFUSED;
-    if (error == 0) return connected(), Step();
-    failed((*addresses_)[next_ - 1], error);
-    return try_next();
+    if (errno != EINPROGRESS && errno != EALREADY && errno != EINTR) return {errno, boost::system::system_category()};
+    return Clock::now() < give_up_ ? asio::error::in_progress : asio::error::timed_out;
   }
 
-  int listen_at(const SocketAddress& address) {
-    if (const int error = open_listener(address, kBacklog, listener_); error != 0) return error;
-    waits_.wait_for(listener_.get(), EPOLLIN);
-    progress_ = "waiting for a connection to " + address.text();
-    return 0;
-  }
-
-  Step accept_peer() {
-    SocketAddress address;
-    Descriptor peer = accept_from(address);
-    const bool none = errno == EAGAIN || errno == EINTR || errno == ECONNABORTED;
-    if (peer.get() < 0 && !none) return tl::unexpected<std::string>(std::strerror(errno));  // no descriptor is left
-    if (peer.get() < 0) return {};
-    if (from_ && !from_->same_host(address)) {
-      turned_away_ = address.host();
-      return {};
+  // Call it again while it returns in_progress.
+  error_code listen_at(const Address& address) {
+    const tcp::endpoint here(address, port_);
+    error_code error;
+    if (!acceptor_.is_open()) {
+      acceptor_.open(here.protocol(), error);
+      if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+      if (!error) acceptor_.non_blocking(true, error);
+      if (!error) acceptor_.bind(here, error);
+      if (!error) acceptor_.listen(kBacklog, error);
+      if (error) return error;
+      progress_ = "waiting for a connection to " + text_of(address, port_);
     }
-    peer_ = address.host();
-    socket_ = std::move(peer);
-    return connected(), Step();
+    tcp::endpoint there;
+    tcp::socket accepted = acceptor_.accept(there, error);
+    if (error == asio::error::would_block || error == asio::error::connection_aborted) return asio::error::in_progress;
+    if (error) return error;
+    const Address host = host_of(there.address());
+    if (from_ && *from_ != host) {
+      turned_away_ = host.to_string();
+      return asio::error::in_progress;
+    }
+    peer_ = host.to_string();
+    socket_ = std::move(accepted);
+    socket_.non_blocking(true, error);
+    return error;
   }
 
   void connected() {
     connected_ = true;
-    deadline_.set(std::chrono::milliseconds(0));
-    watch_peer(socket_.get());
-    waits_.wait_for(socket_.get(), EPOLLIN);
-  }
-
-  Descriptor accept_from(SocketAddress& address) {
-    address.size = sizeof address.storage;
-    return Descriptor(::accept4(listener_.get(), address.get(), &address.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    timer_.cancel();
+    watch_peer(socket_.native_handle());
   }
 
   const std::string name_;
   const bool listens_;
-  const std::optional<SocketAddress> from_;
-  WaitSet waits_;
-  Deadline deadline_;
-  Resolver resolver_;
-  std::optional<std::vector<SocketAddress>> addresses_;
-  std::size_t next_ = 0;  ///< the next of the addresses to try
-  Descriptor listener_, socket_;
+  const std::optional<Address> from_;
+  const std::uint16_t port_;
+  std::string progress_, peer_, turned_away_;
+  std::future<Found> look_up_;
+  std::vector<Address> addresses_;  ///< empty: not known yet
+  std::size_t next_ = 0;            ///< the one of the addresses that is tried
+  tcp::acceptor acceptor_;
+  tcp::socket socket_;
+  asio::steady_timer timer_;
+  Clock::time_point give_up_;  ///< connecting
   bool connected_ = false;
-  std::string progress_, failure_, peer_, turned_away_;
 };
 
 }  // namespace
@@ -230,26 +231,19 @@ Network read_tcp_line(const Section& section) {
   return network;
 }
 
-Result<std::unique_ptr<Transport>> open_tcp_line(const Settings& settings) {
-  const std::string name = describe_tcp_line(settings);
+Result<std::unique_ptr<Transport>> open_tcp_line(asio::io_context& io, const Settings& settings) {
+  const std::string name = describe(settings);
   const auto endpoint = parse_endpoint(settings.network.address);
   if (!endpoint) return make_error(name, endpoint.error());
-  std::optional<SocketAddress> from;
-  if (!settings.network.from.empty()) {
-    const auto found = numeric_address(settings.network.from, SOCK_STREAM);
-    if (!found) return tl::unexpected<Error>(found.error());
-    from = *found;
+  std::optional<Address> from;
+  if (const std::string& only = settings.network.from; !only.empty()) {
+    const auto numeric = parse_numeric_endpoint(only);
+    if (!numeric) return make_error(name, numeric.error());
+    from = host_of(asio::ip::make_address(numeric->host));
   }
-  auto line = std::make_unique<TcpLine>(name, *endpoint, settings.network.listens, from);
-  if (line->fd() < 0) return make_error(name, std::strerror(errno));
+  auto line = std::make_unique<TcpLine>(io, name, *endpoint, settings.network.listens, from);
   if (const auto begun = line->proceed(); !begun) return make_error(name, begun.error());
   return line;
 }
-
-std::string describe_tcp_line(const Settings& settings) {
-  return (settings.network.listens ? "tcp listening on " : "tcp ") + settings.network.address;
-}
-
-bool tcp_line_is_present(const Settings& settings) { return !settings.network.listens; }
 
 }  // namespace prism::transport

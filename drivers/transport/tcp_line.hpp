@@ -12,10 +12,6 @@ Network read_tcp_line(const Section& section);
 
 /// Begins to connect, or to wait for a peer. Tries all addresses of a name in turn, at most 5 s each. A peer that
 /// vanished is found by keepalive after 20 s. While a peer is connected, others are turned away.
-Result<std::unique_ptr<Transport>> open_tcp_line(const Settings& settings);
-
-std::string describe_tcp_line(const Settings& settings);
-/// Returns false for a line that listens: opening it again disturbs no other host.
-bool tcp_line_is_present(const Settings& settings);
+Result<std::unique_ptr<Transport>> open_tcp_line(boost::asio::io_context& io, const Settings& settings);
 
 }  // namespace prism::transport

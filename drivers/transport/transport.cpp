@@ -2,6 +2,7 @@
 #include "drivers/transport/transport.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "drivers/transport/serial_line.hpp"
 #include "drivers/transport/tcp_line.hpp"
@@ -13,16 +14,14 @@ namespace {
 struct Kind {
   const char* key;  // in a configuration's section of a line; null: the serial line
   Network (*read)(const Section&);
-  Result<std::unique_ptr<Transport>> (*open)(const Settings&);
-  std::string (*describe)(const Settings&);
-  bool (*is_present)(const Settings&);
+  Result<std::unique_ptr<Transport>> (*open)(boost::asio::io_context&, const Settings&);
 };
 
 // Network::type selects the row; the serial line is the last.
 constexpr Kind kKinds[] = {
-    {"tcp", read_tcp_line, open_tcp_line, describe_tcp_line, tcp_line_is_present},
-    {"udp", read_udp_line, open_udp_line, describe_udp_line, udp_line_is_present},
-    {nullptr, nullptr, open_serial_line, describe_serial_line, serial_line_is_present},
+    {"tcp", read_tcp_line, open_tcp_line},
+    {"udp", read_udp_line, open_udp_line},
+    {nullptr, nullptr, open_serial_line},
 };
 
 const Kind& kind_of(const Settings& settings) {
@@ -45,10 +44,19 @@ Network read_network(const Section& line) {
   return network;
 }
 
-Result<std::unique_ptr<Transport>> open(const Settings& settings) { return kind_of(settings).open(settings); }
+Result<std::unique_ptr<Transport>> open(boost::asio::io_context& io, const Settings& settings) {
+  return kind_of(settings).open(io, settings);
+}
 
-std::string describe(const Settings& settings) { return kind_of(settings).describe(settings); }
+std::string describe(const Settings& settings) {
+  const Network& network = settings.network;
+  if (network.type.empty()) return settings.device;
+  return network.type + (network.type == "tcp" && network.listens ? " listening on " : " ") + network.address;
+}
 
-bool is_present(const Settings& settings) { return kind_of(settings).is_present(settings); }
+bool is_present(const Settings& settings) {
+  if (needs_network(settings)) return !settings.network.listens;
+  return ::access(settings.device.c_str(), F_OK) == 0;
+}
 
 }  // namespace prism::transport

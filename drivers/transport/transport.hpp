@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,6 +15,13 @@
 #include "base/json_section.hpp"
 #include "base/result.hpp"
 #include "drivers/wire/description/wire_format.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+namespace boost::system {
+class error_code;
+}
 
 namespace prism::transport {
 
@@ -63,9 +71,14 @@ struct LineCounters {
 /// A line that is open or being opened; the destructor closes it. No function waits.
 class Transport {
  public:
+  /// Without an error: call read() now. After the destructor: with an error.
+  using Ready = std::function<void(const boost::system::error_code&)>;
+
   virtual ~Transport() = default;
-  /// For poll(2): readable when data are available, or when the opening can proceed. The transport closes it.
-  virtual int fd() const = 0;
+  /// Calls `ready` when data are available or when the opening can proceed; while it opens, perhaps more than once.
+  virtual void wait(Ready ready) = 0;
+  /// For poll(2), if the line is open: readable when data are available. The transport closes it.
+  virtual int fd() = 0;
   /// Empty if the line is open, else what it waits for: "connecting to 192.0.2.7:4001". Then read() opens it further
   /// and returns kNothing, or kLost if that failed.
   virtual std::string opening() const { return {}; }
@@ -78,8 +91,8 @@ class Transport {
   virtual std::optional<LineCounters> counters() const { return std::nullopt; }
   /// Of a line that listens: the host that is connected; empty: none, or not known.
   virtual std::string peer() const { return {}; }
-  /// The host that was turned away last; empty: none since the last call.
-  virtual std::string turned_away() { return {}; }
+  /// Turns away the hosts that connect meanwhile. Returns the last one; empty: none since the last call.
+  virtual std::string turn_away() { return {}; }
   /// Optional settings that the line does not support, one sentence each.
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -88,13 +101,15 @@ class Transport {
 /// Errors are those of the section.
 Network read_network(const Section& line);
 
-/// Opens a line of the type that the settings select, or begins to open it. Errors: the line's name and the reason.
-Result<std::unique_ptr<Transport>> open(const Settings& settings);
+/// Opens a line of the type that the settings select, or begins to open it. `io` must outlive it; wait() needs it to
+/// run. Errors: the line's name and the reason.
+Result<std::unique_ptr<Transport>> open(boost::asio::io_context& io, const Settings& settings);
 
 /// Human-readable name of the line.
 std::string describe(const Settings& settings);
 
-/// Returns false if the device does not exist now: checking again costs little and needs no growing pause.
+/// Returns false if the device does not exist now, or for a line that listens: opening it again costs little, disturbs
+/// no other host, and needs no growing pause.
 bool is_present(const Settings& settings);
 
 /// Returns true if the line goes through a network.

@@ -1,100 +1,117 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/transport/udp_line.hpp"
 
-#include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-
-#include <cerrno>
-#include <cstring>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <optional>
 #include <utility>
 
-#include "base/file.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/resolver.hpp"
-#include "drivers/transport/wait_set.hpp"
 
 namespace prism::transport {
 namespace {
 
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
 constexpr int kReceiveBytes = 1 << 20;  // a second of the fastest gyro, in the kernel
 
 // The datagram does not reach the device: lost, like any other.
-bool is_loss(int error) {
-  return error == ECONNREFUSED || error == ENETUNREACH || error == EHOSTUNREACH || error == ENETDOWN || error == EPERM;
+bool is_loss(const error_code& error) {
+  return error == asio::error::connection_refused || error == asio::error::network_unreachable ||
+         error == asio::error::host_unreachable || error == asio::error::network_down ||
+         error == boost::system::errc::operation_not_permitted;
 }
 
 class UdpLine : public Transport {
  public:
-  UdpLine(std::string name, const Endpoint& endpoint, std::optional<SocketAddress> from, bool sends)
-      : name_(std::move(name)), from_(from), answers_(!sends), resolver_(endpoint, SOCK_DGRAM, true) {
-    if (sends) peer_ = from_;
-    if (resolver_.fd() >= 0) waits_.wait_for(resolver_.fd(), EPOLLIN);
-    progress_ = fmt::format("looking up {}", endpoint.host);
+  /// `from`: the only accepted sender. `peer`: where bytes go; none: to the sender of the last datagram.
+  UdpLine(asio::io_context& io, std::string name, const Endpoint& endpoint, std::optional<Address> from,
+          std::optional<udp::endpoint> peer)
+      : name_(std::move(name)),
+        progress_("looking up " + endpoint.host),
+        from_(from),
+        answers_(!peer),
+        peer_(peer),
+        port_(endpoint.port_number()),
+        look_up_(look_up(endpoint.host)),
+        socket_(io),
+        timer_(io) {}
+
+  int fd() override { return socket_.is_open() ? socket_.native_handle() : -1; }
+  std::string opening() const override { return socket_.is_open() ? "" : progress_; }
+
+  void wait(Ready ready) override {
+    if (socket_.is_open()) return socket_.async_wait(udp::socket::wait_read, std::move(ready));
+    timer_.expires_after(kLookAgain);
+    timer_.async_wait(std::move(ready));
   }
 
-  int fd() const override { return waits_.fd(); }
-  std::string opening() const override { return socket_.get() >= 0 ? "" : progress_; }
-
   Received read(std::span<std::uint8_t> buffer) override {
-    if (socket_.get() < 0) {
+    if (!socket_.is_open()) {
       if (const auto bound = bind_now(); !bound) return {.kind = Received::Kind::kLost, .why = bound.error()};
       return {};
     }
-    SocketAddress sender;
-    sender.size = sizeof sender.storage;
-    const ssize_t size = ::recvfrom(socket_.get(), buffer.data(), buffer.size(), 0, sender.get(), &sender.size);
-    if (size < 0 && (errno == EAGAIN || errno == EINTR || errno == ECONNREFUSED)) return {};
-    if (size < 0) return {.kind = Received::Kind::kLost, .why = std::strerror(errno)};
-    if (from_ && !from_->same_host(sender)) return {};
+    udp::endpoint sender;
+    error_code error;
+    const std::size_t size = socket_.receive_from(asio::buffer(buffer.data(), buffer.size()), sender, 0, error);
+    if (error == asio::error::would_block || error == asio::error::interrupted ||
+        error == asio::error::connection_refused)
+      return {};
+    if (error) return {.kind = Received::Kind::kLost, .why = error.message()};
+    if (from_ && *from_ != host_of(sender.address())) return {};
     if (answers_) peer_ = sender;
     if (size == 0) return {};
-    return {Received::Kind::kData, static_cast<std::size_t>(size)};
+    return {Received::Kind::kData, size};
   }
 
   Result<std::size_t> write(std::span<const std::uint8_t> bytes) override {
     if (!peer_) return make_error(name_, "cannot write: no datagram came yet, and \"from\" has no port");
-    const ssize_t size = ::sendto(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, peer_->get(), peer_->size);
-    if (size >= 0) return static_cast<std::size_t>(size);
-    if (errno == EAGAIN || errno == EINTR) return 0;
-    if (is_loss(errno)) return bytes.size();
-    return make_error(name_, std::string("cannot write: ") + std::strerror(errno));
+    error_code error;
+    const std::size_t size = socket_.send_to(asio::buffer(bytes.data(), bytes.size()), *peer_, 0, error);
+    if (!error) return size;
+    if (error == asio::error::would_block || error == asio::error::interrupted) return 0;
+    if (is_loss(error)) return bytes.size();
+    return make_error(name_, "cannot write: " + error.message());
   }
 
   bool has_unread() const override {
-    int bytes = 0;
-    return socket_.get() >= 0 && ::ioctl(socket_.get(), FIONREAD, &bytes) == 0 && bytes > 0;
+    error_code error;
+    return socket_.is_open() && socket_.available(error) > 0;
   }
 
   /// Binds if the address is known. Errors: all addresses failed, for this reason.
   tl::expected<void, std::string> bind_now() {
-    if (!resolver_.is_ready()) return {};
-    const auto found = resolver_.result();
+    if (!is_found(look_up_)) return {};
+    const auto found = look_up_.get();
     if (!found) return tl::unexpected<std::string>(found.error().text());
     std::string why;
-    for (const SocketAddress& address : *found) {
-      Descriptor socket(::socket(address.family(), SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-      if (socket.get() >= 0 && ::bind(socket.get(), address.get(), address.size) == 0) {
-        ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBytes, sizeof kReceiveBytes);
-        socket_ = std::move(socket);
-        waits_.wait_for(socket_.get(), EPOLLIN);
-        return {};
-      }
-      why = address.text() + ": " + std::strerror(errno);
+    for (const Address& address : *found) {
+      const udp::endpoint here(address, port_);
+      error_code error, ignored;
+      socket_.open(here.protocol(), error);
+      if (!error) socket_.non_blocking(true, error);
+      if (!error) socket_.bind(here, error);
+      if (!error) socket_.set_option(udp::socket::receive_buffer_size(kReceiveBytes), ignored);
+      if (!error) return {};
+      socket_.close(ignored);
+      why = text_of(address, port_) + ": " + error.message();
     }
     return tl::unexpected<std::string>(why);
   }
 
  private:
-  const std::string name_;
-  const std::optional<SocketAddress> from_;
+  const std::string name_, progress_;
+  const std::optional<Address> from_;
   const bool answers_;  ///< sends to the sender of the last datagram
-  WaitSet waits_;
-  Resolver resolver_;
-  std::optional<SocketAddress> peer_;
-  Descriptor socket_;
-  std::string progress_;
+  std::optional<udp::endpoint> peer_;
+  const std::uint16_t port_;
+  std::future<Found> look_up_;
+  udp::socket socket_;
+  asio::steady_timer timer_;  ///< looking up
 };
 
 }  // namespace
@@ -110,29 +127,24 @@ Network read_udp_line(const Section& section) {
   return network;
 }
 
-Result<std::unique_ptr<Transport>> open_udp_line(const Settings& settings) {
-  const std::string name = describe_udp_line(settings);
+Result<std::unique_ptr<Transport>> open_udp_line(asio::io_context& io, const Settings& settings) {
+  const std::string name = describe(settings);
+  const bool listens = settings.network.listens;
   auto endpoint = parse_endpoint(settings.network.address);
   if (!endpoint) return make_error(name, endpoint.error());
-  std::optional<SocketAddress> from;
-  bool sends = false;
-  const std::string& peer = settings.network.listens ? settings.network.from : settings.network.address;
-  if (!settings.network.listens) *endpoint = {endpoint->host.find(':') == std::string::npos ? "0.0.0.0" : "::", "0"};
-  if (!peer.empty()) {
-    const auto numeric = parse_numeric_endpoint(peer);
-    const auto found = numeric_address(peer, SOCK_DGRAM);
-    if (!found) return tl::unexpected<Error>(found.error());
-    sends = !numeric->port.empty();
-    from = *found;
+  std::optional<Address> from;
+  std::optional<udp::endpoint> peer;
+  if (const std::string& far = listens ? settings.network.from : settings.network.address; !far.empty()) {
+    const auto numeric = parse_numeric_endpoint(far);
+    if (!numeric) return make_error(name, numeric.error());
+    const Address address = asio::ip::make_address(numeric->host);
+    from = host_of(address);
+    if (!numeric->port.empty()) peer.emplace(address, numeric->port_number());
   }
-  auto line = std::make_unique<UdpLine>(name, *endpoint, from, sends);
-  if (line->fd() < 0) return make_error(name, std::strerror(errno));
+  if (!listens) *endpoint = {from->is_v4() ? "0.0.0.0" : "::", "0"};
+  auto line = std::make_unique<UdpLine>(io, name, *endpoint, from, peer);
   if (const auto bound = line->bind_now(); !bound) return make_error(name, bound.error());
   return line;
 }
-
-std::string describe_udp_line(const Settings& settings) { return "udp " + settings.network.address; }
-
-bool udp_line_is_present(const Settings&) { return false; }
 
 }  // namespace prism::transport

@@ -13,9 +13,6 @@ Network read_udp_line(const Section& section);
 /// Receives the datagrams that arrive at the address; ignores those of other hosts than "from". One read returns one
 /// datagram. Bytes are sent to the port in "from", else to the sender of the last datagram. A line that does not listen
 /// (prismsim) sends to its address, an IP address, from any free port.
-Result<std::unique_ptr<Transport>> open_udp_line(const Settings& settings);
-
-std::string describe_udp_line(const Settings& settings);
-bool udp_line_is_present(const Settings& settings);
+Result<std::unique_ptr<Transport>> open_udp_line(boost::asio::io_context& io, const Settings& settings);
 
 }  // namespace prism::transport

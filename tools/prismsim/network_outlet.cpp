@@ -25,7 +25,7 @@ bool NetworkOutlet::has_reader() {
   const auto now = std::chrono::steady_clock::now();
   if (!line_ && now >= next_try_) {
     next_try_ = now + kRetry;
-    if (auto opened = transport::open(settings_); opened) line_ = std::move(*opened);
+    if (auto opened = transport::open(io_, settings_); opened) line_ = std::move(*opened);
   }
   if (!line_) return false;
   std::array<std::uint8_t, 4096> bytes;

@@ -2,6 +2,7 @@
 // The simulated device at the far end of a network line.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -26,6 +27,7 @@ class NetworkOutlet : public Outlet {
  private:
   transport::Settings settings_;
   std::string path_;
+  boost::asio::io_context io_;  ///< nothing waits for it
   std::unique_ptr<transport::Transport> line_;
   std::chrono::steady_clock::time_point next_try_;
   std::vector<std::uint8_t> unread_;

@@ -9,10 +9,12 @@
 #include <unistd.h>
 
 #include <array>
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/file.hpp"
@@ -71,17 +73,25 @@ Settings on(const char* type, bool listens, const std::string& address, const st
   return settings;
 }
 
+boost::asio::io_context& io() {
+  static boost::asio::io_context io;
+  return io;
+}
+
 struct Outcome {
   std::string bytes, why;
 };
 
-// Reads as the daemon does until data came or the line was lost, at most `for_ms`.
-Outcome outcome(Transport& line, int for_ms = 3000) {
+// Reads when the line is ready, as the daemon does, until data came or the line was lost, at most `for_ms`.
+Outcome outcome(Transport& line, int for_ms = 3000, bool until_open = false) {
   std::array<std::uint8_t, 4096> buffer;
   const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(for_ms);
-  while (std::chrono::steady_clock::now() < end) {
-    pollfd readable{line.fd(), POLLIN, 0};
-    if (::poll(&readable, 1, 50) <= 0) continue;
+  const auto ready = std::make_shared<bool>(true);
+  while (std::chrono::steady_clock::now() < end && !(until_open && line.opening().empty())) {
+    if (std::exchange(*ready, false)) line.wait([ready](const auto& error) { *ready = *ready || !error; });
+    io().restart();
+    io().run_one_for(std::chrono::milliseconds(50));
+    if (!*ready) continue;
     const Received received = line.read(buffer);
     if (received.kind == Kind::kLost) return {"", received.why};
     if (received.kind == Kind::kData)
@@ -90,20 +100,13 @@ Outcome outcome(Transport& line, int for_ms = 3000) {
   return {};
 }
 
-// Reads until the line is open.
 std::string open_it(Transport& line) {
-  std::array<std::uint8_t, 16> buffer;
-  for (int i = 0; i < 60 && !line.opening().empty(); ++i) {
-    pollfd readable{line.fd(), POLLIN, 0};
-    if (::poll(&readable, 1, 50) > 0) {
-      if (const Received received = line.read(buffer); received.kind == Kind::kLost) return received.why;
-    }
-  }
-  return line.opening();
+  const std::string why = outcome(line, 3000, true).why;
+  return why + line.opening();
 }
 
 std::unique_ptr<Transport> opened(const Settings& settings) {
-  auto line = open(settings);
+  auto line = open(io(), settings);
   EXPECT_TRUE(line) << line.error().text();
   return line ? std::move(*line) : nullptr;
 }
@@ -139,7 +142,7 @@ TEST(TcpLine, ReportsThatTheOtherEndClosed) {
 
 TEST(TcpLine, ReportsARefusedConnection) {
   const std::string address = "127.0.0.1:" + std::to_string(free_port(SOCK_STREAM));
-  auto line = open(on("tcp", false, address));
+  auto line = open(io(), on("tcp", false, address));
   const std::string why = line ? outcome(**line).why : line.error().text();
   EXPECT_THAT(why, HasSubstr(address + ": connection refused"));
 }
@@ -183,7 +186,8 @@ TEST(TcpLine, WaitsForOnePeerAndTurnsOthersAway) {
   ASSERT_TRUE(other.connect(port));
   put(device.fd(), "frame");
   EXPECT_EQ(outcome(*line).bytes, "frame");
-  EXPECT_EQ(outcome(*line, 200).bytes, "");
+  EXPECT_EQ(line->turn_away(), "127.0.0.1");
+  EXPECT_EQ(line->turn_away(), "");
   char got = 0;
   EXPECT_LE(::read(other.fd(), &got, 1), 0) << "the other peer must be disconnected";
   device.close();
@@ -194,7 +198,7 @@ TEST(TcpLine, AnAddressInUseIsAnError) {
   Far device(SOCK_STREAM);
   device.listen();
   const std::string address = "127.0.0.1:" + std::to_string(device.port());
-  const auto line = open(on("tcp", true, address));
+  const auto line = open(io(), on("tcp", true, address));
   ASSERT_FALSE(line);
   EXPECT_EQ(line.error().text(), "tcp listening on " + address + ": " + address + ": Address already in use");
 }
@@ -232,7 +236,13 @@ TEST(NetworkLine, IsDescribed) {
   EXPECT_EQ(describe(on("tcp", true, "[::1]:4001")), "tcp listening on [::1]:4001");
   EXPECT_EQ(describe(on("udp", true, "0.0.0.0:4002")), "udp 0.0.0.0:4002");
   EXPECT_TRUE(needs_network(on("udp", true, "0.0.0.0:4002")));
-  EXPECT_FALSE(needs_network(Settings{}));
+  Settings serial;
+  serial.device = "/dev/null";
+  EXPECT_FALSE(needs_network(serial));
+  EXPECT_EQ(describe(serial), "/dev/null");
+  EXPECT_TRUE(is_present(serial));
+  serial.device = "/dev/no-such-line";
+  EXPECT_FALSE(is_present(serial));
 }
 
 std::string read(const char* text) {
