@@ -23,6 +23,8 @@
 namespace prism {
 
 struct JsonDocument;
+template <class T>
+class JsonTable;
 
 struct Range {
   double min, max;

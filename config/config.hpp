@@ -53,10 +53,10 @@ struct LineConfig {
 
 /// The line of an additional instrument.
 struct SensorLineConfig {
-  std::string name;           ///< its sensors are named NAME.SENSOR
-  LineConfig line;            ///< default of silence_s: stale_after_s
-  std::string frames;         ///< path of its frame description
-  double stale_after_s = 30;  ///< a value is valid for this time
+  std::string name;                      ///< its sensors are named NAME.SENSOR
+  LineConfig line;                       ///< default of silence_s: stale_after_s
+  std::string frames = "ascii-columns";  ///< path of its frame description
+  double stale_after_s = 30;             ///< a value is valid for this time
   TextColumns text;
 
   bool operator==(const SensorLineConfig&) const = default;
@@ -93,7 +93,7 @@ struct Config {
   std::vector<AxisConfig> axes;  ///< served axes: at least one
   bool by_axes = false;          ///< true with "axes": each axis has its own log and its own model inputs
   LineConfig line;
-  std::string frames;             ///< path of the frame description
+  std::string frames = "trplg";   ///< path of the frame description
   std::optional<double> rate_hz;  ///< of this gyro's set-up; default: from the frame description
   std::vector<SensorLineConfig> sensor_lines;
   bool device_clock = false;

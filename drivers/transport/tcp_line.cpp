@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/json_table.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/resolver.hpp"
 
@@ -212,23 +213,31 @@ class TcpLine : public Transport {
 
 }  // namespace
 
-Network read_tcp_line(const Section& section) {
-  Network network;
-  network.listens = section.has("listen");
-  const char* const key = network.listens ? "listen" : "address";
-  if (network.listens && section.has("address"))
-    section.fail("address", "given together with \"listen\"; expected one of them");
-  network.address = section.text(key);
-  if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail(key, endpoint.error());
-  if (!section.has("from")) return network;
-  network.from = section.text("from");
-  if (!network.listens) section.fail("from", "given with \"address\"; expected \"listen\"");
-  if (const auto from = parse_numeric_endpoint(network.from); !from) {
-    section.fail("from", from.error());
-  } else if (!from->port.empty()) {
-    section.fail("from", "has a port, which a peer that connects chooses itself; expected an address");
-  }
-  return network;
+const JsonTable<Network>& tcp_keys() {
+  static const JsonTable<Network> keys =
+      JsonTable<Network>()
+          .text("address", &Network::address, "HOST:PORT of a device server or a device; prismd connects to it.")
+          .print_if([](const Network& network) { return !network.listens; })
+          .text("listen", &Network::address, "HOST:PORT of this host; the device connects to it.")
+          .print_if([](const Network& network) { return network.listens; })
+          .text("from", &Network::from, "IP address of the only host that may connect.")
+          .print_if([](const Network& network) { return !network.from.empty(); })
+          .then([](const Section& section, Network& network) {
+            network.listens = section.has("listen");
+            const char* const key = network.listens ? "listen" : "address";
+            if (network.listens && section.has("address"))
+              section.fail("address", "given together with \"listen\"; expected one of them");
+            if (!section.has(key)) section.text(key);  // is missing
+            if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail(key, endpoint.error());
+            if (!section.has("from")) return;
+            if (!network.listens) section.fail("from", "given with \"address\"; expected \"listen\"");
+            if (const auto from = parse_numeric_endpoint(network.from); !from) {
+              section.fail("from", from.error());
+            } else if (!from->port.empty()) {
+              section.fail("from", "has a port, which a peer that connects chooses itself; expected an address");
+            }
+          });
+  return keys;
 }
 
 Result<std::unique_ptr<Transport>> open_tcp_line(asio::io_context& io, const Settings& settings) {

@@ -2,13 +2,12 @@
 // A line through TCP: a device server or a device with Ethernet, which prismd connects to or which connects to prismd.
 #pragma once
 
-#include "base/json_section.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::transport {
 
-/// Reads {"address": "HOST:PORT"} or {"listen": "HOST:PORT", "from": "ADDRESS"}.
-Network read_tcp_line(const Section& section);
+/// {"address": "HOST:PORT"} or {"listen": "HOST:PORT", "from": "ADDRESS"}.
+const JsonTable<Network>& tcp_keys();
 
 /// Begins to connect, or to wait for a peer. Tries all addresses of a name in turn, at most 5 s each. A peer that
 /// vanished is found by keepalive after 20 s. While a peer is connected, others are turned away.

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <functional>
+
+#include "base/json_table.hpp"
 #include "drivers/transport/serial_line.hpp"
 #include "drivers/transport/tcp_line.hpp"
 #include "drivers/transport/udp_line.hpp"
@@ -13,15 +16,17 @@ namespace {
 
 struct Kind {
   const char* key;  // in a configuration's section of a line; null: the serial line
-  Network (*read)(const Section&);
+  const char* help;
+  const JsonTable<Network>& (*keys)();
   Result<std::unique_ptr<Transport>> (*open)(boost::asio::io_context&, const Settings&);
 };
 
 // Network::type selects the row; the serial line is the last.
 constexpr Kind kKinds[] = {
-    {"tcp", read_tcp_line, open_tcp_line},
-    {"udp", read_udp_line, open_udp_line},
-    {nullptr, nullptr, open_serial_line},
+    {"tcp", "A line through TCP, instead of device: address or listen. Needs the unit prismd-net@.", tcp_keys,
+     open_tcp_line},
+    {"udp", "A line through UDP, instead of device.", udp_keys, open_udp_line},
+    {nullptr, nullptr, nullptr, open_serial_line},
 };
 
 const Kind& kind_of(const Settings& settings) {
@@ -32,16 +37,22 @@ const Kind& kind_of(const Settings& settings) {
 
 }  // namespace
 
-Network read_network(const Section& line) {
-  Network network;
-  for (const Kind* kind = kKinds; kind->key; ++kind) {
-    if (!line.has(kind->key)) continue;
-    if (!network.type.empty())
-      line.fail(kind->key, fmt::format("given together with \"{}\"; expected one of them", network.type));
-    network = kind->read(line.object(kind->key));
-    network.type = kind->key;
-  }
-  return network;
+const JsonTable<Network>& network_keys() {
+  static const JsonTable<Network> keys = [] {
+    JsonTable<Network> all;
+    for (const Kind* kind = kKinds; kind->key; ++kind) {
+      all.object(kind->key, kind->keys(), std::identity(), kind->help)
+          .print_if([kind](const Network& network) { return network.type == kind->key; })
+          .then([kind](const Section& line, Network& network) {
+            if (!line.has(kind->key)) return;
+            if (!network.type.empty())
+              line.fail(kind->key, fmt::format("given together with \"{}\"; expected one of them", network.type));
+            network.type = kind->key;
+          });
+    }
+    return all;
+  }();
+  return keys;
 }
 
 Result<std::unique_ptr<Transport>> open(boost::asio::io_context& io, const Settings& settings) {

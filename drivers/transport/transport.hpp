@@ -97,9 +97,8 @@ class Transport {
   virtual std::vector<std::string> notes() const { return {}; }
 };
 
-/// Reads the network line in a configuration's section of a line: one of the keys "tcp", "udp" …; none: an empty type.
-/// Errors are those of the section.
-Network read_network(const Section& line);
+/// The keys "tcp", "udp" … of a line in a configuration; at most one of them may be given.
+const JsonTable<Network>& network_keys();
 
 /// Opens a line of the type that the settings select, or begins to open it. `io` must outlive it; wait() needs it to
 /// run. Errors: the line's name and the reason.

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/json_table.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/resolver.hpp"
 
@@ -116,15 +117,22 @@ class UdpLine : public Transport {
 
 }  // namespace
 
-Network read_udp_line(const Section& section) {
-  Network network;
-  network.listens = true;
-  network.address = section.text("listen");
-  if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail("listen", endpoint.error());
-  if (!section.has("from")) return network;
-  network.from = section.text("from");
-  if (const auto from = parse_numeric_endpoint(network.from); !from) section.fail("from", from.error());
-  return network;
+const JsonTable<Network>& udp_keys() {
+  static const JsonTable<Network> keys =
+      JsonTable<Network>()
+          .text("listen", &Network::address, "HOST:PORT of this host; the device sends its datagrams to it.")
+          .required()
+          .text("from", &Network::from,
+                "IP address of the only accepted sender, also with a port; commands are sent to this port.")
+          .print_if([](const Network& network) { return !network.from.empty(); })
+          .then([](const Section& section, Network& network) {
+            network.listens = true;
+            if (const auto endpoint = parse_endpoint(network.address); !endpoint)
+              section.fail("listen", endpoint.error());
+            if (!section.has("from")) return;
+            if (const auto from = parse_numeric_endpoint(network.from); !from) section.fail("from", from.error());
+          });
+  return keys;
 }
 
 Result<std::unique_ptr<Transport>> open_udp_line(asio::io_context& io, const Settings& settings) {

@@ -2,13 +2,12 @@
 // A line through UDP: a device that sends datagrams to prismd.
 #pragma once
 
-#include "base/json_section.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::transport {
 
-/// Reads {"listen": "HOST:PORT", "from": "ADDRESS" or "ADDRESS:PORT"}.
-Network read_udp_line(const Section& section);
+/// {"listen": "HOST:PORT", "from": "ADDRESS" or "ADDRESS:PORT"}.
+const JsonTable<Network>& udp_keys();
 
 /// Receives the datagrams that arrive at the address; ignores those of other hosts than "from". One read returns one
 /// datagram. Bytes are sent to the port in "from", else to the sender of the last datagram. A line that does not listen

@@ -62,7 +62,7 @@ class SchemaValidator {
     if (key == "required") return has_all(rule, value);
     if (key == "properties" || key == "additionalProperties") return members_hold(schema, value);
     if (key == "$schema" || key == "$comment" || key == "title" || key == "description" || key == "definitions" ||
-        key == "$defs")
+        key == "$defs" || key == "default")
       return true;
     throw std::runtime_error("the validator does not know " + key);
   }

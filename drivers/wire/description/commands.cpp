@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
+
+#include "base/json_table.hpp"
 
 namespace prism::wire {
 namespace {
@@ -11,15 +14,9 @@ namespace {
 constexpr std::size_t kMostSteps = 64, kMostSentBytes = 1024;
 constexpr Range kTimeMs{1, 60'000}, kPauseMs{0, 60'000}, kPeriodMs{10, 3'600'000};
 
-std::chrono::milliseconds read_ms(const Section& section, const char* key, Range range,
-                                  std::chrono::milliseconds usual) {
-  return std::chrono::milliseconds(section.integer(key, range, usual.count()));
-}
-
-/// "send": text, or "send_hex": bytes; empty if both are absent.
-CommandBytes read_either(const Section& section, const std::string& text_key, std::size_t most) {
+// "send": text, or "send_hex": bytes; none: unchanged.
+void read_either(const Section& section, const std::string& text_key, std::size_t most, CommandBytes& bytes) {
   const std::string hex_key = text_key + "_hex";
-  CommandBytes bytes;
   if (section.has(text_key) && section.has(hex_key))
     section.fail(hex_key, fmt::format("given together with \"{}\"; expected one of them", text_key));
   if (section.has(hex_key)) bytes = section.bytes(hex_key);
@@ -29,57 +26,94 @@ CommandBytes read_either(const Section& section, const std::string& text_key, st
     if (text.empty()) section.fail(text_key, fmt::format("is empty, expected 1 to {} bytes", most));
   }
   if (bytes.size() > most) section.fail(text_key, fmt::format("has {} bytes, expected at most {}", bytes.size(), most));
-  return bytes;
 }
 
-Command read_command(const Section& section) {
-  Command step;
-  step.send = read_either(section, "send", kMostSentBytes);
-  step.expect = read_either(section, "expect", kMostExpectedBytes);
-  step.within = read_ms(section, "within_ms", kTimeMs, step.within);
-  step.wait = read_ms(section, "wait_ms", kPauseMs, step.wait);
-  const bool waits = section.has("wait_ms");
-  if (step.send.empty() && step.expect.empty() && !waits)
-    section.fail("", "found no command, expected \"send\", \"send_hex\", \"expect\" or \"wait_ms\"");
-  if (waits && !step.expect.empty())
-    section.fail("wait_ms", "given together with \"expect\"; expected a step of its own");
-  if (section.has("within_ms") && step.expect.empty()) section.fail("within_ms", "given without \"expect\"");
-  return step;
+// {"send": "READ?\r"}, or {"send_hex": "55 AA"} if a byte is not printable.
+void print_either(const CommandBytes& bytes, const std::string& text_key, Json& json) {
+  if (bytes.empty()) return;
+  const bool is_text =
+      std::all_of(bytes.begin(), bytes.end(), [](int c) { return (c >= 0x20 && c <= 0x7e) || c == '\r' || c == '\n'; });
+  if (is_text)
+    json[text_key] = std::string(bytes.begin(), bytes.end());
+  else
+    json[text_key + "_hex"] = fmt::format("{:02X}", fmt::join(bytes, " "));
 }
 
-std::optional<std::vector<Command>> read_steps(const Section& section, const char* key) {
-  if (!section.has(key)) return std::nullopt;
-  std::vector<Command> steps;
-  for (const Section& step : section.objects(key)) steps.push_back(read_command(step));
-  if (steps.size() > kMostSteps)
-    section.fail(key, fmt::format("found {} steps, expected at most {}", steps.size(), kMostSteps));
-  return steps;
+template <class T>
+void add_bytes(JsonTable<T>& keys, const std::string& key, CommandBytes T::*member, std::size_t most, const char* help,
+               const char* hex_help) {
+  const Json type = {{"type", "string"}};
+  keys.custom(
+      key.c_str(), type, help,
+      [=](const Section& section, T& object) { read_either(section, key, most, object.*member); },
+      [=](const T& object, Json& json) { print_either(object.*member, key, json); });
+  keys.custom((key + "_hex").c_str(), type, hex_help, [](const Section&, T&) {}, nullptr);
 }
 
-PollRequest read_request(const Section& section, std::chrono::milliseconds within) {
-  PollRequest request;
-  request.send = read_either(section, "send", kMostSentBytes);
-  request.within = read_ms(section, "within_ms", kTimeMs, within);
-  if (request.send.empty()) section.fail("", "found no request, expected \"send\" or \"send_hex\"");
-  return request;
+template <class T>
+void add_send(JsonTable<T>& keys) {
+  add_bytes(keys, "send", &T::send, kMostSentBytes, "Text to send, with its line end: READ?\\r",
+            "Bytes to send: 55 AA 01.");
 }
 
-Poll read_poll(const Section& section) {
-  Poll poll;
-  poll.every = read_ms(section, "every_ms", kPeriodMs, poll.every);
-  poll.pause = read_ms(section, "pause_ms", kPauseMs, poll.pause);
-  if (!section.has("requests")) {
-    poll.requests.push_back(read_request(section, PollRequest().within));
-    return poll;
-  }
+JsonTable<Command> step_keys() {
+  JsonTable<Command> keys;
+  add_send(keys);
+  add_bytes(keys, "expect", &Command::expect, kMostExpectedBytes, "", "Text or bytes that the answer contains.");
+  return keys.integer("within_ms", kTimeMs, &Command::within, "Time limit of the answer.")
+      .print_if([](const Command& step) { return !step.expect.empty(); })
+      .integer("wait_ms", kPauseMs, &Command::wait, "A pause after sending.")
+      .print_if([](const Command& step) { return step.expect.empty(); })
+      .then([](const Section& section, Command& step) {
+        const bool waits = section.has("wait_ms");
+        if (step.send.empty() && step.expect.empty() && !waits)
+          section.fail("", "found no command, expected \"send\", \"send_hex\", \"expect\" or \"wait_ms\"");
+        if (waits && !step.expect.empty())
+          section.fail("wait_ms", "given together with \"expect\"; expected a step of its own");
+        if (section.has("within_ms") && step.expect.empty()) section.fail("within_ms", "given without \"expect\"");
+      });
+}
+
+JsonTable<PollRequest> request_keys() {
+  JsonTable<PollRequest> keys;
+  add_send(keys);
+  return keys.integer("within_ms", kTimeMs, &PollRequest::within, "Time limit of a reply.")
+      .then([](const Section& section, PollRequest& request) {
+        if (request.send.empty()) section.fail("", "found no request, expected \"send\" or \"send_hex\"");
+      });
+}
+
+// The only request, or the common settings of several.
+void read_requests(const Section& section, Poll& poll) {
+  if (!section.has("requests")) return request_keys().read(section, poll.requests.emplace_back());
   for (const char* key : {"send", "send_hex"}) {
     if (section.has(key)) section.fail(key, "given together with \"requests\"; expected one of them");
   }
-  const auto within = read_ms(section, "within_ms", kTimeMs, PollRequest().within);
-  for (const Section& request : section.objects("requests")) poll.requests.push_back(read_request(request, within));
   if (poll.requests.empty() || poll.requests.size() > kMostSteps)
     section.fail("requests", fmt::format("found {}, expected an array of 1 to {}", poll.requests.size(), kMostSteps));
-  return poll;
+  if (!section.has("within_ms")) return;
+  const std::chrono::milliseconds within(section.integer("within_ms", kTimeMs));
+  const std::vector<Section> sections = section.objects("requests");
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (!sections[i].has("within_ms")) poll.requests[i].within = within;
+  }
+}
+
+JsonTable<Poll> poll_keys() {
+  JsonTable<Poll> keys;
+  keys.integer("every_ms", kPeriodMs, &Poll::every, "Period.")
+      .integer("pause_ms", kPauseMs, &Poll::pause, "Between a reply and the next request.");
+  const JsonTable<PollRequest> request = request_keys();
+  const Json only = request.schema();
+  for (const auto& [key, schema] : only["properties"].items())  // read_requests() reads them
+    keys.custom(
+        key.c_str(), schema, "", [](const Section&, Poll&) {}, nullptr);
+  return keys.list("requests", request, &Poll::requests, "Several requests in turn.").then(read_requests);
+}
+
+void check_steps(const Section& section, const char* key, const std::optional<std::vector<Command>>& steps) {
+  if (steps && steps->size() > kMostSteps)
+    section.fail(key, fmt::format("found {} steps, expected at most {}", steps->size(), kMostSteps));
 }
 
 }  // namespace
@@ -93,13 +127,25 @@ Commands Commands::with(const Commands& changes) const {
   return all;
 }
 
-Commands read_commands(const Section& section) {
-  Commands commands;
-  commands.start = read_steps(section, "start");
-  commands.stop = read_steps(section, "stop");
-  if (section.has("again_when_silent")) commands.again_when_silent = section.boolean("again_when_silent");
-  if (section.has("poll")) commands.poll = read_poll(section.object("poll"));
-  return commands;
+const JsonTable<Commands>& command_keys() {
+  static const JsonTable<Commands> keys =
+      JsonTable<Commands>()
+          .list("start", step_keys(), &Commands::start,
+                "Commands to the device after each opening of the line, instead of the description's. An empty list "
+                "sends "
+                "nothing.")
+          .boolean("again_when_silent", &Commands::again_when_silent,
+                   "Sends the start-up commands again after silence_s without a frame.")
+          .list("stop", step_keys(), &Commands::stop, "Commands at the end of prismd.")
+          .object(
+              "poll", poll_keys(), &Commands::poll,
+              "Requests to a device that answers only when asked, instead of the description's: send or send_hex, or "
+              "a list of requests.")
+          .then([](const Section& section, Commands& commands) {
+            check_steps(section, "start", commands.start);
+            check_steps(section, "stop", commands.stop);
+          });
+  return keys;
 }
 
 }  // namespace prism::wire

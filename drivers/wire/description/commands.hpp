@@ -55,7 +55,7 @@ struct Commands {
   bool operator==(const Commands&) const = default;
 };
 
-/// Reads the keys "start", "stop", "again_when_silent" and "poll" of a section. Errors are those of the section.
-Commands read_commands(const Section& section);
+/// The keys "start", "stop", "again_when_silent" and "poll".
+const JsonTable<Commands>& command_keys();
 
 }  // namespace prism::wire

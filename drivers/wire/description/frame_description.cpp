@@ -9,7 +9,7 @@
 #include <set>
 
 #include "base/escape.hpp"
-#include "base/json_document.hpp"
+#include "base/json_table.hpp"
 #include "drivers/wire/description/column_choice.hpp"
 #include "drivers/wire/description/readers.hpp"
 
@@ -101,7 +101,7 @@ void read_all(const Section& s, const GyroChoice& choice, FrameDescription& desc
   if (!s.good()) return;
   read_roles(s, choice, description);
   read_send(s, description);
-  description.commands = read_commands(s);
+  command_keys().read(s, description.commands);
   for (const Section& vector : s.objects("vectors", false)) description.test_vectors.push_back(read_vector(vector));
   if (s.good()) check_description(s, description, choice.network);
 }

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-// prismd.schema.json (for editors), prismd.json(5) and the reader agree.
+// prismd.schema.json (for editors) and the keys of prismd.json(5) are written from the table of the reader.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <regex>
-#include <set>
-#include <sstream>
 
 #include "compensation/sensors.hpp"
-#include "config/config.hpp"
-#include "tests/support/schema_keys.hpp"
+#include "config/config_keys.hpp"
+#include "tests/support/schema_validator.hpp"
+#include "tests/support/shared_files.hpp"
 
 namespace prism::config {
 namespace {
@@ -74,28 +73,6 @@ void walk(const Json& json, const Json::json_pointer& at, const std::function<vo
   for (const auto& [key, value] : json.items()) walk(value, at / key, visit);
 }
 
-TEST(ConfigSchema, HasTheKeysOfTheReaderAndNoOthers) {
-  std::set<std::string> written, asked, tried;
-  test::add_schema_keys(schema(), written);
-  test::add_reader_keys("config/config.cpp", asked);
-  for (const char* file : {"config/axis_reader.cpp", "config/line_reader.cpp", "drivers/transport/tcp_line.cpp",
-                           "drivers/transport/udp_line.cpp", "drivers/wire/description/commands.cpp"})
-    test::add_reader_keys(file, asked);
-  walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
-  walk(Json::parse(kAxes), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
-  walk(Json::parse(kNetwork), Json::json_pointer(), [&](const Json::json_pointer& at) { tried.insert(at.back()); });
-  // Keys that the readers hold in variables or tables, or in arrays.
-  for (const char* key : {"tcp", "udp", "address", "start", "stop", "send", "expect", "send_hex", "expect_hex",
-                          "every_ms", "pause_ms", "within_ms", "wait_ms", "requests"}) {
-    asked.insert(key);
-    tried.insert(key);
-  }
-  for (const char* name : {"x", "chamber", "air"}) tried.erase(name);
-  EXPECT_EQ(written, asked);
-  EXPECT_EQ(tried, asked);
-  EXPECT_TRUE(reader_accepts(Json::parse(kWhole)));
-}
-
 TEST(ConfigSchema, AcceptsShippedConfigurations) {
   const test::SchemaValidator validator(schema());
   for (const char* shipped : {"config/prismd.json", "config/examples/gyro1.json", "config/examples/three-axes.json"}) {
@@ -133,70 +110,37 @@ TEST_P(ConfigForms, GetTheSameResultFromSchemaAndReader) {
   });
 }
 
-/// "line/baud": value → {"line": {"baud": value}}, read as a configuration.
-Result<Config> config_with(const std::string& key, const Json& value) {
-  Json config = Json::object();
-  config[Json::json_pointer("/" + key)] = value;
-  return parse_config(config.dump(), "/etc/prism/x.json");
+void expect_generated(const std::string& path, const std::string& text) {
+  if (std::getenv("PRISM_REGENERATE") != nullptr) std::ofstream(kSource / path) << text;
+  EXPECT_TRUE(test::read_file(kSource / path) == text) << path << " differs: PRISM_REGENERATE=1 writes it";
 }
 
-/// The keys of the man page whose defaults are given as values: "*a/b*, *a/c* (64; 24)" and "*d* (range; 5)".
-std::vector<std::pair<std::string, Json>> stated_defaults() {
-  std::vector<std::pair<std::string, Json>> stated;
-  std::istringstream page(test::read_file(kSource / "docs/man/prismd.json.5.scd"));
-  const std::regex heading(R"re((\*[a-z_/]+\*(?:, \*[a-z_/]+\*)*) \((.*)\))re"), name(R"(\*([a-z_/]+)\*)");
-  for (std::string line; std::getline(page, line);) {
-    std::smatch match;
-    if (!std::regex_match(line, match, heading)) continue;
-    std::vector<std::string> keys, words;
-    const std::string left = match[1];
-    for (std::sregex_iterator at(left.begin(), left.end(), name), end; at != end; ++at) keys.push_back((*at)[1]);
-    std::istringstream right(match[2]);
-    for (std::string word; std::getline(right, word, ';');)
-      words.push_back(std::regex_replace(word, std::regex("^ |[*]"), ""));
-    if (words.size() < keys.size()) continue;
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-      const std::string& word = keys.size() == 1 ? words.back() : words[i];
-      const Json value = Json::parse(word, nullptr, false);
-      if (word.find(' ') == std::string::npos) stated.emplace_back(keys[i], value.is_discarded() ? Json(word) : value);
-    }
+TEST(ConfigSchema, IsWrittenFromTheTable) {
+  expect_generated("config/prismd.schema.json", schema_text(config_schema()));
+  const std::string name = "docs/man/prismd.json.5.scd", page = test::read_file(kSource / name);
+  const std::size_t keys = page.find("# KEYS\n\n") + 8;
+  expect_generated(name, page.substr(0, keys) + man_keys(config_schema()) + page.substr(page.find("# EXAMPLES")));
+}
+
+// The defaults of `keys`, as a configuration that states them.
+Json stated_defaults(const Json& keys) {
+  Json stated = Json::object();
+  for (const auto& [key, schema] : keys.items()) {
+    if (schema.contains("default")) stated[key] = schema["default"];
+    if (key != "capture" && schema.contains("properties")) stated[key] = stated_defaults(schema["properties"]);
+    if (stated.value(key, Json()).empty()) stated.erase(key);
   }
   return stated;
 }
 
-// A default is defined once, in the code; the man page must state the same.
-TEST(ConfigSchema, HasTheDefaultsOfTheManPage) {
-  const Config usual = *parse_config("{}", "/etc/prism/x.json");
-  std::set<std::string> checked;
-  for (const auto& [key, value] : stated_defaults()) {
-    if (key == "line/device" || value == "unknown" || value == "none") continue;  // not a value
-    const Result<Config> config = config_with(key, value);
-    ASSERT_TRUE(config) << config.error().text();
-    checked.insert(key);
-    if (key == "log/keep_days") {  // alone, it is the only limit
-      EXPECT_EQ(config->log->keep_days, usual.log->keep_days);
-      EXPECT_EQ(config->log->keep_bytes, kNoByteLimit);
-      continue;
-    }
-    EXPECT_TRUE(*config == usual) << key << " = " << value.dump();
-  }
-  for (const char* key :
-       {"gyro/sign", "line/silence_s", "line/retry_min_s", "line/retry_max_s", "clock", "write_log", "frames",
-        "correction/max_bias_deg_per_h", "correction/extrapolation", "correction/slew_limit", "log/segment_mib",
-        "log/segment_hours", "log/keep_mib", "log/keep_days", "log/when_full", "socket/client_buffer_kib",
-        "socket/max_clients", "event_level"}) {
-    EXPECT_TRUE(checked.contains(key)) << key;
-  }
-  EXPECT_FALSE(*config_with("log/keep_days", 3651) == usual) << "another value is another configuration";
-}
-
-TEST(ConfigSchema, HasItsKeysInTheManPage) {
-  const std::string page = test::read_file(kSource / "docs/man/prismd.json.5.scd");
-  walk(Json::parse(kWhole), Json::json_pointer(), [&](const Json::json_pointer& at) {
-    const std::string key = at.to_string().substr(1);
-    if (Json::parse(kWhole).at(at).is_object() || key.rfind("capture/", 0) == 0 || key == "$schema") return;
-    EXPECT_NE(page.find("*" + key + "*"), std::string::npos) << key;
-  });
+TEST(ConfigSchema, HasTheDefaultsOfTheReader) {
+  Json stated = stated_defaults(config_schema()["properties"]);
+  stated["line"].erase("udp"), stated["line"].erase("poll");
+  Config usual = *parse_config("{}", "/etc/prism/x.json");
+  usual.axes[0].azimuth_stated = true;
+  EXPECT_TRUE(*parse_config(stated.dump(), "/etc/prism/x.json") == usual) << stated;
+  for (const char* key : {"clock", "frames", "event_level", "accept_clock"}) EXPECT_TRUE(stated.contains(key)) << key;
+  EXPECT_EQ(stated["log"]["when_full"], "stop");
 }
 
 // A unit missing in one list would lose a column or be rejected.
@@ -211,8 +155,7 @@ TEST(ConfigSchema, HasTheSensorUnitsOfTheTable) {
     if (!schema.is_structured()) return;
     for (const auto& below : schema) compare(below);
   };
-  for (const char* file :
-       {"config/prismd.schema.json", "config/models/model.schema.json", "config/frames/frame.schema.json"}) {
+  for (const char* file : {"config/models/model.schema.json", "config/frames/frame.schema.json"}) {
     const int before = lists;
     compare(Json::parse(test::read_file(kSource / file)));
     EXPECT_GT(lists, before) << file;
@@ -220,7 +163,7 @@ TEST(ConfigSchema, HasTheSensorUnitsOfTheTable) {
   std::string names = kSensorUnitNames.front();
   for (std::size_t i = 1; i < kSensorUnitNames.size(); ++i)
     names += (i + 1 < kSensorUnitNames.size() ? ", " : " or ") + std::string(kSensorUnitNames[i]);
-  for (const char* page : {"docs/formats.md", "docs/frames.md", "docs/man/prismd.json.5.scd"})
+  for (const char* page : {"docs/formats.md", "docs/frames.md"})
     EXPECT_NE(test::read_file(kSource / page).find(names), std::string::npos) << page;
 }
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/json_document.hpp"
+#include "base/json_table.hpp"
 #include "drivers/poller.hpp"
 #include "drivers/start_up.hpp"
 #include "tests/support/blocks.hpp"
@@ -42,7 +42,8 @@ Read read(const std::string& json) {
   const auto document = parse_json_object(json, "x.json");
   EXPECT_TRUE(document);
   const Section section(*document);
-  Read result{wire::read_commands(section), ""};
+  Read result;
+  wire::command_keys().read(section, result.commands);
   if (const auto rest = section.finish(); !rest) result.error = rest.error().text();
   return result;
 }

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: MIT
+// Tables of the keys of JSON objects: each row reads a key, prints it, and describes it in the schema and the man page.
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/json_document.hpp"
+#include "base/json_section.hpp"
+
+namespace prism {
+
+/// A schema as the text of its file: one line per key.
+std::string schema_text(const Json& schema);
+
+/// The keys of a schema as the section KEYS of a man page (scdoc).
+std::string man_keys(const Json& schema);
+
+/// The keys of a JSON object that a T stores. A row names a member of T by a pointer to it, or by a function that
+/// returns a reference to it. An absent key leaves the member unchanged; an optional member without a value is printed
+/// as null. `help` is plain text; a key without help shares that of the next key in the man page.
+template <class T>
+class JsonTable {
+ public:
+  struct Row {
+    std::string key;  ///< empty: a check of several keys
+    Json schema;      ///< type, limits and help, without the default
+    std::function<void(const Section&, T&)> read;
+    std::function<void(const T&, Json&)> print;    ///< puts the key into the object, or nothing
+    std::function<Json(const T& usual)> usual;     ///< a plain value; null: without a default
+    std::function<Json(const T& usual)> contents;  ///< of an object: its part of the schema; null: a plain value
+    bool is_required = false;
+  };
+
+  /// Errors are those of the section; `object` has the defaults.
+  void read(const Section& section, T& object) const {
+    for (const Row& row : rows_) row.read(section, object);
+  }
+
+  Json print(const T& object) const {
+    Json json = Json::object();
+    for (const Row& row : rows_) {
+      if (row.print) row.print(object, json);
+    }
+    return json;
+  }
+
+  /// JSON Schema of the object; `usual` has the defaults.
+  Json schema(const T& usual = T()) const {
+    Json keys = Json::object(), required = Json::array();
+    for (const Row& row : rows_) {
+      if (row.key.empty()) continue;
+      Json& key = keys[row.key] = row.schema;
+      if (row.contents) key.update(row.contents(usual));
+      if (row.is_required) required.push_back(row.key);
+      const Json value = row.usual && !row.is_required ? row.usual(usual) : Json();
+      if (!value.is_null() && value != "") key["default"] = value.is_number() ? plain(value.get<double>()) : value;
+    }
+    Json json = {{"type", "object"}, {"additionalProperties", false}};
+    if (!required.empty()) json["required"] = required;
+    json["properties"] = std::move(keys);
+    return json;
+  }
+
+  const std::vector<Row>& rows() const { return rows_; }
+
+  /// A number stored in another unit: member = number · unit.
+  template <class Member>
+  JsonTable& number(const char* key, Range range, Member member, const char* help, double unit = 1) {
+    return value(
+        key, limits("number", range), member, help,
+        [range, unit](const Section& section, const std::string& name) { return section.number(name, range) * unit; },
+        [unit](auto stored) { return known(static_cast<double>(stored) / unit); });
+  }
+
+  template <class Member>
+  JsonTable& integer(const char* key, Range range, Member member, const char* help, std::int64_t unit = 1) {
+    return value(
+        key, limits("integer", range), member, help,
+        [range, unit](const Section& section, const std::string& name) { return section.integer(name, range) * unit; },
+        [unit](auto stored) { return Json(count(stored) / unit); });
+  }
+
+  template <class Member>
+  JsonTable& boolean(const char* key, Member member, const char* help) {
+    return value(
+        key, {{"type", "boolean"}}, member, help,
+        [](const Section& section, const std::string& name) { return section.boolean(name); },
+        [](bool stored) { return Json(stored); });
+  }
+
+  template <class Member>
+  JsonTable& text(const char* key, Member member, const char* help, TextRule rule = TextRule::kLongText) {
+    return value(
+        key, {{"type", "string"}}, member, help,
+        [rule](const Section& section, const std::string& name) { return section.text(name, {}, rule); },
+        [](const std::string& stored) { return Json(stored); });
+  }
+
+  /// The member is a string with one of the names, or their index.
+  template <class Member>
+  JsonTable& choice(const char* key, std::span<const char* const> names, Member member, const char* help) {
+    std::vector<const char*> all(names.begin(), names.end());
+    return value(
+        key, {{"type", "string"}, {"enum", all}}, member, help,
+        [all](const Section& section, const std::string& name) {
+          const std::size_t index = section.choice(name, all);
+          return Choice{index, all[index]};
+        },
+        [all](const auto& stored) {
+          if constexpr (std::is_convertible_v<decltype(stored), std::string>) {
+            return Json(stored);
+          } else {
+            return Json(all[static_cast<std::size_t>(stored)]);
+          }
+        });
+  }
+
+  /// A nested object. An optional member gets a value if the key exists.
+  template <class X, class Member>
+  JsonTable& object(const char* key, const JsonTable<X>& table, Member member, const char* help) {
+    Row& row = add(key, Json::object(), help);
+    row.read = [=](const Section& section, T& object) {
+      auto& stored = std::invoke(member, object);
+      if (!section.has(key)) return;
+      if constexpr (requires { stored.has_value(); }) {
+        table.read(section.object(key), stored ? *stored : stored.emplace());
+      } else {
+        table.read(section.object(key), stored);
+      }
+    };
+    row.print = [=](const T& object, Json& json) {
+      json[key] = printed(std::invoke(member, object), [&](const X& stored) { return table.print(stored); });
+    };
+    row.contents = [=](const T& usual) {
+      const auto& stored = std::invoke(member, usual);
+      if constexpr (requires { stored.has_value(); }) {
+        return table.schema(stored.value_or(X()));
+      } else {
+        return table.schema(stored);
+      }
+    };
+    return *this;
+  }
+
+  /// An object of named objects, stored in a vector; not printed if it is empty. `naming` is the member of X for the
+  /// name; `label` stands for a name in the man page.
+  template <class X, class Member, class Naming>
+  JsonTable& named(const char* key, const char* label, TextRule rule, const JsonTable<X>& table, Member member,
+                   Naming naming, const char* help) {
+    Row& row = add(key, {{"type", "object"}, {"$comment", label}}, help);
+    row.read = [=](const Section& section, T& object) {
+      const Section all = section.object(key);
+      for (const std::string& name : all.names(rule)) {
+        X& one = std::invoke(member, object).emplace_back();
+        std::invoke(naming, one) = name;
+        table.read(all.object(name), one);
+      }
+    };
+    row.print = [=](const T& object, Json& json) {
+      for (const X& one : std::invoke(member, object)) json[key][std::invoke(naming, one)] = table.print(one);
+    };
+    row.contents = [=](const T&) { return Json{{"additionalProperties", table.schema()}}; };
+    return *this;
+  }
+
+  /// An array of objects, stored in a vector or an optional one.
+  template <class X, class Member>
+  JsonTable& list(const char* key, const JsonTable<X>& table, Member member, const char* help) {
+    Row& row = add(key, {{"type", "array"}}, help);
+    row.read = [=](const Section& section, T& object) {
+      if (!section.has(key)) return;
+      std::vector<X> all;
+      for (const Section& one : section.objects(key)) table.read(one, all.emplace_back());
+      std::invoke(member, object) = std::move(all);
+    };
+    row.print = [=](const T& object, Json& json) {
+      json[key] = printed(std::invoke(member, object), [&](const std::vector<X>& all) {
+        Json array = Json::array();
+        for (const X& one : all) array.push_back(table.print(one));
+        return array;
+      });
+    };
+    row.contents = [=](const T&) { return Json{{"items", table.schema()}}; };
+    return *this;
+  }
+
+  /// All rows of the table of a member: its keys are keys of this object.
+  template <class X, class Member>
+  JsonTable& group(const JsonTable<X>& table, Member member) {
+    for (const auto& inner : table.rows()) {
+      Row& row = rows_.emplace_back();
+      row.key = inner.key, row.schema = inner.schema, row.is_required = inner.is_required;
+      row.read = [=](const Section& section, T& object) { inner.read(section, std::invoke(member, object)); };
+      if (inner.print) row.print = [=](const T& object, Json& json) { inner.print(std::invoke(member, object), json); };
+      if (inner.usual) row.usual = [=](const T& usual) { return inner.usual(std::invoke(member, usual)); };
+      if (inner.contents) row.contents = [=](const T& usual) { return inner.contents(std::invoke(member, usual)); };
+    }
+    return *this;
+  }
+
+  JsonTable& group(const JsonTable& table) {
+    rows_.insert(rows_.end(), table.rows_.begin(), table.rows_.end());
+    return *this;
+  }
+
+  /// A plain value: `read` returns it from a section and a key, `print` returns its JSON.
+  template <class Member, class Read, class Print>
+  JsonTable& value(const char* key, Json schema, Member member, const char* help, Read read, Print print) {
+    Row& row = add(key, std::move(schema), help);
+    row.read = [=](const Section& section, T& object) {
+      if (section.has(key)) store(read(section, key), std::invoke(member, object));
+    };
+    row.usual = [=](const T& object) { return printed(std::invoke(member, object), print); };
+    row.print = [key = row.key, shown = row.usual](const T& object, Json& json) { json[key] = shown(object); };
+    return *this;
+  }
+
+  /// A key with its own functions: `read` reads it (also if it is absent), `print` puts it into the object.
+  JsonTable& custom(const char* key, Json schema, const char* help, std::function<void(const Section&, T&)> read,
+                    std::function<void(const T&, Json&)> print) {
+    Row& row = add(key, std::move(schema), help);
+    row.read = std::move(read);
+    row.print = std::move(print);
+    return *this;
+  }
+
+  JsonTable& row(Row row) {
+    rows_.push_back(std::move(row));
+    return *this;
+  }
+
+  /// A check of several keys, or a default that depends on another key.
+  JsonTable& then(std::function<void(const Section&, T&)> check) {
+    add("", {}, "").read = std::move(check);
+    return *this;
+  }
+
+  /// The last key is required.
+  JsonTable& required() {
+    rows_.back().is_required = true;
+    rows_.back().read = [key = rows_.back().key, read = rows_.back().read](const Section& section, T& object) {
+      if (!section.has(key)) section.boolean(key);
+      read(section, object);
+    };
+    return *this;
+  }
+
+  /// The last key is read by another function, also if it is absent.
+  JsonTable& read_by(std::function<void(const Section&, T&)> read) {
+    rows_.back().read = std::move(read);
+    return *this;
+  }
+
+  /// The last key is printed only if the condition is true.
+  JsonTable& print_if(std::function<bool(const T&)> condition) {
+    rows_.back().print = [condition, print = rows_.back().print](const T& object, Json& json) {
+      if (condition(object)) print(object, json);
+    };
+    return *this;
+  }
+
+ private:
+  struct Choice {
+    std::size_t index;
+    const char* name;
+  };
+
+  Row& add(const char* key, Json schema, const char* help) {
+    Row& row = rows_.emplace_back();
+    row.key = key;
+    row.schema = std::move(schema);
+    if (*help != '\0') row.schema["description"] = help;
+    return row;
+  }
+
+  static Json limits(const char* type, Range range) {
+    Json json = {{"type", type}};
+    if (range.min > kAnyNumber.min) json["minimum"] = plain(range.min);
+    if (range.max < kAnyNumber.max) json["maximum"] = plain(range.max);
+    return json;
+  }
+
+  static Json plain(double number) {
+    const bool is_integer = std::abs(number) < 1e15 && number == std::round(number);
+    return is_integer ? Json(static_cast<std::int64_t>(number)) : Json(number);
+  }
+
+  static Json known(double number) { return std::abs(number) < kAnyNumber.max ? Json(number) : Json(); }
+
+  template <class Stored>
+  static std::int64_t count(const Stored& stored) {
+    if constexpr (requires { stored.count(); }) {
+      return stored.count();
+    } else {
+      return static_cast<std::int64_t>(stored);
+    }
+  }
+
+  template <class Value, class Member>
+  static void store(const Value& value, Member& member) {
+    if constexpr (requires { member.has_value(); }) {
+      store(value, member.emplace());
+    } else if constexpr (!std::is_same_v<Value, Choice>) {
+      member = static_cast<Member>(value);
+    } else if constexpr (std::is_same_v<Member, std::string>) {
+      member = value.name;
+    } else {
+      member = static_cast<Member>(value.index);
+    }
+  }
+
+  template <class Member, class Print>
+  static Json printed(const Member& member, const Print& print) {
+    if constexpr (requires { member.has_value(); }) {
+      return member ? Json(print(*member)) : Json();
+    } else {
+      return print(member);
+    }
+  }
+
+  std::vector<Row> rows_;
+};
+
+}  // namespace prism
