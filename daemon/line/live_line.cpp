@@ -23,6 +23,8 @@ using pipeline::LineState, pipeline::Severity;
 
 constexpr std::chrono::seconds kForget{60};  // without another host that is turned away
 
+constexpr std::uint8_t kFf = 0xFF;  // begins a command of Telnet
+
 auto as_steady(std::chrono::duration<double> seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(seconds);
 }
@@ -103,6 +105,9 @@ void LiveLine::opened() {
   opened_at_ = last_data_ = last_progress_ = Clock::now();
   framed_ = false;
   heard_.clear();
+  telnet_.reset();
+  if (settings().network.type == "tcp") telnet_ = ff_run_ = 0;
+  resyncs_ = device_.decoded(number_).resyncs;
   status().notes = open_->transport->notes();
   status().hardware.reset();
   const std::string kind = fault_kind();
@@ -192,6 +197,7 @@ void LiveLine::readable() {
     const std::uint64_t complete = frames > frames_ ? frames - frames_ : 0;
     frames_ = frames;
     if (!framed_) remember(bytes);
+    if (telnet_) watch_doubled(bytes);
     if (complete > 0) frames_came();
     listen();
     return open_->conversation->received(bytes, complete);
@@ -324,15 +330,35 @@ bool LiveLine::watch_peers(Clock::duration silence) {
 // A text or a Telnet server may answer where a gyro is expected.
 void LiveLine::remember(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kShown = 60;
-  constexpr std::uint8_t kCommand = 0xFF, kFirstRequest = 0xFB;
+  constexpr std::uint8_t kFirstRequest = 0xFB;
   const bool first = heard_.empty();
   heard_.append(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kShown - heard_.size()));
-  if (!first || bytes.size() < 3 || bytes[0] != kCommand || bytes[1] < kFirstRequest || bytes[1] == kCommand) return;
-  if (settings().network.type != "tcp") return;
-  status().notes.push_back(
-      fmt::format("the other end speaks Telnet (FF {:02X} {:02X}): set the port of the device server to raw TCP, else "
-                  "a byte FF comes twice",
-                  bytes[1], bytes[2]));
+  if (!first || bytes.size() < 3 || bytes[0] != kFf || bytes[1] < kFirstRequest || bytes[1] == kFf) return;
+  suspect_telnet(fmt::format("the other end speaks Telnet (FF {:02X} {:02X})", bytes[1], bytes[2]));
+}
+
+// A Telnet server sends each byte FF twice, which damages the frames that contain one.
+void LiveLine::watch_doubled(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint64_t kEnough = 10;
+  for (const std::uint8_t byte : bytes) {
+    if (byte == kFf) {
+      ++ff_run_;
+    } else if (const std::size_t run = std::exchange(ff_run_, 0); run % 2 == 1) {
+      return telnet_.reset();
+    } else if (run > 0) {
+      ++*telnet_;
+    }
+  }
+  if (const std::uint64_t damaged = device_.decoded(number_).resyncs;  // starts at 0 again after a reload
+      *telnet_ >= kEnough && 2 * damaged >= 2 * resyncs_ + *telnet_)
+    suspect_telnet(fmt::format(
+        "each byte FF came twice, {} times, and frames with it are damaged: the other end speaks Telnet", *telnet_));
+}
+
+void LiveLine::suspect_telnet(const std::string& why) {
+  if (!telnet_) return;
+  telnet_.reset();
+  status().notes.push_back(why + ": set the port of the device server to raw TCP, else a byte FF comes twice");
   tell(Severity::kWarning, "line_note", status().notes.back());
 }
 

@@ -82,6 +82,8 @@ class LiveLine {
   void watch_frames(Clock::duration silence);
   bool watch_peers(Clock::duration silence);
   void remember(std::span<const std::uint8_t> bytes);
+  void watch_doubled(std::span<const std::uint8_t> bytes);
+  void suspect_telnet(const std::string& why);
   std::string heard_instead() const;
 
   const config::LineConfig& config() const { return device_.setup.line_config(number_); }
@@ -104,6 +106,9 @@ class LiveLine {
   std::optional<drivers::Poller> poller_;   ///< of all openings
   std::uint64_t frames_ = 0;                ///< at last_frame_
   std::string heard_;                       ///< the first bytes since it was opened, until a frame comes
+  std::optional<std::uint64_t> telnet_;     ///< TCP, and each byte FF came twice since it was opened: how often
+  std::size_t ff_run_ = 0;                  ///< bytes FF before the next byte
+  std::uint64_t resyncs_ = 0;               ///< of the decoder when it was opened
   bool framed_ = false;                     ///< a frame came since it was opened
   Clock::time_point opened_at_, turned_away_at_;
   std::array<std::uint8_t, 65536> buffer_;

@@ -93,6 +93,19 @@ awk '{ if (NR > 2 && $1 - last < 1.5 * pause) exit 1; pause = $1 - last; last = 
 contains "what came" "$(field .detail status)" 'the other end closed the connection; no frame came, but "\xff\xfb\x01login: "'
 contains "Telnet" "$(cat "$dir/prismd.err")" "the other end speaks Telnet (FF FB 01): set the port of the device server to raw TCP"
 
+# A Telnet server without greeting doubles each byte FF.
+double='import socket, sys
+peer = socket.create_server(("127.0.0.1", int(sys.argv[2]))).accept()[0]
+gyro = socket.create_connection(("127.0.0.1", int(sys.argv[1])))
+while True: peer.sendall(gyro.recv(999).replace(b"\xff", b"\xff\xff"))'
+kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
+far=$(free_port) port=$(free_port)
+start sim prismsim --tcp-listen "127.0.0.1:$far" --frames "$dir/frames.json" --profile steady
+start telnet python3 -c "$double" "$far" "$port"
+net_config "\"tcp\": {\"address\": \"127.0.0.1:$port\"}, \"retry_max_s\": 0.2"
+rm -f "$PRISM_SOCKET"; start_prismd
+wait_for 20 grep -q 'each byte FF came twice, [0-9]* times, and frames with it are damaged: the other end speaks Telnet: set the port' "$dir/prismd.err"
+
 # Mistakes name the missing part.
 refused() { # TEXT LINE-MEMBERS
   net_config "$2"
