@@ -27,7 +27,7 @@
 #include "daemon/reloader.hpp"
 #include "daemon/service.hpp"
 #include "daemon/socket/answers.hpp"
-#include "daemon/socket/row_requests.hpp"
+#include "daemon/socket/rpc.hpp"
 #include "daemon/socket/server.hpp"
 
 namespace prism::daemon {

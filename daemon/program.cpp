@@ -4,7 +4,7 @@
 #include "base/host_time.hpp"
 #include "base/time_scale.hpp"
 #include "daemon/logging.hpp"
-#include "daemon/pipeline/storage.hpp"
+#include "daemon/pipeline/setup.hpp"
 #include "daemon/service.hpp"
 #include "daemon/sniff.hpp"
 

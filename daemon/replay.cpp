@@ -21,7 +21,7 @@
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/device.hpp"
-#include "daemon/pipeline/raw_bytes.hpp"
+#include "daemon/pipeline/load_frames.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/service.hpp"
 #include "daemon/socket/server.hpp"

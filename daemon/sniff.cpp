@@ -19,7 +19,7 @@
 #include "base/json_document.hpp"
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
-#include "daemon/line/arrival_clock.hpp"
+#include "daemon/line/live_line.hpp"
 #include "daemon/service.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/transport/endpoint.hpp"

@@ -2,6 +2,7 @@
 // Assigns times to readings: unwraps the counter, counts missing frames, removes arrival jitter. Never waits.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -9,11 +10,45 @@
 #include "compensation/sample.hpp"
 #include "drivers/arrival_check.hpp"
 #include "drivers/counter.hpp"
-#include "drivers/lower_hull.hpp"
 #include "drivers/wire/decode/decoded_message.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::drivers {
+
+// Lower convex hull of arrival times: estimates the device clock through a line that only adds delay.
+
+/// A frame can arrive late, never early. So the true line is below all points (device time x, arrival time y) and
+/// touches those without delay: it is an edge of their lower convex hull. Uses the edge below the middle of the window
+/// (Zhang, Liu, Xia: Clock synchronization algorithms for network measurements, 2002; also ETH Zurich's
+/// cuckoo_time_translator). Amortised O(1) per point, O(log n) for the edge.
+class LowerHull {
+ public:
+  struct StraightLine {
+    double x0 = 0, y0 = 0;  ///< a point of the line
+    double slope = 1;       ///< arrival seconds per device second
+    double at(double x) const { return y0 + slope * (x - x0); }
+  };
+
+  /// x must increase strictly between calls; both in seconds from a close origin.
+  void push(double x, double y);
+  void clear();
+
+  bool empty() const { return hull_.empty(); }
+  double span() const { return hull_.empty() ? 0 : hull_.back().x - hull_.front().x; }
+  /// The edge below the middle; nominal() with fewer than two points.
+  StraightLine edge() const;
+  /// The line of slope 1 below all points.
+  StraightLine nominal() const { return {0, least_, 1}; }
+
+ private:
+  struct Point {
+    double x, y;
+  };
+  void thin();
+
+  std::vector<Point> hull_;
+  double least_ = 0;  ///< minimum of y - x
+};
 
 enum class ClockSource {
   kHost,    ///< arrival times of this machine, de-jittered by the device's counter
@@ -49,7 +84,7 @@ struct ClockStatus {
 /// which its rate is the mean.
 ///
 /// Host: the counter gives the device's time x, the arrival (minus wire time and latency) the host's time y. The line
-/// below all points (lower_hull.hpp) converts x to stamps and gives the true period. The nominal rate is used until
+/// below all points (LowerHull) converts x to stamps and gives the true period. The nominal rate is used until
 /// the window is long enough to estimate the rate better than the nominal rate's tolerance. Two windows alternate, so
 /// that the line always uses the last one to two times switch_s. A reading that is earlier than the line by more than
 /// the limit, or readings that are all later by more than the limit for a second, show that the counter or a clock was

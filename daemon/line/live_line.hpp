@@ -2,6 +2,7 @@
 // A live line: opens, reads and reopens a line to a device until it is stopped.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
@@ -13,12 +14,34 @@
 #include <span>
 #include <string>
 
-#include "daemon/line/arrival_clock.hpp"
 #include "daemon/line/conversation.hpp"
 #include "daemon/pipeline/device.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::line {
+
+// Monotonic arrival times in UTC.
+
+/// One for all lines of an instance. now_ns() = CLOCK_MONOTONIC + an offset taken from CLOCK_REALTIME at begin(). If
+/// the host clock is set during a session, only check() follows it, and only a step of more than half a second.
+class ArrivalClock {
+ public:
+  ArrivalClock() { begin(); }
+
+  void begin();
+  /// ns since 1970 UTC. Never decreases between begin() and a step that check() follows.
+  std::int64_t now_ns() const { return at(std::chrono::steady_clock::now()); }
+  std::int64_t at(std::chrono::steady_clock::time_point time) const {
+    return std::chrono::nanoseconds(time.time_since_epoch()).count() + offset_ns_;
+  }
+  /// Time stamp of bytes read at `time`: always later than the previous stamp.
+  std::int64_t stamp(std::chrono::steady_clock::time_point time) { return last_ns_ = std::max(at(time), last_ns_ + 1); }
+  /// Call about once a second. Returns the step in ns if the host clock was set, else 0.
+  std::int64_t check();
+
+ private:
+  std::int64_t offset_ns_ = 0, last_ns_ = 0;
+};
 
 /// A line that opens slowly, through a network, is open only when its transport is. A session lasts from open until the
 /// line is lost (error, end of file, no data for silence_s). Between sessions it pauses: for retry_min_s if the device

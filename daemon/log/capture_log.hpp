@@ -14,7 +14,7 @@
 #include "daemon/log/segments.hpp"
 #include "daemon/log/write_fault.hpp"
 #include "daemon/pipeline/log_writers.hpp"
-#include "drivers/capture_record.hpp"
+#include "drivers/capture_file.hpp"
 
 namespace prism::log {
 

@@ -11,17 +11,65 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "base/time_scale.hpp"
 
 namespace prism::log {
+namespace {
+
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr double kMaxWait_s = 1e11;  // above: not worth announcing
+constexpr double kMiB = 1 << 20;
+
+std::int64_t wait_for_bytes(const Stored& stored, std::int64_t limit) {
+  if (stored.all_bytes > limit) return 0;
+  const double wait =
+      stored.bytes_per_s > 0 ? static_cast<double>(limit - stored.all_bytes) / stored.bytes_per_s : 1e12;
+  return wait < kMaxWait_s ? static_cast<std::int64_t>(wait) + 1 : kNever;
+}
+
+}  // namespace
+
+NextDeletion next_deletion(const config::LogSegmentSettings& settings, const Stored& stored) {
+  const std::int64_t by_bytes_s = wait_for_bytes(stored, settings.keep_bytes);
+  const std::int64_t by_age_s = std::max<std::int64_t>(settings.keep_days * kDay_s - stored.age_s, 0);
+  NextDeletion next;
+  next.file = stored.file;
+  next.rows = stored.rows;
+  next.bytes = stored.bytes;
+  next.why = by_bytes_s <= by_age_s ? NextDeletion::Why::kBytes : NextDeletion::Why::kAge;
+  next.in_s = std::min(by_bytes_s, by_age_s);
+  return next;
+}
+
+std::string segment_text(const std::string& file, std::uint64_t rows, std::int64_t bytes) {
+  return fmt::format("{} ({}{:.1f} MiB)", file, rows > 0 ? counted(rows, "row") + ", " : "",
+                     static_cast<double>(bytes) / kMiB);
+}
+
+std::string reason_text(const config::LogSegmentSettings& settings, NextDeletion::Why why, const std::string& section) {
+  switch (why) {
+    case NextDeletion::Why::kBytes:
+      return fmt::format("more than {:.1f} MiB ({}/keep_mib)", static_cast<double>(settings.keep_bytes) / kMiB,
+                         section);
+    case NextDeletion::Why::kAge:
+      return fmt::format("written more than {} ago, as prismd measured ({}/keep_days)",
+                         counted(static_cast<std::uint64_t>(settings.keep_days), "day"), section);
+    case NextDeletion::Why::kDiskFull:
+      break;
+  }
+  return fmt::format("the disk is full ({}/when_full)", section);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -298,6 +346,114 @@ bool Segments::in_place(int descriptor) const {
   }, there{};
   return ::fstat(descriptor, &open) == 0 && ::stat(current_.c_str(), &there) == 0 && open.st_dev == there.st_dev &&
          open.st_ino == there.st_ino;
+}
+
+// Deletion of segments: by the limits, and because the disk is full.
+
+namespace {
+
+constexpr std::int64_t kLookEvery_s = 60;
+constexpr std::int64_t kMinGrowth_s = 10;  // shorter: the growth is not known
+
+}  // namespace
+
+std::optional<pipeline::RetentionStatus> Segments::retention() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+void Segments::retain() {
+  if (!policy_.deletes) return;
+  const std::int64_t now_s = policy_.uptime_s();
+  if (now_s < next_look_s_) return;
+  next_look_s_ = now_s + scaled_s(kLookEvery_s);
+  if (!begin() || !scan()) return;
+  pipeline::RetentionStatus status;
+  std::optional<NextDeletion> next = plan(status);
+  if (next && delete_due(*next)) next = plan(status);
+  status.next = std::move(next);
+  const std::lock_guard lock(status_mutex_);
+  status_ = std::move(status);
+}
+
+std::optional<NextDeletion> Segments::plan(pipeline::RetentionStatus& status) {
+  status = {};
+  status.uptime_s = policy_.uptime_s();
+  status.segments = stored_.size();
+  status.keep_bytes = settings_.keep_bytes;
+  status.keep_s = settings_.keep_days * kDay_s;
+  status.deleted_segments = (stored_.empty() ? next_ : stored_.front().number) - 1;
+  status.deleted_rows = is_log() ? deleted_rows() : 0;
+  for (const StoredSegment& segment : stored_) status.bytes += segment.bytes;
+  if (!first_look_s_) first_look_s_ = status.uptime_s, first_bytes_ = status.bytes;
+  if (stored_.empty() || stored_.front().path == current_) return std::nullopt;
+  const StoredSegment& oldest = stored_.front();
+  const std::int64_t since_s = status.uptime_s - *first_look_s_;
+  const std::int64_t grown = status.bytes + removed_bytes_ - first_bytes_;
+  const Stored stored{
+      oldest.file,  rows_of(0),
+      oldest.bytes, age_s(0),
+      status.bytes, since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
+  return next_deletion(settings_, stored);
+}
+
+// Running time since the next segment began.
+std::int64_t Segments::age_s(std::size_t i) {
+  const bool is_old = stored_[i].name.number == 0;
+  std::size_t next = is_old ? i : i + 1;
+  while (next < stored_.size() && is_log() && first(next) == 0) ++next;
+  return next < stored_.size() ? std::max<std::int64_t>(running_s() - started_s(next), 0) : 0;
+}
+
+// A deletion that is due waits for notice_s, so that it is announced. Further ones that are due then do not wait again.
+// Returns true if it deleted the segment.
+bool Segments::delete_due(NextDeletion& next) {
+  const std::int64_t now_s = policy_.uptime_s();
+  if (next.in_s > 0) {
+    due_since_s_.reset();
+    next_look_s_ = std::min(next_look_s_, now_s + next.in_s);
+    next.in_s += policy_.notice_s;
+    return false;
+  }
+  const std::int64_t left_s = policy_.notice_s - (now_s - *(due_since_s_ = due_since_s_.value_or(now_s)));
+  next.in_s = std::max<std::int64_t>(left_s, 0);
+  if (left_s <= 0 && !remove(0, next.why)) return false;
+  next_look_s_ = now_s + next.in_s;
+  return left_s <= 0;
+}
+
+bool Segments::remove(std::size_t i, NextDeletion::Why why) {
+  const StoredSegment segment = stored_[i];
+  // Another process writes it, for example a second prismd: this one locks only the newest segment. A link is only a
+  // name.
+  std::error_code error;
+  if (!fs::is_symlink(segment.path, error) && is_locked(segment.path)) return false;
+  const std::uint64_t rows = rows_of(i);
+  fs::remove(segment.path, error);
+  if (error) {
+    if (std::exchange(kept_, segment.file) != segment.file)
+      report(pipeline::Severity::kWarning, "retention",
+             fmt::format("{}: {}: cannot be deleted: {}", section(), segment.path, error.message()));
+    return false;
+  }
+  sync_directory(settings_.directory);
+  removed_bytes_ += segment.bytes;
+  stored_.erase(stored_.begin() + static_cast<std::ptrdiff_t>(i));
+  const bool has_old =
+      std::any_of(stored_.begin(), stored_.end(), [](const auto& one) { return one.name.number == 0; });
+  if (segment.name.number == 0 && !has_old && !stored_.empty())
+    fs::remove(index_path(), error);  // newer ones need none
+  report(pipeline::Severity::kInfo, "retention",
+         fmt::format("{}: deleted {}: {}", section(), segment_text(segment.file, rows, segment.bytes),
+                     reason_text(settings_, why, section())));
+  return true;
+}
+
+bool Segments::make_room() {
+  if (!settings_.delete_when_full || !policy_.deletes || !begin()) return false;
+  for (std::size_t i = 0; i < stored_.size(); ++i)
+    if (stored_[i].path != current_ && remove(i, NextDeletion::Why::kDiskFull)) return true;
+  return false;
 }
 
 }  // namespace prism::log

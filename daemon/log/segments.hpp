@@ -12,13 +12,36 @@
 #include "base/host_time.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
-#include "daemon/log/retention.hpp"
+#include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/retention_status.hpp"
-#include "daemon/pipeline/row_cursor.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
 
 namespace prism::log {
+
+// Rules of retention: which segment is deleted next, when and why. Computes only.
+
+using pipeline::NextDeletion;
+
+inline constexpr std::int64_t kDay_s = 86400;
+
+/// Input of next_deletion().
+struct Stored {
+  std::string file;            ///< the oldest segment that may be deleted
+  std::uint64_t rows = 0;      ///< its rows; 0: not known
+  std::int64_t bytes = 0;      ///< of the file
+  std::int64_t age_s = 0;      ///< time that prismd measured since it wrote the segment
+  std::int64_t all_bytes = 0;  ///< of all segments
+  double bytes_per_s = 0;      ///< growth of all segments; 0: not known
+};
+
+/// The limits are those of `settings`: keep_bytes and keep_days.
+NextDeletion next_deletion(const config::LogSegmentSettings& settings, const Stored& stored);
+
+/// "gyro-….csv (86400 rows, 16.4 MiB)"
+std::string segment_text(const std::string& file, std::uint64_t rows, std::int64_t bytes);
+
+/// The limit that `next` exceeds: "more than 10240.0 MiB (log/keep_mib)". `section`: log or capture.
+std::string reason_text(const config::LogSegmentSettings& settings, NextDeletion::Why why, const std::string& section);
 
 /// A new segment: empty and open for appending. It is locked (flock) while open, so that other programs see that it is
 /// being written. The receiver closes the descriptor.

@@ -5,19 +5,46 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/problems.hpp"
-#include "daemon/pipeline/axis_record.hpp"
+#include "compensation/block_stability.hpp"
 #include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/stage_monitor.hpp"
 
 namespace prism::pipeline {
+
+// State of one input axis: its log, latest values, stability and reported quality.
+
+struct AxisRecord {
+  /// Consecutive plausible seconds after which a sensor's fault is over.
+  static constexpr int kCalmS = 30;
+
+  std::string name;                ///< as in the frame description
+  std::string prefix;              ///< of texts about the axis: "x: "; empty for a device with one axis
+  std::unique_ptr<RowWriter> log;  ///< null: none is configured
+  compensation::BlockStability stability;
+  std::uint64_t seconds = 0;    ///< rows since the start
+  std::uint64_t windows = 0;    ///< of these: with a full window
+  std::uint64_t corrected = 0;  ///< of these: with a corrected rate
+  /// Of the current session: none before its first frame or full second, and after its end.
+  std::optional<compensation::Compensated> last_sample;
+  std::optional<compensation::CompensatedWindow> last_window;
+  SensorChanges changes;
+  std::uint32_t last_quality = compensation::kNoModel;  ///< as reported
+
+  /// `block_s`: length of the stability blocks.
+  void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
+  /// Reports a change of quality, values that became implausible or plausible again, and changes of sensors.
+  void watch(const compensation::CompensatedWindow& row, const Tell& tell, Problems& problems);
+};
 
 /// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share
 /// the configured size limit.

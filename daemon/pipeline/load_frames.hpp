@@ -5,6 +5,8 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/pipeline/setup.hpp"
+#include "drivers/capture_file.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
@@ -13,5 +15,15 @@ namespace prism::pipeline {
 /// that of `line`, not the suggested one, since time stamps subtract the transmission time of a byte.
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
                                               wire::GyroChoice choice, const config::LineConfig& line);
+
+// Replay of raw bytes: a recording without arrival times.
+
+/// Opens a capture or raw bytes of the frames. Errors: those of CaptureReader::open().
+Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames);
+
+/// Prepares the setup for raw bytes: time comes from the counter and rate_hz (clock "device"), because there may be
+/// other bytes between the frames. Without effect for captures. Errors: sensor lines, whose data could not be assigned
+/// in time.
+Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup);
 
 }  // namespace prism::pipeline

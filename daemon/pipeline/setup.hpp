@@ -95,4 +95,14 @@ std::string unit_name(const Setup& setup);
 /// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".
 std::string log_name(const Setup& setup, std::size_t axis);
 
+// How fast the log and the capture grow, and whether their directories can be written, before there are data.
+
+/// From the described frame rate and lengths, as measured. 0: not configured.
+double log_bytes_per_day(const Setup& setup);
+double capture_bytes_per_day(const Setup& setup);
+
+/// Why the service would not be able to write to `directory`, as far as this user can tell without writing; "" if
+/// nothing speaks against it. Asks the file system; may wait for it.
+std::string directory_problem(const std::string& directory);
+
 }  // namespace prism::pipeline

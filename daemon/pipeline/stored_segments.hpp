@@ -3,6 +3,7 @@
 // (docs/formats.md).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -10,6 +11,27 @@
 #include <string_view>
 
 namespace prism::pipeline {
+
+// A position in a log. Clients store its text and send it back unchanged.
+
+inline constexpr std::size_t kLogIdChars = 32;
+
+/// True for the 32 hex digits of LogPosition::log.
+bool is_log_id(std::string_view text);
+
+/// The position after a row.
+struct RowCursor {
+  std::string log;            ///< LogPosition::log; all zeros: of a log without a row yet
+  std::uint64_t segment = 0;  ///< its number; 0: before the first
+  std::uint64_t row = 0;      ///< row in the segment, from 1; 0: before the first
+  std::uint64_t total = 0;    ///< rows of the log up to here, with deleted ones; used to count missing rows
+
+  std::string text() const;
+  /// Returns nullopt if the text is invalid.
+  static std::optional<RowCursor> parse(std::string_view text);
+
+  bool operator==(const RowCursor&) const = default;
+};
 
 /// NAME-000012-20261121T091100Z.csv; a capture also has the running time: NAME-000012-20261121T091100Z-86400s.pcap.
 /// prism 0.3 and older: NAME-20261121T091100Z.csv, then "-2", "-3", … before the extension.

@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/socket/answer_json.hpp"
 #include "daemon/socket/answers.hpp"
-#include "daemon/socket/line_answers.hpp"
 
 namespace prism::socket {
 namespace {

@@ -2,8 +2,14 @@
 // JSON-RPC 2.0 over newline-delimited JSON: one line in, one line (or none, for a notification) out.
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -14,12 +20,75 @@
 
 #include "base/result.hpp"
 #include "config/socket_protocol.hpp"
+#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/setup.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"
-#include "daemon/socket/row_requests.hpp"
 #include "daemon/socket/sources.hpp"
 
 namespace prism::socket {
+
+// Requests for log pages, read on the disk thread. A request at the end of the log may wait for new rows.
+
+/// Used on the live thread only. One request per client at a time.
+class RowRequests {
+ public:
+  static constexpr double kLongestWait_s = 30;
+
+  struct Request {
+    std::shared_ptr<Client> client;
+    pipeline::RowWriter* log;  ///< must outlive this
+    pipeline::RowQuery query;
+    double wait_s;  ///< max. wait for a first row, 0 to kLongestWait_s
+    std::function<void(pipeline::RowResult)> answer;
+  };
+
+  /// Returns false without effect if a request of this client is pending.
+  bool add(boost::asio::any_io_executor executor, Request request);
+  /// Call after a sync: new rows may be on the disk.
+  void synced();
+  std::size_t waiting() const { return waiting_.size(); }
+
+ private:
+  struct Entry {
+    Entry(boost::asio::any_io_executor on, Request asked)
+        : request(std::move(asked)), executor(on), timer(std::move(on)), until(Client::Clock::now()) {}
+    Request request;
+    boost::asio::any_io_executor executor;
+    boost::asio::steady_timer timer;
+    Client::Clock::time_point until;
+    bool reading = false, asked_again = false;
+  };
+  using Entries = std::list<std::shared_ptr<Entry>>;
+
+  void read(const std::shared_ptr<Entry>& entry);
+  void take(const std::shared_ptr<Entry>& entry, pipeline::RowResult page);
+  void end(const std::shared_ptr<Entry>& entry, pipeline::RowResult page);
+
+  Entries waiting_;
+  const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+// Parameters of the methods "send" and "rows", and counts. Errors are for the client.
+
+/// Returns the integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
+std::optional<std::size_t> count_param(const nlohmann::json& params, const char* key, std::size_t otherwise,
+                                       std::size_t max);
+
+struct SendParams {
+  std::size_t line = 0;             ///< 0: the gyro's; sensor lines follow
+  std::vector<std::uint8_t> bytes;  ///< 1 to 1024
+};
+
+/// Reads {"text": …} or {"hex": "55 AA"}, and "line", the name of a sensor line.
+Result<SendParams> send_params(const nlohmann::json& params, const pipeline::Setup& setup);
+
+/// Parameters of "rows" without the axis.
+struct RowParams {
+  pipeline::RowQuery query;
+  double wait_s = 0;
+};
+Result<RowParams> row_params(const nlohmann::json& params);
 
 inline constexpr std::size_t kMaxRequestBytes = 65536;
 inline constexpr std::size_t kMaxBatch = 100;    ///< requests in one line

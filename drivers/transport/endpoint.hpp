@@ -2,10 +2,16 @@
 // An address of a network line as it is written in a configuration: HOST:PORT.
 #pragma once
 
+#include <boost/asio/ip/address.hpp>
+#include <chrono>
 #include <cstdint>
+#include <future>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
+
+#include "base/result.hpp"
 
 namespace prism::transport {
 
@@ -25,5 +31,28 @@ tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text);
 /// An IPv4 or IPv6 address, with or without a port: "192.0.2.7", "192.0.2.7:4001", "::1", "[::1]:4001". Names are
 /// errors.
 tl::expected<Endpoint, std::string> parse_numeric_endpoint(std::string_view text);
+
+// Looks up the addresses of a host without waiting.
+
+inline constexpr std::chrono::milliseconds kLookAgain{20};
+
+using Address = boost::asio::ip::address;
+
+/// At least one address, in the order to try. Errors: HOST: the reason.
+using Found = Result<std::vector<Address>>;
+
+/// A numeric address is found at once. A name is looked up on a thread of its own, because getaddrinfo(3) may wait for
+/// minutes; the future may be destroyed before that thread ends.
+std::future<Found> look_up(const std::string& host);
+
+/// Returns true if get() does not wait. Call it every kLookAgain.
+bool is_found(const std::future<Found>& look_up);
+
+/// The address that identifies a host: an IPv4 address within IPv6 becomes IPv4; the interface of an IPv6 address is
+/// dropped.
+Address host_of(const Address& address);
+
+/// "192.0.2.7:4001", "[::1]:4001"
+std::string text_of(const Address& address, std::uint16_t port);
 
 }  // namespace prism::transport

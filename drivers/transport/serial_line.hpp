@@ -3,10 +3,17 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "drivers/transport/transport.hpp"
 
 namespace prism::transport {
+
+// Other programs that have a device open: they may read its data.
+
+/// "cat (pid 4711), minicom (pid 4712)": at most 3 programs, from /proc as far as it can be read; empty: none is known.
+/// `device` may be a symbolic link.
+std::string other_users_of(const std::string& device);
 
 /// Opens, locks and sets the line; reads the settings back and compares them. The descriptor is non-blocking and not
 /// inherited. Discards pending input, since its arrival time is unknown. Errors: missing, not a tty, in use by another

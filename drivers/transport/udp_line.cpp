@@ -9,7 +9,6 @@
 
 #include "base/json_table.hpp"
 #include "drivers/transport/endpoint.hpp"
-#include "drivers/transport/resolver.hpp"
 
 namespace prism::transport {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/wire/decode/frame_match.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::wire {
 namespace {

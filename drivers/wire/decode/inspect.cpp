@@ -9,7 +9,7 @@
 
 #include "base/plain_text.hpp"
 #include "drivers/wire/decode/check_search.hpp"
-#include "drivers/wire/decode/frame_match.hpp"
+#include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::wire {
 namespace {

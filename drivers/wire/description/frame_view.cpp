@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "drivers/wire/description/printed_number.hpp"
+#include "drivers/wire/description/field.hpp"
 
 namespace prism::wire {
 namespace {

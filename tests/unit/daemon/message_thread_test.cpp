@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Messages are written in order; if stderr is blocked, no caller waits, and the loss is reported.
-#include "daemon/message_thread.hpp"
-
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <csignal>
+
+#include "daemon/logging.hpp"
 
 namespace prism::daemon {
 namespace {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The reports of an axis about its rows: sensors that become implausible, jump and stay, or are constant.
-#include "daemon/pipeline/axis_record.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "compensation/plausibility.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "tests/support/blocks.hpp"
 
 namespace prism::pipeline {

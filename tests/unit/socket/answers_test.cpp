@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/socket/row_text.hpp"
+#include "daemon/socket/publisher.hpp"
 #include "tests/support/daemon_parts.hpp"
 #include "tests/support/shared_files.hpp"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // CRCs compared with the check values of the catalogue (the checksum of "123456789") and a bitwise CRC, with the
 // processor's carry-less product and with the one by shifts.
-#include "drivers/wire/description/crc.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string_view>
 #include <vector>
+
+#include "drivers/wire/description/check.hpp"
 
 namespace prism::wire {
 namespace {

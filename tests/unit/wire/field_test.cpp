@@ -9,7 +9,6 @@
 #include <random>
 
 #include "base/json_document.hpp"
-#include "drivers/wire/description/conversion.hpp"
 #include "drivers/wire/description/readers.hpp"
 
 namespace prism::wire {

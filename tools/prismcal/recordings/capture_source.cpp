@@ -11,8 +11,8 @@
 
 #include "base/sha256.hpp"
 #include "config/config.hpp"
+#include "daemon/pipeline/load_frames.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/raw_bytes.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/pipeline/stage_monitor.hpp"
 #include "drivers/capture_file.hpp"

@@ -12,7 +12,7 @@
 
 namespace prism::recordings {
 
-/// From one-second means, as prismd reports of its line (daemon/pipeline/sensor_changes.hpp).
+/// From one-second means, as prismd reports of its line (daemon/pipeline/sensor_feed.hpp).
 class JumpFinder {
  public:
   /// Call with each second in order.

@@ -36,7 +36,7 @@ struct SampleGrid {
 
 /// Stamps are ends of intervals, never early and possibly late (USB, operating system), or rounded. The sample time is
 /// the count over the span of the runs between holes. A hole is a lasting shift of the stamps against the count:
-/// its lower envelope rises and stays (as LowerHull, drivers/lower_hull.hpp); a late stamp is followed by one that is
+/// its lower envelope rises and stays (as LowerHull, drivers/clock.hpp); a late stamp is followed by one that is
 /// not. A hole within a batch of equal stamps is placed at its first row. Stamps whose resolution is near the sample
 /// time, or coarser, jump at even distances without a loss (uniform_stamps.hpp). If nearly all steps are equal, they
 /// are the sample time, and a few rows that repeat the time of the row before do not change it. `interval_s`: the true
