@@ -13,6 +13,7 @@
 #include <fstream>
 #include <thread>
 
+#include "base/file.hpp"
 #include "drivers/transport/transport.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 #include "tests/support/emulated.hpp"

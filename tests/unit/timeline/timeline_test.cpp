@@ -395,7 +395,8 @@ std::vector<Expected> reference(const wire::FrameDescription& description, const
     }
     const double x = (ticks + static_cast<double>(step)) / kSlowHz,
                  y = 1e-9 * static_cast<double>(measured_ns(r) - origin_ns);
-    const bool waited = r.behind >= 1024 || r.behind / r.length / kSlowHz > (y - last_y) / 2;
+    const auto frames = r.behind / r.length;
+    const bool waited = r.behind >= 1024 || frames / kSlowHz > (y - last_y) / 2;
     last_y = y;
     const Verdict verdict = !last                 ? Verdict::kAgree
                             : step > kModulus / 2 ? Verdict::kDisagree
