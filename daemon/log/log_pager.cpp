@@ -38,7 +38,8 @@ void keep_few(Map& map) {
 
 // A page ends before a gap, so that `missing` is always a gap before its first row.
 RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
-  segments_.stored();
+  if (auto begun = segments_.begin(); !begun)
+    return refused(RowRefusal::Why::kUnreadable, "rows: " + begun.error().text());
   const std::uint64_t end = segments_.end() + synced, deleted = segments_.deleted_rows();
   const auto begin = resolve(query.after, end);
   if (!begin) return tl::unexpected(begin.error());

@@ -292,11 +292,6 @@ Result<void> Segments::scan() {
   return {};
 }
 
-const std::vector<StoredSegment>& Segments::stored() {
-  (void)begin();
-  return stored_;
-}
-
 const LogPosition* Segments::position(std::size_t i) {
   StoredSegment& segment = stored_[i];
   if (!segment.position && !segment.is_damaged) {

@@ -107,8 +107,10 @@ class Segments {
   /// also if the configuration forbids it (when_full).
   bool make_room();
 
-  /// In order of creation. Reads the directory at the first call.
-  const std::vector<StoredSegment>& stored();
+  /// Finds what is stored, once; call it before the following members. Errors: the directory cannot be listed.
+  Result<void> begin();
+  /// In order of creation.
+  const std::vector<StoredSegment>& stored() const { return stored_; }
   /// Of a log: number of the first row of stored()[i]; 0: damaged.
   std::uint64_t first(std::size_t i);
   /// Of a log: rows in the file of stored()[i].
@@ -134,7 +136,6 @@ class Segments {
   std::string index_path() const { return settings_.directory + "/" + name_ + extension_ + ".index"; }
   bool is_log() const { return extension_ == ".csv"; }
   Result<void> scan();
-  Result<void> begin();
   void number_old(const pipeline::OldIndex& index);
   const pipeline::LogPosition* position(std::size_t i);
   std::int64_t running_s() const;

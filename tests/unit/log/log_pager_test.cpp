@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "daemon/log/row_log.hpp"
 #include "tests/support/disk_files.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/unit/log/failing_calls.hpp"
 
 namespace prism::log {
 namespace {
@@ -278,6 +280,24 @@ TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
   ASSERT_FALSE(page);
   EXPECT_THAT(page.error().text,
               HasSubstr("the directory was emptied or replaced; use \"earliest\" to read it from the start"));
+}
+
+// Not another log, from which a client would read all rows again.
+TEST_F(LogRowsTest, AFolderThatCannotBeListedIsUnreadable) {
+  auto log = open();
+  log->append(row_of(1), 0);
+  log->sync();
+  std::string cursor = "earliest";
+  std::uint64_t missing = 0;
+  take(*log, cursor, 10, missing);
+  log->close();
+  log = open();
+  test::readable_entries = 0;
+  const test::FailingCall fault(test::failing_readdir, EIO);
+  const auto page = log->page({cursor, 10});
+  ASSERT_FALSE(page);
+  EXPECT_EQ(page.error().why, RowRefusal::Why::kUnreadable);
+  EXPECT_THAT(page.error().text, HasSubstr("cannot be listed: Input/output error"));
 }
 
 // Earlier bug: half a line of the header was served as row 1.

@@ -56,6 +56,10 @@ struct SegmentsTest : testing::Test {
   void run(Segments& segments, std::int64_t seconds) {
     for (std::int64_t i = 0; i < seconds; ++i, ++uptime_s) segments.retain();
   }
+  static const std::vector<StoredSegment>& begun(Segments& segments) {
+    EXPECT_TRUE(segments.begin());
+    return segments.stored();
+  }
   std::string path(const std::string& file) const { return settings.directory + "/" + file; }
 
   const test::TemporaryFolder folder;
@@ -234,7 +238,8 @@ TEST_F(SegmentsTest, ADeletionIsAnnouncedBeforeAndReportedAfter) {
   EXPECT_EQ(status->deleted_segments, 1u);
   EXPECT_EQ(status->deleted_rows, 7u);
   EXPECT_THAT(events, ElementsAre(HasSubstr("deleted gyro-000001-20261121T120000Z.csv (7 rows, 0.0 MiB)")));
-  EXPECT_EQ(Segments(settings, "gyro", ".csv").stored().front().number, 2u);
+  Segments again(settings, "gyro", ".csv");
+  EXPECT_EQ(begun(again).front().number, 2u);
 }
 
 TEST_F(SegmentsTest, TheTimeOfADeletionByBytesIsExpectedFromTheGrowth) {
@@ -322,7 +327,7 @@ TEST_F(SegmentsTest, ThoseOf03HaveTheNumbersOfTheirIndex) {
   for (const std::size_t later : {0, 1}) {
     Segments segments(settings, "gyro", ".csv", policy());
     std::vector<std::string> found;
-    for (std::size_t i = 0; i < segments.stored().size(); ++i)
+    for (std::size_t i = 0; i < begun(segments).size(); ++i)
       found.push_back(
           fmt::format("{} {} {}", segments.stored()[i].number, segments.first(i), segments.stored()[i].file));
     found.resize(4);
@@ -341,7 +346,7 @@ TEST_F(SegmentsTest, ThoseOf03HaveTheNumbersOfTheirIndex) {
   std::filesystem::rename(path("gyro.csv.index"), path("index"));
   {
     Segments segments(settings, "gyro", ".csv", policy());
-    EXPECT_EQ(segments.stored().front().number, 6u);
+    EXPECT_EQ(begun(segments).front().number, 6u);
     EXPECT_EQ(segments.first(0), 143u);
   }
   std::filesystem::rename(path("index"), path("gyro.csv.index"));
