@@ -120,7 +120,7 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
         Why::kBadCursor,
         fmt::format("rows: found cursor \"{:.80}\", expected one that rows returned, \"earliest\" or \"latest\"",
                     after));
-  if (cursor->total == 0 && cursor->log == std::string(pipeline::kLogIdChars, '0')) return RowCursor{id, 0, 0, 0};
+  if (cursor->total == 0 && cursor->log == pipeline::kNoLog) return RowCursor{id, 0, 0, 0};
   if (cursor->log != id) {
     return refused(Why::kForeignCursor,
                    fmt::format("rows/after: found a cursor of log {:.8}, expected one of log {:.8}: the directory was "
@@ -161,18 +161,6 @@ const LogPager::Head* LogPager::head_of(const StoredSegment& segment) {
   return nullptr;
 }
 
-namespace {
-
-// The lines above the columns, as a member of a JSON object.
-std::string header_member(const std::string& path) {
-  std::string lines;
-  auto in = FileReader::open(path);
-  for (std::string line; in && in->read_line(line) && line.starts_with("# ");) lines += line + '\n';
-  return "\"header\":" + json_text(json(lines)) + ",";
-}
-
-}  // namespace
-
 tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part, std::uint64_t behind,
                                                                std::uint64_t most, bool with_header) {
   const StoredSegment& segment = *part.segment;
@@ -184,10 +172,11 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part,
   if (head == nullptr) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, *head, behind, most);
   if (found.rows == 0) return found;
-  found.json =
-      fmt::format("{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},{}\"columns\":{},\"first\":{},\"rows\":[{}]}}",
-                  segment.number, json_text(json(segment.file)), head->metadata,
-                  with_header ? header_member(segment.path) : "", text_json(head->columns), behind + 1, found.json);
+  const std::string header =
+      with_header ? "\"header\":" + json_text(json(header_lines(segment.path).value_or(""))) + "," : "";
+  found.json = fmt::format(
+      "{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},{}\"columns\":{},\"first\":{},\"rows\":[{}]}}", segment.number,
+      json_text(json(segment.file)), head->metadata, header, text_json(head->columns), behind + 1, found.json);
   return found;
 }
 

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -73,24 +74,15 @@ std::string reason_text(const config::LogSegmentSettings& settings, NextDeletion
 namespace {
 
 namespace fs = std::filesystem;
-using pipeline::LogPosition, pipeline::OldIndex, pipeline::SupersededRows;
+using pipeline::LogPosition, pipeline::OldIndex, pipeline::SupersededRows, pipeline::kNoLog;
 
 constexpr std::int64_t kLookAfterNew_s = 10;  // a line that flaps begins a segment with each connection
-const std::string kNoLog(pipeline::kLogIdChars, '0');
+constexpr std::int64_t kLookEvery_s = 60;
+constexpr std::int64_t kMinGrowth_s = 10;  // shorter: the growth is not known
 
-// The lines above the columns, as far as they are complete.
-std::string header_lines(const std::string& path) {
-  std::string text;
-  auto in = FileReader::open(path);
-  for (std::string line;
-       in && text.size() < kMaxTextBytes && in->read_line(line) && in->line_ended() && line.starts_with('#');)
-    text += line + '\n';
-  return text;
-}
-
-// "" if the header has no line "# KEY: VALUE".
-std::string header_value(const std::string& path, const std::string& key) {
-  const std::string text = header_lines(path), before = "# " + key + ": ";
+// "" if the header lines have no such key.
+std::string header_value(const std::string& text, const std::string& key) {
+  const std::string before = "# " + key + ": ";
   for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)
     if (text.compare(at, before.size(), before) == 0)
       return text.substr(at + before.size(), text.find('\n', at) - at - before.size());
@@ -126,6 +118,16 @@ std::uint64_t rows_in_file(const std::string& path) {
 
 }  // namespace
 
+std::optional<std::string> header_lines(const std::string& path) {
+  auto in = FileReader::open(path);
+  if (!in) return std::nullopt;
+  std::string text;
+  for (std::string line;
+       text.size() < kMaxTextBytes && in->read_line(line) && in->line_ended() && line.starts_with("# ");)
+    text += line + '\n';
+  return text;
+}
+
 bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
 
 Segments::Segments(config::LogSegmentSettings settings, std::string name, std::string extension, SegmentPolicy policy)
@@ -149,7 +151,8 @@ Result<NewSegment> Segments::make(std::int64_t second) {
   if (auto begun = begin(); !begun) return tl::unexpected<Error>(begun.error());
   StoredSegment segment;
   segment.name = {.begin_s = second, .running_s = running_s()};
-  for (NewSegment made;; ++next_) {
+  for (;;) {
+    NewSegment made;
     segment.number = segment.name.number = next_;
     segment.file = segment.name.file(name_, extension_);
     segment.path = made.path = settings_.directory + "/" + segment.file;
@@ -163,9 +166,11 @@ Result<NewSegment> Segments::make(std::int64_t second) {
       return made;
     }
     const int why = errno;
-    if (why != EEXIST && (!disk_is_full(why) || !make_room()))
+    if (why == EEXIST) {
+      ++next_;
+    } else if (!disk_is_full(why) || !make_room()) {
       return make_error(made.path, std::string("cannot be created: ") + std::strerror(why));
-    if (why != EEXIST) --next_;
+    }
   }
 }
 
@@ -192,22 +197,22 @@ Result<void> Segments::begin() {
   if (auto listed = scan(); !listed) return listed;
   has_begun_ = true;
   const OldIndex index = OldIndex::read(index_path()).value_or(OldIndex());
+  is_log() ? begin_log(index) : begin_capture(index);
+  if (!stored_.empty()) next_ = std::max(next_, stored_.back().number + 1);
+  return {};
+}
+
+void Segments::begin_log(const OldIndex& index) {
+  const auto is_new = [this](std::size_t i) { return i > 0 && stored_[i - 1].name.number > 0; };
   std::size_t newest = stored_.size();  // one after the newest whose position is known
-  while (is_log() && newest > 0 && stored_[newest - 1].name.number > 0 && !position(newest - 1)) --newest;
-  const bool is_new = newest > 0 && stored_[newest - 1].name.number > 0;
-  if (is_log() && is_new) id_ = position(newest - 1)->log;
-  if (is_log() && !is_new && !index.id.empty()) id_ = index.id;
+  while (is_new(newest) && !position(newest - 1)) --newest;
+  if (is_new(newest)) {
+    id_ = position(newest - 1)->log;
+  } else if (!index.id.empty()) {
+    id_ = index.id;
+  }
   number_old(index);
-  if (!is_new || !is_log()) {
-    ran_s_ = index.clock_s;
-    if (is_new) {  // as long as it was written, by this machine's clock, and at most as long as a segment may be
-      struct stat file {};
-      const StoredSegment& last = stored_.back();
-      const bool is_there = ::stat(last.path.c_str(), &file) == 0;
-      ran_s_ = last.name.running_s +
-               (is_there ? std::clamp<std::int64_t>(file.st_mtime - last.name.begin_s, 0, settings_.max_age_s) : 0);
-    }
-  } else {
+  if (is_new(newest)) {
     const LogPosition& last = *position(newest - 1);
     end_ = last.first - 1 + written(newest - 1);
     // A running time that grows by more than the rows and a day is damage, and makes no segment old.
@@ -216,9 +221,18 @@ Result<void> Segments::begin() {
         newest < 2 ? last.running_s : started_s(newest - 2) + static_cast<std::int64_t>(rows_of(newest - 2)) + kDay_s;
     ran_s_ = std::min(last.running_s, most_s) + rows_s;
   }
-  for (; newest < stored_.size(); ++newest) end_ += is_log() ? written(newest) : 0;
-  if (!stored_.empty()) next_ = std::max(next_, stored_.back().number + 1);
-  return {};
+  for (; newest < stored_.size(); ++newest) end_ += written(newest);
+}
+
+// A capture ran as long as it was written, by this machine's clock, and at most as long as a segment may be.
+void Segments::begin_capture(const OldIndex& index) {
+  number_old(index);
+  if (stored_.empty() || stored_.back().name.number == 0) return;
+  const StoredSegment& last = stored_.back();
+  struct stat file {};
+  const bool is_there = ::stat(last.path.c_str(), &file) == 0;
+  ran_s_ = last.name.running_s +
+           (is_there ? std::clamp<std::int64_t>(file.st_mtime - last.name.begin_s, 0, settings_.max_age_s) : 0);
 }
 
 // Segments of 0.3 and older have no position. They have the numbers of their index; those without one follow by name.
@@ -226,11 +240,14 @@ Result<void> Segments::begin() {
 void Segments::number_old(const OldIndex& index) {
   next_ = index.next;
   end_ = index.deleted_rows;
+  ran_s_ = index.clock_s;
   std::map<std::uint64_t, OldIndex::Entry> entries = index.entries;
+  std::set<std::string> listed;
+  for (const auto& [number, entry] : entries) listed.insert(entry.file);
   std::map<std::string, std::size_t> there;
   for (std::size_t i = 0; i < stored_.size() && stored_[i].name.number == 0; ++i) {
     there[stored_[i].file] = i;
-    if (index.number(stored_[i].file) == 0) entries[next_++] = {stored_[i].file, 0, index.clock_s};
+    if (!listed.contains(stored_[i].file)) entries[next_++] = {stored_[i].file, 0, index.clock_s};
   }
   if (entries.empty()) return;
   for (auto& [number, entry] : entries) {
@@ -238,11 +255,12 @@ void Segments::number_old(const OldIndex& index) {
     if (!is_log() || found == there.end()) continue;
     const std::string& path = stored_[found->second].path;
     if (entry.rows == 0) entry.rows = rows_in_file(path);
-    if (const auto superseded = SupersededRows::parse(header_value(path, "supersedes")))
+    if (const auto superseded = SupersededRows::parse(header_value(header_lines(path).value_or(""), "supersedes")))
       for (auto& [earlier, one] : entries)
         if (earlier < number && one.file == superseded->file) one.rows = std::min(one.rows, superseded->row - 1);
   }
-  if (is_log() && id_ == kNoLog) id_ = sha256_hex(header_lines(stored_.front().path)).substr(0, pipeline::kLogIdChars);
+  if (is_log() && id_ == kNoLog)
+    id_ = sha256_hex(header_lines(stored_.front().path).value_or("")).substr(0, pipeline::kLogIdChars);
   for (const auto& [number, entry] : entries) {
     if (const auto found = there.find(entry.file); found != there.end()) {
       StoredSegment& segment = stored_[found->second];
@@ -295,9 +313,9 @@ Result<void> Segments::scan() {
 const LogPosition* Segments::position(std::size_t i) {
   StoredSegment& segment = stored_[i];
   if (!segment.position && !segment.is_damaged) {
-    auto in = FileReader::open(segment.path);
-    if (!in) return nullptr;
-    segment.position = LogPosition::parse(header_value(segment.path, "log"));
+    const auto header = header_lines(segment.path);
+    if (!header) return nullptr;
+    segment.position = LogPosition::parse(header_value(*header, "log"));
     segment.is_damaged = !segment.position;
   }
   return segment.position ? &*segment.position : nullptr;
@@ -342,15 +360,6 @@ bool Segments::in_place(int descriptor) const {
   return ::fstat(descriptor, &open) == 0 && ::stat(current_.c_str(), &there) == 0 && open.st_dev == there.st_dev &&
          open.st_ino == there.st_ino;
 }
-
-// Deletion of segments: by the limits, and because the disk is full.
-
-namespace {
-
-constexpr std::int64_t kLookEvery_s = 60;
-constexpr std::int64_t kMinGrowth_s = 10;  // shorter: the growth is not known
-
-}  // namespace
 
 std::optional<pipeline::RetentionStatus> Segments::retention() const {
   const std::lock_guard lock(status_mutex_);

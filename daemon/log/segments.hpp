@@ -69,6 +69,9 @@ struct SegmentPolicy {
   std::function<std::int64_t()> uptime_s = prism::uptime_s;
 };
 
+/// The lines "# KEY: VALUE" above the columns of a log, as far as they are complete; nullopt: it cannot be opened.
+std::optional<std::string> header_lines(const std::string& path);
+
 /// True for an errno that means a full disk or an exceeded quota.
 bool disk_is_full(int error);
 
@@ -136,6 +139,8 @@ class Segments {
   std::string index_path() const { return settings_.directory + "/" + name_ + extension_ + ".index"; }
   bool is_log() const { return extension_ == ".csv"; }
   Result<void> scan();
+  void begin_log(const pipeline::OldIndex& index);
+  void begin_capture(const pipeline::OldIndex& index);
   void number_old(const pipeline::OldIndex& index);
   const pipeline::LogPosition* position(std::size_t i);
   std::int64_t running_s() const;
@@ -151,7 +156,7 @@ class Segments {
   std::string name_, extension_, current_;
   SegmentPolicy policy_;
   std::vector<StoredSegment> stored_;
-  std::string id_ = std::string(pipeline::kLogIdChars, '0');
+  std::string id_ = pipeline::kNoLog;
   std::uint64_t next_ = 1, end_ = 0;
   bool has_begun_ = false;
   std::int64_t started_s_, ran_s_ = 0;  // uptime at the start; running time of earlier runs

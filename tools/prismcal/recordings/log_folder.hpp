@@ -15,7 +15,7 @@ namespace prism::recordings {
 /// Returns the paths in `folder` that end with `extension`, sorted by name; empty if the folder cannot be read.
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
 
-/// What of a log or capture is no longer in a folder, or was not copied to it.
+/// The segments of a log or capture that a folder does not have: deleted, or never copied.
 struct Absent {
   std::uint64_t segments = 0, rows = 0;  ///< before the oldest segment
   std::int64_t before_s = 0;             ///< begin of that segment (UTC)

@@ -11,11 +11,8 @@
 #include "tools/prismcal/recordings/log_folder.hpp"
 
 namespace prism::verification {
-namespace {
 
 namespace fs = std::filesystem;
-
-}  // namespace
 
 void check_numbers(const std::string& folder, bool has_older, std::vector<NumberedSegment> segments,
                    std::vector<Finding>& findings) {
