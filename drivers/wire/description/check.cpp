@@ -107,7 +107,7 @@ bool check_holds(const CheckRule& rule, Bytes frame) {
   return value == (expected & width_mask(rule.size));
 }
 
-void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
+void store_check(const CheckRule& rule, std::span<std::uint8_t> frame, bool lower_case) {
   const std::optional<StoredCheck> stored = locate(rule, frame);
   if (!stored) return;
   std::uint64_t value = computed(rule, stored->cover);
@@ -119,7 +119,7 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame) {
   }
   if (rule.stored == CheckRule::Stored::kHexText) {
     for (std::size_t i = stored->size; i-- > 0; value >>= 4)
-      out[i] = static_cast<std::uint8_t>("0123456789ABCDEF"[value & 0xF]);
+      out[i] = static_cast<std::uint8_t>((lower_case ? "0123456789abcdef" : "0123456789ABCDEF")[value & 0xF]);
     return;
   }
   if (rule.stored == CheckRule::Stored::kDecimalText) {

@@ -72,7 +72,7 @@ bool check_holds(const CheckRule& rule, std::span<const std::uint8_t> frame);
 
 /// Computes and writes the check. Text checks after a separator: it must exist. Decimal text has leading zeros, and a
 /// number with more digits than the frame has space for loses the first ones.
-void store_check(const CheckRule& rule, std::span<std::uint8_t> frame);
+void store_check(const CheckRule& rule, std::span<std::uint8_t> frame, bool lower_case = false);
 
 /// Sum of words of `word` bytes (1, 2 or 4), not reduced; a last incomplete word counts as if zeros followed.
 std::uint64_t word_sum(std::span<const std::uint8_t> bytes, int word, bool big_endian);

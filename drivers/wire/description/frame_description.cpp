@@ -131,6 +131,7 @@ void erase_beliefs(Json& description) {
   for (const char* key : {"$schema", "start", "stop", "again_when_silent", "poll"}) description.erase(key);
   if (!description.contains("gyro")) return;  // sensors only
   description["gyro"].erase("range_deg_per_s");
+  description["gyro"].erase("corrected");
   description.erase("sensors");  // in the form with "axes" only: the decoding of an axis does not depend on them
   for (auto& [name, axis] : description["gyro"]["axes"].items()) {
     if (axis.is_object() && axis.erase("temperature") > 0 && axis.size() == 1) axis = Json(axis.at("field"));

@@ -56,6 +56,8 @@ class FrameView {
   }
   /// The quantity; kUnknown if it is absent, not a number, not finite or out of range.
   double value(int field) const { return scaled(field, raw(field)); }
+  /// Of a text: the characters of a field, without blanks around them; empty if it is absent.
+  std::span<const std::uint8_t> column(const Field& field) const;
 
  private:
   /// Fast path for most fields: binary, at a fixed position from the start, unconditional. Null: needs a search.
@@ -77,7 +79,6 @@ class FrameView {
   const std::uint8_t* find_in_item(const Field& field) const;
   double raw_text(const Field& field) const;
   std::uint64_t text_bits(const Field& field) const;
-  std::span<const std::uint8_t> column(const Field& field) const;
 
   const MessageType* kind_ = nullptr;
   std::span<const std::uint8_t> frame_;

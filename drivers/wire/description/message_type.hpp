@@ -95,6 +95,7 @@ struct MessageFields {
   ChannelFields temperature, uhfo;
   std::vector<ChannelFields> sensors;                 ///< as FrameDescription::sensors
   boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
+  std::vector<ValidRule> corrected;                   ///< bits that mark a corrected frame of an output
 
   bool carries_gyro() const {
     return std::any_of(axes.begin(), axes.end(), [](const AxisRoles& axis) { return !axis.gyro.empty(); });

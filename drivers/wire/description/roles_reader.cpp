@@ -154,6 +154,28 @@ void read_wrap(const Section& s, FrameDescription& description) {
   }
 }
 
+/// The bits of a field that the device leaves unused, and that an output sets in corrected frames.
+void read_corrected(const Section& s, FrameDescription& description) {
+  const std::uint64_t mask = s.bits("mask");
+  if (mask == 0) s.fail("mask", "found 0, expected the bits of a corrected frame");
+  assign(s, "field", {s.text("field")}, description, [&](MessageFields& roles, int field) {
+    roles.corrected.push_back({field, mask, mask});
+  });
+  for (const MessageType& kind : description.kinds) {
+    for (const ValidRule& rule : kind.roles.corrected) {
+      const Field& field = kind.fields[static_cast<std::size_t>(rule.field)];
+      if (kind.structure == Structure::kColumns || !is_whole(field))
+        s.fail("field", fmt::format("\"{}\" is not an integer of a binary frame, which has bits", field.name));
+      for (const AxisRoles& axis : kind.roles.axes) {
+        for (const ValidRule& valid : axis.valid) {
+          if (valid.field == rule.field && (valid.mask & mask) != 0)
+            s.fail("mask", fmt::format("has bits of \"valid\", which the device sets in \"{}\"", field.name));
+        }
+      }
+    }
+  }
+}
+
 void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& description) {
   GyroRule& rule = description.gyro;
   rule.meaning =
@@ -169,6 +191,7 @@ void read_gyro(const Section& s, const GyroChoice& choice, FrameDescription& des
   description.plausible.rate.range = read_range(s, "range_deg_per_s", kRateRanges, kDegPerSInDegPerH);
   read_valid(s, description, 0, description.axes.size());
   read_axes(s, choice, description);
+  if (s.has("corrected")) read_corrected(s.object("corrected"), description);
   read_wrap(s, description);
 }
 

@@ -218,10 +218,7 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
     frame_ = print_frame(*kind_, raw_);
   else
     apply_constants(*kind_, frame_);
-  // A check may cover another check: repeat as often as there are checks.
-  for (std::size_t round = 0; round < kind_->checks.size(); ++round) {
-    for (const CheckRule& check : kind_->checks) store_check(check, frame_);
-  }
+  store_checks(*kind_, frame_);
   out.insert(out.end(), frame_.begin(), frame_.end());
   out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
 }
@@ -299,6 +296,13 @@ void write_characters(const MessageType& kind, std::vector<std::uint8_t>& frame)
 }
 
 }  // namespace
+
+// A check may cover another check: repeats as often as there are checks.
+void store_checks(const MessageType& kind, std::span<std::uint8_t> frame, bool lower_case) {
+  for (std::size_t round = 0; round < kind.checks.size(); ++round) {
+    for (const CheckRule& check : kind.checks) store_check(check, frame, lower_case);
+  }
+}
 
 void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame) {
   const auto length = static_cast<int>(frame.size());

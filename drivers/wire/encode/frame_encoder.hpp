@@ -99,4 +99,7 @@ std::vector<std::uint8_t> blank_frame(const MessageType& kind);
 /// Writes the constant bits (sync, body rules) again after the fields were written.
 void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame);
 
+/// Writes all checks of the frame; hexadecimal digits in lower or upper case.
+void store_checks(const MessageType& kind, std::span<std::uint8_t> frame, bool lower_case = false);
+
 }  // namespace prism::wire
