@@ -65,6 +65,7 @@ struct CompensatedWindow {
   Correction correction;
   double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias
   double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
+  double sent_deg_per_h = kUnknown;            ///< mean of the rates that the first output sent in the second
   Rejections rejections;                       ///< of the first implausible sample of each quantity
 };
 

@@ -146,6 +146,7 @@ inline constexpr std::array kLogColumns = [] {
       of_correction<&Correction::sd_mean_deg_per_h>(
           "sd_mean_deg_per_h", "deg/h", "standard deviation including the noise of the window's mean rate", 14, kSame),
       LogColumn{{"arrival_s", "s", "", kTime, 0, kNo}, append_arrival, parse_arrival},
+      of_row<&Row::sent_deg_per_h>("sent_deg_per_h", "deg/h", "mean of the rates that the first output sent", 17, kNo),
       // New columns here.
       LogColumn{{"partial", "", "", kFlag, 0, kNo}, append_partial, parse_partial}};
   // clang-format on

@@ -91,6 +91,28 @@ void resolve_sensor_lines(const Section& top, const fs::path& base, Config& conf
              fmt::format("found {}, expected at most {}", config.sensor_lines.size(), kMostSensorLines));
 }
 
+void resolve_outputs(const Section& top, const fs::path& base, Config& config) {
+  if (!top.has("out")) return;
+  const std::vector<Section> sections = top.objects("out");
+  std::vector<std::string> used = {config.line.device};
+  for (const SensorLineConfig& line : config.sensor_lines) used.push_back(line.line.device);
+  for (std::size_t i = 0; i < config.outputs.size(); ++i) {
+    OutputConfig& output = config.outputs[i];
+    const Section line = sections[i].object("line");
+    resolve_line(line, base, output.line);
+    if (output.line.device.empty())
+      line.fail("device", "is missing or empty, expected a serial device (or \"tcp\" or \"udp\")");
+    if (std::find(used.begin(), used.end(), output.line.device) != used.end())
+      line.fail("device", fmt::format("{} is another line of this configuration", output.line.device));
+    used.push_back(output.line.device);
+    if (output.line.network.type == "udp" && output.line.network.listens)
+      line.object("udp").fail("listen", "an output has no sender to answer; expected \"address\"");
+    if (output.capture && !config.capture) sections[i].fail("capture", "given without the configuration's \"capture\"");
+    if (output.frames != "same" && output.frames != "prism")
+      output.frames = find_data_file(output.frames, "frames", base);
+  }
+}
+
 void resolve_directory(const Section& section, const fs::path& root, const std::string& otherwise,
                        const std::string& name, LogSegmentSettings& segments) {
   const fs::path directory = (root / (section.has("directory") ? segments.directory : otherwise)).lexically_normal();
@@ -130,6 +152,7 @@ Config read_config(const Section& top, const fs::path& file) {
   resolve_line(top.object("line"), base, config.line);
   resolve_sensor_lines(top, base, config);
   config.frames = find_data_file(config.frames, "frames", base);
+  resolve_outputs(top, base, config);
   if (config.axes.empty()) top.fail("axes", "found none, expected at least one axis");
   for (AxisConfig& axis : config.axes)
     resolve_models(config.by_axes ? top.object("axes").object(axis.name) : top, base, axis, config.warnings);

@@ -86,6 +86,27 @@ struct SocketSettings {
   bool operator==(const SocketSettings&) const = default;
 };
 
+/// Policy of an output while the engine has no correction.
+enum class WhenUnknown {
+  kRaw,   ///< the frames as received
+  kHold,  ///< with the last correction for hold_s, then as OutputConfig::then
+  kDrop,  ///< nothing
+};
+
+/// A line on which corrected frames leave.
+struct OutputConfig {
+  LineConfig line = {};
+  std::string frames = {};  ///< "same", "prism", or a frame description: name or path
+  WhenUnknown when_unknown = WhenUnknown::kRaw;
+  double hold_s = 60;
+  bool then_drop = true;  ///< after hold_s: drop, else raw
+  bool unmarked = false;  ///< raw frames may leave although no bit marks the corrected ones
+  double fade_deg_per_h_per_s = 0.001;
+  bool capture = false;  ///< records the sent bytes
+
+  bool operator==(const OutputConfig&) const = default;
+};
+
 struct Config {
   std::string path;              ///< of the configuration file
   std::string name;              ///< of the instance; default: the file's name without ".json"
@@ -101,6 +122,7 @@ struct Config {
   double latitude_deg = 0;        ///< north positive, −90 to 90
   SensorStatements plausibility;  ///< in addition to the limits of the frame description
   std::optional<LogSegmentSettings> log, capture;
+  std::vector<OutputConfig> outputs;
   SocketSettings socket;
   std::string event_level = "info";
   std::vector<std::string> removed_keys;  ///< one warning per key that has no effect any more

@@ -15,6 +15,8 @@ constexpr std::array kParities = {"none", "even", "odd"};
 constexpr std::array kLineEnds = {"lf", "cr"};
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
+constexpr std::array kUnknownPolicies = {"raw", "hold", "drop"};
+constexpr std::array kAfterHold = {"raw", "drop"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 constexpr double kMostColumns = 64;  // of a line of text
 constexpr double kMiB = 1 << 20, kHour = 3600;
@@ -276,6 +278,44 @@ JsonTable<LogSegmentSettings> segment_keys() {
               "Disk full: drop and count rows until there is space, or delete the oldest segments.");
 }
 
+JsonTable<OutputConfig> output_keys() {
+  using O = OutputConfig;
+  const auto holds = [](const O& output) { return output.when_unknown == WhenUnknown::kHold; };
+  const JsonTable<LineConfig> input = line_keys();
+  JsonTable<LineConfig> line;
+  for (const auto& row : input.rows()) {  // an output is not read: it is never silent, and gets no commands
+    static constexpr std::array kOnlyInput = {"silence_s", "allow_send", "start", "stop", "again_when_silent", "poll"};
+    if (std::find(kOnlyInput.begin(), kOnlyInput.end(), row.key) == kOnlyInput.end()) line.row(row);
+  }
+  return JsonTable<O>()
+      .object("line", line, &O::line,
+              "Where the frames leave: device, tcp (address or listen) or udp (address). Format as of the gyro's line.")
+      .text("frames", &O::frames,
+            "same: every byte of the device goes out again, with the rates of the served axes corrected and the checks "
+            "computed again. prism: prism's own message (docs/wire.md). Else a frame description, which is encoded.")
+      .required()
+      .choice("when_unknown", kUnknownPolicies, &O::when_unknown,
+              "Without a correction: raw passes frames as received, hold applies the last correction for hold_s, drop "
+              "sends nothing.")
+      .required()
+      .number("hold_s", {0.1, 86400}, &O::hold_s, "")
+      .print_if(holds)
+      .choice("then", kAfterHold, &O::then_drop, "Duration of hold, and what follows.")
+      .print_if(holds)
+      .boolean("unmarked", &O::unmarked,
+               "True accepts frames of which nothing tells whether they are corrected: raw frames leave, and the "
+               "description has no bit \"corrected\".")
+      .number("fade_deg_per_h_per_s", {1e-9, 1e9}, &O::fade_deg_per_h_per_s,
+              "A correction that begins, ends or comes from another model is faded by this much a second, so that a "
+              "filter behind the gyro sees no step.")
+      .boolean("capture", &O::capture, "Records the sent bytes in capture/out-N/; requires capture.")
+      .then([holds](const Section& section, O& output) {
+        for (const char* key : {"hold_s", "then"}) {
+          if (section.has(key) && !holds(output)) section.fail(key, "given without \"when_unknown\": \"hold\"");
+        }
+      });
+}
+
 JsonTable<SocketSettings> socket_keys() {
   using S = SocketSettings;
   return JsonTable<S>()
@@ -366,6 +406,8 @@ const JsonTable<Config>& config_keys() {
               nullptr)
           .object("capture", segment_keys(), &C::capture,
                   "Records every byte of the line in pcap segments. Absent: no capture.")
+          .list("out", output_keys(), &C::outputs, "Lines on which corrected frames leave (docs/out.md).")
+          .print_if([](const C& config) { return !config.outputs.empty(); })
           .object("socket", socket_keys(), &C::socket, "")
           .choice("event_level", kLevels, &C::event_level,
                   "Minimum severity of the events written to stderr or the journal.");

@@ -24,6 +24,7 @@
 #include "daemon/log/capture_log.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
+#include "daemon/output/output_line.hpp"
 #include "daemon/reloader.hpp"
 #include "daemon/service.hpp"
 #include "daemon/socket/answers.hpp"
@@ -62,7 +63,7 @@ class Live {
                                   [this] {
                                     for (const auto& line : lines_) line->reopen();
                                   },
-                                  tell_, [this] { return socket::summary(sources()); }})),
+                                  [this] { open_outputs(); }, tell_, [this] { return socket::summary(sources()); }})),
         rpc_(sources(), publisher_, row_requests_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_),
@@ -90,6 +91,11 @@ class Live {
     for (const std::string& key : setup().config.removed_keys) tell_(Severity::kWarning, "removed_key", key);
     for (const std::string& note : setup().notes) tell_(Severity::kInfo, "note", note);
     report_missing_models();
+    device_.send_by([this](std::size_t output, std::span<const std::uint8_t> bytes) {
+      const auto& gyro = lines_[kGyroLine];
+      outputs_[output]->send(bytes, gyro->last_progress(), device_.lines[kGyroLine].last_data_ns);
+    });
+    open_outputs();
     for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) (*line)->start();  // the gyro's line last
     asio::co_spawn(io_, handle_signals(), asio::detached);
     asio::co_spawn(io_, tick(), asio::detached);
@@ -97,11 +103,26 @@ class Live {
     io_.run();
     notify_stopping();
     device_.finish(kGyroLine);
+    outputs_.clear();
     return end_disk();
   }
 
  private:
   socket::Sources sources() const { return {device_, events_, publisher_, started_ns_}; }
+
+  // Again after a reload that changed the outputs.
+  void open_outputs() {
+    outputs_.clear();
+    device_.output_lines.assign(device_.outputs.size(), {});
+    for (std::size_t i = 0; i < device_.outputs.size(); ++i) {
+      const pipeline::Setup::Output& output = setup().outputs[i];
+      std::unique_ptr<pipeline::CaptureSink> capture;
+      if (output.config.capture) capture = make_capture(setup(), fmt::format("out-{}", i + 1));
+      outputs_.push_back(std::make_unique<output::OutputLine>(io_, output, i + 1, device_.output_lines[i], problems_,
+                                                              tell_, std::move(capture)));
+      outputs_.back()->start();
+    }
+  }
 
   // If the gyro's line is closed (and is the only line), its next session takes the new clock.
   void follow_clock() {
@@ -188,15 +209,16 @@ class Live {
   std::vector<std::unique_ptr<pipeline::CaptureSink>> make_captures(const pipeline::Setup& setup) {
     std::vector<std::unique_ptr<pipeline::CaptureSink>> captures;
     if (!setup.config.capture) return captures;
-    const auto add = [&](const std::string& folder, const std::string& name) {
-      config::LogSegmentSettings settings = *setup.config.capture;
-      settings.directory += folder;
-      captures.push_back(std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, problems_,
-                                                           log::CaptureLog::kMostHeld, segment_policy()));
-    };
-    add("", setup.config.name);
-    for (const auto& line : setup.sensor_lines) add("/" + line.name, setup.config.name + "-" + line.name);
+    captures.push_back(make_capture(setup, ""));
+    for (const auto& line : setup.sensor_lines) captures.push_back(make_capture(setup, line.name));
     return captures;
+  }
+  std::unique_ptr<pipeline::CaptureSink> make_capture(const pipeline::Setup& setup, const std::string& line) {
+    config::LogSegmentSettings settings = *setup.config.capture;
+    std::string name = setup.config.name;
+    if (!line.empty()) settings.directory += "/" + line, name += "-" + line;
+    return std::make_unique<log::CaptureLog>(std::move(settings), name, disk_, problems_, log::CaptureLog::kMostHeld,
+                                             segment_policy());
   }
 
   asio::awaitable<void> handle_signals() {
@@ -233,6 +255,7 @@ class Live {
       events_.tell_late();
       follow_clock();
       publisher_.release_late();
+      for (const auto& output : outputs_) output->tick();
       if (server_) server_->watch_file();
       if (half_us == 0 && !under_systemd_) continue;
       if (std::string now = socket::summary(sources()); now != shown) notify_status(shown = std::move(now));
@@ -257,7 +280,8 @@ class Live {
   pipeline::Device device_;
   socket::RowRequests row_requests_;
   line::ArrivalClock clock_;
-  std::vector<std::unique_ptr<line::LiveLine>> lines_;  ///< in the device's order
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;        ///< in the device's order
+  std::vector<std::unique_ptr<output::OutputLine>> outputs_;  ///< as Device::outputs
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;

@@ -58,6 +58,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   app.add_flag("--accept-clock", options.accept_clock,
                "accept frames that arrive at another rate than described (else a replay exits with 3)");
   app.add_option("--out", options.out, "directory of the replay's log (default: prism-replay)");
+  app.add_option("--out-frames", options.out_frames, "file for the bytes that the first output sends in the replay");
   app.add_option("--socket", options.socket,
                  "socket path instead of the configuration's; required for a socket of a replay");
   app.add_option("--model", options.model, "model file instead of the configuration's");
@@ -76,8 +77,9 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     std::fprintf(stderr, "prismd: expected CONFIG or --sniff DEVICE; see prismd --help\n");
     return kUsage;
   }
-  if (options.replay.empty() && (*speed_option || !options.out.empty() || !options.replay_sensors.empty())) {
-    std::fprintf(stderr, "prismd: --speed, --out and --replay-sensors need --replay\n");
+  if (options.replay.empty() &&
+      (*speed_option || !options.out.empty() || !options.out_frames.empty() || !options.replay_sensors.empty())) {
+    std::fprintf(stderr, "prismd: --speed, --out, --out-frames and --replay-sensors need --replay\n");
     return kUsage;
   }
   if (speed == "max") return std::nullopt;

@@ -19,11 +19,12 @@ struct Options {
   std::optional<double> speed;      ///< absent: max
   std::string sniff;                ///< device or file to identify
   std::vector<std::string>
-      replay_sensors;  ///< LINE=FILE: captures of sensor lines; empty: those next to the first capture
-  std::string out;     ///< replay: directory of the log
-  std::string socket;  ///< replaces socket/path
-  std::string model;   ///< replaces the configuration's model
-  std::string device;  ///< replaces line/device
+      replay_sensors;      ///< LINE=FILE: captures of sensor lines; empty: those next to the first capture
+  std::string out;         ///< replay: directory of the log
+  std::string out_frames;  ///< replay: file for the bytes of the first output
+  std::string socket;      ///< replaces socket/path
+  std::string model;       ///< replaces the configuration's model
+  std::string device;      ///< replaces line/device
 };
 
 /// Returns the command-line options that replace settings of the configuration.

@@ -51,10 +51,12 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
 
 Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!setup) return tl::unexpected<Error>(setup.error());
+  const std::vector<config::OutputConfig> outputs = parts_.device.setup.config.outputs;
   const auto reopen = parts_.device.reconfigure(std::move(*setup));
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
   const pipeline::Setup& now = parts_.device.setup;
+  if (outputs != now.config.outputs) parts_.outputs_changed();
   return now.config.path + " in use, model " + pipeline::models_text(now);
 }
 

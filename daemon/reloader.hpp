@@ -23,7 +23,8 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
   struct Parts {
     Load load;  ///< runs on the loader (not the thread that writes the log) and uses its own data only
     pipeline::Device& device;
-    std::function<void()> lines_changed;  ///< the lines must be opened again
+    std::function<void()> lines_changed;    ///< the lines must be opened again
+    std::function<void()> outputs_changed;  ///< the same of the outputs
     pipeline::Tell tell;
     std::function<std::string()> summary;  ///< for systemd's status, when the reload is over
   };

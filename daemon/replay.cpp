@@ -8,12 +8,16 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/file.hpp"
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
@@ -91,6 +95,7 @@ class Replay {
 
   int run() {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
+    if (auto opened = open_frames(); !opened) return fail(opened.error().text());
     if (!options_.socket.empty()) {
       auto server = socket::Server::open(
           io_, device_.setup.config.socket, -1, publisher_, rpc_,
@@ -107,6 +112,7 @@ class Replay {
     if (sensors_) {
       for (const std::string& note : sensors_->notes()) spdlog::warn("{}", note);
     }
+    if (frames_ && std::fclose(frames_.release()) != 0) fault_ = frames_fault();
     if (!fault_.empty()) return fail(fault_);
     for (const log::DirectRowWriter* rows : logs_) {
       if (rows->first_fault().empty()) continue;
@@ -147,6 +153,25 @@ class Replay {
     if (!opened) return tl::unexpected<Error>(opened.error());
     sensors_.emplace(std::move(*opened));
     return {};
+  }
+
+  Result<void> open_frames() {
+    const std::string& path = options_.out_frames;
+    if (path.empty()) return {};
+    if (device_.outputs.empty())
+      return make_error("--out-frames", "found no \"out\" in " + device_.setup.config.path + ", expected an output");
+    auto file = open_output_stream(path);
+    if (!file) return tl::unexpected<Error>(file.error());
+    frames_ = std::move(*file);
+    device_.send_by([this](std::size_t output, std::span<const std::uint8_t> bytes) {
+      if (output > 0 || !frames_ || std::fwrite(bytes.data(), 1, bytes.size(), frames_.get()) == bytes.size()) return;
+      fault_ = frames_fault();
+    });
+    return {};
+  }
+  std::string frames_fault() const {
+    return fmt::format("{}: cannot be written: {}", options_.out_frames,
+                       std::error_code(errno, std::generic_category()).message());
   }
 
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
@@ -266,6 +291,7 @@ class Replay {
   asio::signal_set signals_;
   asio::steady_timer timer_;
   std::optional<pipeline::SensorCaptures> sensors_;
+  Stream frames_;
   std::string fault_;
   bool stopped_ = false;
 };

@@ -164,6 +164,24 @@ Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
     if (!logs.empty()) axes[i].log = std::move(logs[i]);
   }
   if (axes.front().log) log = &axes.front().log->counters();
+  make_outputs();
+}
+
+void Device::make_outputs() {
+  outputs.clear();
+  for (const Setup::Output& output : setup.outputs) outputs.emplace_back(setup, output);
+  if (!outputs.empty()) pipeline->keep_frames();
+}
+
+// Before the rows are kept: a navigation computer waits for the frames.
+void Device::send(std::span<const std::uint8_t> bytes, Rows& rows) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    sent_.clear();
+    outputs[i].push(bytes, rows, pipeline->decoder().decided(), sent_);
+    if (send_ && !sent_.empty()) send_(i, sent_);
+  }
+  for (std::size_t i = 0; i < rows.windows.size() && !outputs.empty(); ++i)
+    rows.windows[i].row.sent_deg_per_h = outputs.front().second_means()[i];
 }
 
 const wire::DecoderCounters& Device::decoded(std::size_t line) const {
@@ -182,7 +200,9 @@ void Device::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::in
   lines[line].last_data_ns = arrival_ns;
   if (lines[line].capture) lines[line].capture->data(bytes, arrival_ns);
   if (line != kGyroLine) return pipeline->feed_sensors(line - 1, bytes, arrival_ns);
-  keep(pipeline->feed(bytes, arrival_ns));
+  Rows& rows = pipeline->feed(bytes, arrival_ns);
+  send(bytes, rows);
+  keep(rows);
   watch_stages(arrival_ns);
 }
 
@@ -199,7 +219,10 @@ void Device::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
 
 // Not for sensor lines: a value is complete when its bytes arrive, never by a time-out, as in a replay.
 void Device::expire(std::size_t line, std::int64_t now_ns) {
-  if (line == kGyroLine) keep(pipeline->expire(now_ns));
+  if (line != kGyroLine) return;
+  Rows& rows = pipeline->expire(now_ns);
+  send({}, rows);
+  keep(rows);
 }
 
 void Device::finish(std::size_t line) {
@@ -229,6 +252,7 @@ Result<bool> Device::reconfigure(Setup next) {
     if (auto kept = same(setup, next); !kept) return tl::unexpected<Error>(kept.error());
   }
   const bool stream = same_stream(next, setup);
+  bool restarted = false;
   const bool reopen = !stream || !same_wires(next, setup);
   if (stream && same_engines(next, setup)) {
     if (auto used = pipeline->use_models(next); !used) return tl::unexpected<Error>(used.error());
@@ -236,11 +260,24 @@ Result<bool> Device::reconfigure(Setup next) {
     end_session(pipeline->finish());
     frames_before_ = frames();
     pipeline = std::make_unique<Pipeline>(next);
+    restarted = true;
     reported_by_arrival_ = reported_resets_ = 0;
     stages_.begin();
     for (const char* key : {kNoRate, kClocksDiffer, kWrongRate}) problems.forget(key);
   }
+  const bool same_outputs = stream && next.config.outputs == setup.config.outputs;
   setup = std::move(next);
+  if (!same_outputs) {
+    make_outputs();
+  } else if (!outputs.empty()) {
+    if (restarted) pipeline->keep_frames();
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      sent_.clear();
+      if (restarted) outputs[i].restart(sent_);
+      if (send_ && !sent_.empty()) send_(i, sent_);
+      outputs[i].model_changed();
+    }
+  }
   problems.clear_all("question", "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
@@ -265,7 +302,8 @@ void Device::keep(const Rows& rows) {
 }
 
 // Rows from the line's last bytes are stored, but are not current values.
-void Device::end_session(const Rows& rows) {
+void Device::end_session(Rows& rows) {
+  send({}, rows);
   keep(rows);
   for (AxisRecord& axis : axes) axis.last_sample.reset(), axis.last_window.reset();
 }

@@ -12,9 +12,11 @@
 
 #include "base/problems.hpp"
 #include "compensation/block_stability.hpp"
+#include "daemon/pipeline/corrected_frames.hpp"
 #include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/output_status.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/stage_monitor.hpp"
@@ -62,11 +64,16 @@ inline constexpr const char *kNoRate = "no_rate", *kClocksDiffer = "rate", *kDis
 class Device {
  public:
   using Publish = std::function<void(const Rows&)>;
+  /// Takes the bytes that leave on an output because of one call: whole frames, and bytes between frames.
+  using Send = std::function<void(std::size_t output, std::span<const std::uint8_t> bytes)>;
 
   /// `logs`: one per axis, or empty (no log). `captures`: one per line, or empty. `problems` must outlive this.
   Device(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs, std::vector<std::unique_ptr<CaptureSink>> captures,
          Publish publish, Tell tell, Problems& problems);
 
+  /// Corrected frames go to `send`, before their rows go anywhere. Without it they are dropped, and the rows are the
+  /// same.
+  void send_by(Send send) { send_ = std::move(send); }
   /// The line was opened (again) at now_ns.
   void begin_session(std::size_t line, std::int64_t now_ns);
   /// Arrival times never decrease over all lines, except when the host clock was set.
@@ -92,18 +99,22 @@ class Device {
   /// Since the start, over all pipelines.
   std::uint64_t frames() const { return frames_before_ + decoded(kGyroLine).frames; }
 
-  Setup setup;                         ///< changed by reconfigure()
-  std::unique_ptr<Pipeline> pipeline;  ///< never null
-  std::vector<LineStatus> lines;       ///< the gyro's, then Setup::sensor_lines
-  std::vector<AxisRecord> axes;        ///< in order of the set-up's
+  Setup setup;                             ///< changed by reconfigure()
+  std::unique_ptr<Pipeline> pipeline;      ///< never null
+  std::vector<LineStatus> lines;           ///< the gyro's, then Setup::sensor_lines
+  std::vector<AxisRecord> axes;            ///< in order of the set-up's
+  std::vector<CorrectedFrames> outputs;    ///< as Setup::outputs
+  std::vector<OutputStatus> output_lines;  ///< the same; empty in a replay
   Problems& problems;
   const LogCounters* log = nullptr;  ///< of all axes' logs together; null without a log
   std::uint64_t sessions = 0;        ///< of the gyro's line
   std::string clocks_differed;       ///< the last disagreement of clocks since the start; empty: none
 
  private:
+  void send(std::span<const std::uint8_t> bytes, Rows& rows);
   void keep(const Rows& rows);
-  void end_session(const Rows& rows);
+  void end_session(Rows& rows);
+  void make_outputs();
   void watch(const Rows& rows);
   void watch_clock();
   void watch_stages(std::int64_t now_ns);
@@ -111,6 +122,8 @@ class Device {
 
   const Publish publish_;
   const Tell tell_;
+  Send send_;
+  std::vector<std::uint8_t> sent_;
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
   std::uint64_t frames_before_ = 0;

@@ -9,8 +9,6 @@
 #include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
-namespace {
-
 wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
@@ -20,8 +18,6 @@ wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wi
                                           : wire::Parity::kNone;
   return wire;
 }
-
-}  // namespace
 
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
                                               wire::GyroChoice choice, const config::LineConfig& line) {

@@ -16,6 +16,9 @@ namespace prism::pipeline {
 Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
                                               wire::GyroChoice choice, const config::LineConfig& line);
 
+/// The line's own settings instead of those of `wire`.
+wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire);
+
 // Replay of raw bytes: a recording without arrival times.
 
 /// Opens a capture or raw bytes of the frames. Errors: those of CaptureReader::open().

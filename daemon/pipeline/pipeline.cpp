@@ -27,7 +27,7 @@ Pipeline::Pipeline(const Setup& setup)
   assert(taken);  // load_setup tried it
 }
 
-const Rows& Pipeline::begin_session(std::int64_t now_ns) {
+Rows& Pipeline::begin_session(std::int64_t now_ns) {
   finish();
   decoder_.reset();
   clock_.reset();
@@ -35,7 +35,7 @@ const Rows& Pipeline::begin_session(std::int64_t now_ns) {
   return rows_;
 }
 
-const Rows& Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
+Rows& Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   rows_.clear();
   readings_.clear();
   if (!session_ns_) begin_axes(arrival_ns);
@@ -44,14 +44,14 @@ const Rows& Pipeline::feed(std::span<const std::uint8_t> bytes, std::int64_t arr
   return pass();
 }
 
-const Rows& Pipeline::expire(std::int64_t now_ns) {
+Rows& Pipeline::expire(std::int64_t now_ns) {
   rows_.clear();
   readings_.clear();
   decoder_.expire(now_ns, readings_);
   return pass();
 }
 
-const Rows& Pipeline::finish() {
+Rows& Pipeline::finish() {
   rows_.clear();
   readings_.clear();
   decoder_.finish(readings_);
@@ -127,8 +127,9 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
   last_second_ = second;
 }
 
-const Rows& Pipeline::pass() {
+Rows& Pipeline::pass() {
   for (const wire::DecodedMessage& reading : readings_) {
+    if (keeps_frames_ && reading.has_gyro) rows_.frames.push_back({.message = reading});
     for (const wire::DecodedMessage& passed : counter_check_.push(reading)) handle(passed);
   }
   return rows_;
@@ -161,6 +162,12 @@ void Pipeline::handle(const wire::DecodedMessage& reading) {
     axes_[i].last_ns = reading.arrival_ns;
     axes_[i].rates += !std::isnan(sample->rate_deg_per_h);
   }
+  if (!keeps_frames_) return;
+  const auto sent = std::find_if(rows_.frames.rbegin(), rows_.frames.rend(),
+                                 [&](const Rows::Frame& frame) { return frame.message.offset == reading.offset; });
+  if (sent == rows_.frames.rend()) return;  // the counter check held it back, and it has left
+  sent->first_sample = before;
+  sent->sample_count = rows_.samples.size() - before;
 }
 
 std::int64_t Pipeline::last_frame_ns() const {

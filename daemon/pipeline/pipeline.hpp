@@ -30,12 +30,19 @@ struct Rows {
     std::size_t axis = 0;
     compensation::Compensated row;
   };
+  /// A frame with gyro data that was decoded in this call, and its samples; none if the counter check holds it back or
+  /// the clock refuses it.
+  struct Frame {
+    wire::DecodedMessage message;
+    std::size_t first_sample = 0, sample_count = 0;
+  };
   std::vector<Sample> samples;
   std::vector<Window> windows;
+  std::vector<Frame> frames;  ///< only for outputs (Pipeline::keep_frames)
   /// Names of the axes; valid after the pipeline was destroyed.
   std::shared_ptr<const std::vector<std::string>> axes;
 
-  void clear() { samples.clear(), windows.clear(); }
+  void clear() { samples.clear(), windows.clear(), frames.clear(); }
 };
 
 /// One input axis of the device; axes are corrected independently.
@@ -57,16 +64,18 @@ struct Axis {
 class Pipeline {
  public:
   explicit Pipeline(const Setup& setup);
+  /// Rows::frames is filled.
+  void keep_frames() { keeps_frames_ = true; }
 
   /// The line was opened (again) at now_ns: closes the current second and discards the decoder's and clock's state.
-  const Rows& begin_session(std::int64_t now_ns);
+  Rows& begin_session(std::int64_t now_ns);
   /// Arrival times never decrease over all lines, except when the host clock was set, which begins a session on all
   /// lines.
-  const Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
+  Rows& feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns);
   /// No data arrived until now_ns: incomplete frame candidates may expire.
-  const Rows& expire(std::int64_t now_ns);
+  Rows& expire(std::int64_t now_ns);
   /// End of the run: decodes the remaining bytes and closes the current second.
-  const Rows& finish();
+  Rows& finish();
 
   /// The same for a sensor line (index into Setup::sensor_lines); creates no row. Sensor bytes that arrive with gyro
   /// bytes must be passed first.
@@ -87,7 +96,7 @@ class Pipeline {
   std::vector<double> sensors_now(std::int64_t now_ns) const;
 
  private:
-  const Rows& pass();
+  Rows& pass();
   void handle(const wire::DecodedMessage& reading);
   void begin_axes(std::int64_t now_ns);
   void end_axes();
@@ -105,6 +114,7 @@ class Pipeline {
   std::uint32_t stride_ = 1,
                 waiting_ =
                     0;  ///< for a device without sensors: every stride_-th reading takes the sensor lines' values
+  bool keeps_frames_ = false;
   std::int64_t last_arrival_ns_ = 0;
   std::optional<std::int64_t> session_ns_, last_second_;
   Rows rows_;

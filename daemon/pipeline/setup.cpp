@@ -148,6 +148,77 @@ Result<void> load_models(const Setup& setup, std::size_t index, const Overrides&
   return {};
 }
 
+// Rules of an output. `place`: of it in the configuration.
+Result<void> check_output(const Setup& setup, const Setup::Output& output, const std::string& place) {
+  const config::OutputConfig& config = output.config;
+  const bool same = config.frames == "same";
+  const auto gyro_kinds = [](const wire::FrameDescription& frames, auto test) {
+    return std::any_of(frames.kinds.begin(), frames.kinds.end(),
+                       [&](const wire::MessageType& kind) { return kind.roles.carries_gyro() && test(kind); });
+  };
+  if (same && gyro_kinds(*setup.frames, [](const wire::MessageType& kind) {
+        const auto is_hex = [&](int field) {
+          const wire::Field& used = kind.fields[static_cast<std::size_t>(field)];
+          return used.is_hex() || used.type == wire::NumberType::kHexText;
+        };
+        return std::any_of(kind.roles.axes.begin(), kind.roles.axes.end(), [&](const wire::AxisRoles& axis) {
+          return std::any_of(axis.gyro.begin(), axis.gyro.end(), is_hex);
+        });
+      }))
+    return make_error(place + "/frames", fmt::format("rates of {} are hexadecimal digits, which cannot be corrected in "
+                                                     "place; expected \"prism\" or a frame description",
+                                                     setup.frames->name));
+  const bool may_be_raw = config.when_unknown == config::WhenUnknown::kRaw ||
+                          (config.when_unknown == config::WhenUnknown::kHold && !config.then_drop);
+  const bool is_marked =
+      config.frames == "prism" ||
+      (same && !gyro_kinds(*setup.frames, [](const wire::MessageType& kind) { return kind.roles.corrected.empty(); }));
+  if (may_be_raw && !is_marked && !config.unmarked)
+    return make_error(place + "/when_unknown",
+                      "raw frames would look like corrected ones, because no bit \"corrected\" is described; expected "
+                      "\"drop\", or \"unmarked\": true to accept it");
+  if (!output.frames) return {};
+  const wire::FrameDescription &to = *output.frames, &from = *setup.frames;
+  const auto lacks = [&](const std::string& what) {
+    return make_error(place + "/frames", fmt::format("{} has {}, which {} does not have", to.name, what, from.name));
+  };
+  if (to.axes.size() != from.axes.size()) return lacks(fmt::format("{} axes", to.axes.size()));
+  if (to.temperature.present && !from.temperature.present) return lacks("a temperature");
+  if (to.uhfo.present && !from.uhfo.present) return lacks("a UHFO voltage");
+  for (const wire::SensorRule& rule : to.sensors) {
+    const auto same_name = [&](const wire::SensorRule& own) { return own.sensor.name == rule.sensor.name; };
+    if (std::none_of(from.sensors.begin(), from.sensors.end(), same_name)) return lacks("sensor " + rule.sensor.name);
+  }
+  return {};
+}
+
+Result<void> load_outputs(Setup& setup) {
+  for (std::size_t i = 0; i < setup.config.outputs.size(); ++i) {
+    const config::OutputConfig& config = setup.config.outputs[i];
+    const std::string place = fmt::format("{}:/out/{}", setup.config.path, i);
+    Setup::Output output{config, nullptr, {config.line.device, setup.line.format}};
+    if (config.frames != "same" && config.frames != "prism") {
+      wire::GyroChoice choice;
+      if (setup.config.by_axes) {
+        choice.axes.clear();
+        for (const wire::AxisRule& axis : setup.frames->axes) choice.axes.push_back({axis.name});
+        choice.sensors = true;
+      }
+      auto frames = load_frames(config.frames, place + "/frames", choice, config.line);
+      if (!frames) return tl::unexpected<Error>(frames.error());
+      if (!(*frames)->carries_gyro()) return make_error(place + "/frames", "found a description without a gyro");
+      output.frames = *frames;
+      output.line.format = (*frames)->wire;
+    }
+    output.line.format = wire_format(config.line, output.line.format);
+    if (config.line.baud) output.line.format.baud = *config.line.baud;
+    output.line.network = config.line.network;
+    if (auto good = check_output(setup, output, place); !good) return good;
+    setup.outputs.push_back(std::move(output));
+  }
+  return {};
+}
+
 void leave_out_models(Setup::Axis& axis, const Error& why) {
   axis.model = axis.fallback = nullptr;
   axis.model_problem = why.text();
@@ -257,6 +328,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
                     setup.config.path, names.front(), fmt::join(names, ", ")));
   }
   setup.line = line_settings(setup.config.line, *setup.frames);
+  if (auto loaded = load_outputs(setup); !loaded) return tl::unexpected<Error>(loaded.error());
   setup.clock.source = setup.config.device_clock ? drivers::ClockSource::kDevice : drivers::ClockSource::kHost;
   setup.clock.check_frame_rate = !(setup.config.accept_clock || overrides.accept_clock);
   setup.clock.max_rate_deg_per_h = 0;
@@ -314,6 +386,7 @@ std::string unit_name(const Setup& setup) {
   for (std::size_t i = 0; i <= setup.sensor_lines.size(); ++i) {
     network = network || transport::needs_network(setup.line_settings(i));
   }
+  for (const Setup::Output& output : setup.outputs) network = network || transport::needs_network(output.line);
   return (network ? "prismd-net@" : "prismd@") + std::filesystem::path(setup.config.path).stem().string();
 }
 

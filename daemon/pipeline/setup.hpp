@@ -40,12 +40,20 @@ struct Setup {
     double stale_after_s;
   };
 
+  /// A line on which corrected frames leave.
+  struct Output {
+    config::OutputConfig config;
+    wire::FrameDescriptionPtr frames;  ///< that are encoded; null: "same" or "prism"
+    transport::Settings line;
+  };
+
   config::Config config;
   std::int64_t loaded_ns = 0;  ///< host time of the start or last reload; 0: a replay
   wire::FrameDescriptionPtr frames;
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes
   SensorList sensors;                    ///< frames->sensors, then those of each line, named LINE.SENSOR; null: none
+  std::vector<Output> outputs;
   transport::Settings line;
   drivers::ClockSettings clock;
   std::vector<std::string> notes;  ///< warnings, one line each

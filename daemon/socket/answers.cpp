@@ -133,6 +133,34 @@ std::string qualities(const Sources& sources) {
   return text;
 }
 
+// Of each output: its line, the frames by how they left, and the latency from the read of a frame's last byte to the
+// end of the write.
+ordered_json outputs_json(const pipeline::Device& device) {
+  ordered_json all = ordered_json::array();
+  for (std::size_t i = 0; i < device.output_lines.size(); ++i) {
+    const pipeline::Setup::Output& output = device.setup.outputs[i];
+    const pipeline::OutputStatus& line = device.output_lines[i];
+    const pipeline::OutputCounters& c = device.outputs[i].counters();
+    const bool is_open = line.state == pipeline::LineState::kReceiving;
+    all.push_back({{"device", output.config.line.device},
+                   {"state", is_open ? "open" : "connecting"},
+                   {"detail", line.detail},
+                   {"state_since_s", seconds(line.since_ns)},
+                   {"frames", c.frames},
+                   {"corrected", c.corrected},
+                   {"fading", c.fading},
+                   {"held", c.held},
+                   {"raw", c.raw},
+                   {"dropped", c.dropped},
+                   {"unfit", c.unfit},
+                   {"bytes", line.bytes},
+                   {"lost_bytes", line.lost_bytes},
+                   {"latency_p50_s", known(line.latency_s(0.5))},
+                   {"latency_p99_s", known(line.latency_s(0.99))}});
+  }
+  return all;
+}
+
 ordered_json status_answer(const Sources& sources) {
   const pipeline::Device& device = sources.device;
   const pipeline::Setup& setup = device.setup;
@@ -151,6 +179,7 @@ ordered_json status_answer(const Sources& sources) {
                        {"sessions", device.sessions}};
   json["line"] = counters_json(device.pipeline->decoder().counters());
   json["timing"] = clock_json(*device.pipeline);
+  if (!device.output_lines.empty()) json["out"] = outputs_json(device);
   json["no_rate"] = text_or_null(device.problems.find(pipeline::kNoRate).text);
   json["clocks_differ"] = text_or_null(device.problems.find(pipeline::kClocksDiffer).text);
   json["age_s"] = age_json(sources);

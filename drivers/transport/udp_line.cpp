@@ -120,12 +120,24 @@ const JsonTable<Network>& udp_keys() {
   static const JsonTable<Network> keys =
       JsonTable<Network>()
           .text("listen", &Network::address, "HOST:PORT of this host; the device sends its datagrams to it.")
-          .required()
+          .print_if([](const Network& network) { return network.listens; })
           .text("from", &Network::from,
                 "IP address of the only accepted sender, also with a port; commands are sent to this port.")
           .print_if([](const Network& network) { return !network.from.empty(); })
+          .text("address", &Network::address, "IP address and port of the far end: for an output.")
+          .print_if([](const Network& network) { return !network.listens; })
           .then([](const Section& section, Network& network) {
-            network.listens = true;
+            network.listens = !section.has("address");
+            if (network.listens && !section.has("listen")) section.text("listen");  // is missing
+            if (!network.listens) {
+              if (section.has("listen"))
+                section.fail("listen", "given together with \"address\"; expected one of them");
+              if (section.has("from")) section.fail("from", "only with \"listen\"");
+              const auto far = parse_numeric_endpoint(network.address);
+              if (!far) return section.fail("address", far.error());
+              if (far->port.empty()) section.fail("address", "has no port");
+              return;
+            }
             if (const auto endpoint = parse_endpoint(network.address); !endpoint)
               section.fail("listen", endpoint.error());
             if (!section.has("from")) return;

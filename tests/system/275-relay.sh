@@ -76,7 +76,7 @@ start_prismd
 wait_for 10 field_above .log.rows status 10
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 last=$(ls log | tail -1)
-sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log/$last"
+sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log/$last"
 grep -q Robert "log/$last" || fail "the line was not changed: $(tail -1 "log/$last")"
 kill -CONT "$relay"
 start_prismd
@@ -93,7 +93,7 @@ wait_for 20 sql_is "SELECT count(*) FROM prism.rows" "$(($(rows_of_log | wc -l) 
 cat >compare.py <<'END'
 import csv, sys
 number = lambda text: text if text and not text[0].isdigit() and text[0] != "-" else (float(text) if text else None)
-names = "time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,slope_degc_per_s,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,quality,arrival_s,partial".split(",")
+names = "time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,slope_degc_per_s,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,quality,arrival_s,sent_deg_per_h,partial".split(",")
 log = [[number(row[name]) for name in names] for row in csv.DictReader(open("log.csv")) if "Robert" not in row["quality"]]
 table = [[number(row[name]) for name in names] for row in csv.DictReader(open("table.csv"))]
 for mine, theirs in zip(log, table):

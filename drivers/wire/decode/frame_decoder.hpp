@@ -90,6 +90,8 @@ class FrameDecoder {
   std::optional<std::int64_t> held_since_ns() const {
     return waiting() && !chunk_ends_.empty() ? std::optional(chunk_ends_.front().arrival_ns) : std::nullopt;
   }
+  /// End of the bytes that are decided: frames, or none; offset in the stream, as DecodedMessage::offset.
+  std::uint64_t decided() const { return held_offset_; }
   const DecoderCounters& counters() const { return counters_; }
   /// MessageDecoder::unread_text().
   const std::string& unread_text() const { return maker_.unread_text(); }

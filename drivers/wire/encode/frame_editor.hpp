@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Replaces the gyro's numbers in received frames, and makes the checks anew; every other byte stays.
+// Replaces the gyro's numbers in received frames, and computes their checks; every other byte stays.
 #pragma once
 
 #include <cstddef>

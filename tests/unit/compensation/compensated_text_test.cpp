@@ -31,6 +31,7 @@ CompensatedWindow full_row() {
   row.correction = {-0.011767, 0.0084, 0.0102, kExtrapolating | kSettling};
   row.corrected_deg_per_h = 8.4769795;
   row.corrected_mean_deg_per_h = 8.477017;
+  row.sent_deg_per_h = 8.476979;
   return row;
 }
 
@@ -42,13 +43,13 @@ std::string csv(const CompensatedWindow& row) {
 
 const std::string kFullLine =
     "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
-    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,0";
+    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,8.476979,0";
 
 TEST(Csv, HasTheColumnsOfTheFormat) {
   EXPECT_EQ(csv_columns(),
             "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,"
             "mean_temperature_degc,slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,"
-            "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,arrival_s,partial");
+            "corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,arrival_s,sent_deg_per_h,partial");
 }
 
 TEST(Csv, ARowHasTheEndOfItsSecondAsTime) { EXPECT_EQ(csv(full_row()), kFullLine + "\n"); }
@@ -56,7 +57,7 @@ TEST(Csv, ARowHasTheEndOfItsSecondAsTime) { EXPECT_EQ(csv(full_row()), kFullLine
 TEST(Csv, AnUnknownQuantityIsAnEmptyField) {
   CompensatedWindow row;
   row.window.second_mean.second = -1;
-  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0\n");
+  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,,0\n");
 }
 
 TEST(Csv, ARowIsAppendedToTheText) {
@@ -83,7 +84,7 @@ TEST(Csv, ReadsARowBack) {
 }
 
 TEST(Csv, ReadsAnEmptyFieldAsUnknownAndItsWindowAsNotReady) {
-  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,0", "g.csv:7");
+  const auto row = parse_csv("1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,,0", "g.csv:7");
   ASSERT_TRUE(row) << row.error().text();
   EXPECT_TRUE(std::isnan(row->window.second_mean.rate_deg_per_h));
   EXPECT_TRUE(std::isnan(row->correction.bias_deg_per_h));
@@ -199,9 +200,9 @@ TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
   const std::string columns(csv_columns().substr(0, csv_columns().rfind(",sd_mean")));
   const auto row = parse_csv(kFullLine.substr(0, kFullLine.rfind(",0.0102")), "g.csv:7", layout_of(columns));
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_EQ(csv(*row), with_field(17, "", with_field(18, "")) + "\n");
+  EXPECT_EQ(csv(*row), with_field(17, "", with_field(18, "", with_field(19, ""))) + "\n");
   EXPECT_EQ(parse_csv(kFullLine, "g.csv:7", layout_of(columns)).error().text(),
-            "g.csv:7: found 20 columns, expected 17");
+            "g.csv:7: found 21 columns, expected 17");
 }
 
 TEST(Csv, ReadsColumnsByNameAndSkipsUnknownOnes) {
@@ -230,7 +231,7 @@ TEST(Csv, RejectsEveryTruncatedRow) {
       ASSERT_FALSE(read) << line.substr(0, length);
     }
   }
-  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 20");
+  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 21");
 }
 
 TEST(Json, AWindowContainsItsValues) {
@@ -242,7 +243,7 @@ TEST(Json, AWindowContainsItsValues) {
       R"("mean_rate_deg_per_h":8.465250,)"
       R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
       R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,"sd_mean_deg_per_h":0.010200,)"
-      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling"})");
+      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling","sent_deg_per_h":8.476979})");
   EXPECT_TRUE(json::accept(text));
 }
 

@@ -148,7 +148,7 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   const std::vector<SensorName> sensors = {{"case", "degC"}, {"anode", "V"}};
   const std::string metadata = "# axis: x\n" + sensors_line(sensors) + "# session: …\n", columns = csv_columns(sensors);
   EXPECT_EQ(sensors_in(metadata), sensors);
-  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,case_degc,anode_v,partial"));
+  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,sent_deg_per_h,case_degc,anode_v,partial"));
   CompensatedWindow row;
   row.window.second_mean = second_mean_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
   std::string line;
@@ -163,7 +163,7 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   EXPECT_TRUE(std::isnan(read->window.second_mean.sensors[1]));
   EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
             "g.csv:5: found no column \"case_degc\", which the metadata lists");
-  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,warm,5,0", "g.csv:7", *layout)
+  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,,warm,5,0", "g.csv:7", *layout)
                 .error()
                 .text(),
             "g.csv:7: sensor: found \"warm\", expected a number");

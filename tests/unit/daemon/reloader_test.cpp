@@ -15,7 +15,7 @@ class ReloaderTest : public test::DaemonPartsTest {
  protected:
   std::shared_ptr<Reloader> make(Reloader::Load load) {
     return Reloader::make(io_, *disk_,
-                          {std::move(load), parts_->device, [this] { ++reopened_; }, parts_->events.teller(),
+                          {std::move(load), parts_->device, [this] { ++reopened_; }, [] {}, parts_->events.teller(),
                            [] { return std::string("test"); }});
   }
   void run_until(const bool& done) {

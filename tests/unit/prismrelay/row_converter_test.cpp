@@ -18,11 +18,11 @@ constexpr const char* kColumns =
     "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,mean_"
     "temperature_degc,"
     "slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,corrected_mean_deg_per_h,quality,"
-    "sd_mean_deg_per_h,arrival_s,case_degc,chamber.air_degc,partial";
+    "sd_mean_deg_per_h,arrival_s,sent_deg_per_h,case_degc,chamber.air_degc,partial";
 constexpr const char* kRow =
     "2026-11-23T09:11:01Z,1795425061,199,1,8.465401,25.01310,5.251000,0,8.465252,25.01250,0.00001000,5.250500,-0."
     "000125,"
-    "0.008400,8.465526,8.465377,good,,1795425061.004,24.5,,0";
+    "0.008400,8.465526,8.465377,good,,1795425061.004,,24.5,,0";
 
 struct Converted {
   std::string error, csv;
@@ -42,14 +42,14 @@ TEST(RowConverter, IdentifiesColumnsByName) {
   EXPECT_EQ(
       row.csv,
       "g,z,l,3,7,1795425061.004,1795425061,\"{\"\"case_degc\"\":24.5}\",199,1,8.465401,25.01310,5.251000,0,8.465252,"
-      "25.01250,0.00001000,5.250500,-0.000125,0.008400,8.465526,8.465377,good,,0\n");
+      "25.01250,0.00001000,5.250500,-0.000125,0.008400,8.465526,8.465377,good,,,0\n");
   EXPECT_EQ(row.day, 20780);  // 2026-11-23
   EXPECT_DOUBLE_EQ(row.arrival_s, 1795425061.004);
 }
 
 TEST(RowConverter, UsesTheTimeOfALogWithoutArrivals) {
   const Converted row = convert("time_utc,time_s,samples,quality", "x,86400,5,warming");
-  EXPECT_EQ(row.csv, "g,z,l,3,7,86400,86400,,5,,,,,,,,,,,,,,warming,,\n");
+  EXPECT_EQ(row.csv, "g,z,l,3,7,86400,86400,,5,,,,,,,,,,,,,,warming,,,\n");
   EXPECT_EQ(row.day, 1);
 }
 

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// A line on which corrected frames leave: opens it, writes without waiting, and measures the latency.
+#pragma once
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/problems.hpp"
+#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/output_status.hpp"
+#include "daemon/pipeline/setup.hpp"
+#include "drivers/transport/transport.hpp"
+
+namespace prism::output {
+
+/// Bytes that the far end does not take wait here. After 100 ms the newest ones win: what waited before them is lost,
+/// except the rest of a frame that is partly written. Whatever happens on this line, the input does not wait.
+class OutputLine {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `number`: from 1, for texts. `status` and `problems` must outlive this. `capture`: null: none.
+  OutputLine(boost::asio::io_context& io, pipeline::Setup::Output setup, std::size_t number,
+             pipeline::OutputStatus& status, Problems& problems, pipeline::Tell tell,
+             std::unique_ptr<pipeline::CaptureSink> capture);
+  ~OutputLine() { problems_.forget(fault_key_), problems_.forget(slow_key_); }
+  OutputLine(const OutputLine&) = delete;
+  OutputLine& operator=(const OutputLine&) = delete;
+
+  void start() { open(); }
+  /// Writes the bytes that leave because of bytes that were read at `read_at`, with the stamp `arrival_ns`.
+  void send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns);
+  /// Call once a second.
+  void tick();
+
+ private:
+  struct Chunk {
+    std::vector<std::uint8_t> bytes;
+    std::size_t written = 0;
+    Clock::time_point read_at;
+    std::int64_t arrival_ns = 0;
+  };
+
+  void open();
+  void listen();
+  void readable();
+  void opened();
+  void lose(const std::string& why);
+  void pause();
+  void flush();
+  void drop_old();
+  void set(pipeline::LineState state, const std::string& detail);
+
+  boost::asio::io_context& io_;
+  const pipeline::Setup::Output setup_;
+  const std::string name_, fault_key_, slow_key_;
+  pipeline::OutputStatus& status_;
+  Problems& problems_;
+  const pipeline::Tell tell_;
+  const std::unique_ptr<pipeline::CaptureSink> capture_;
+  std::unique_ptr<transport::Transport> transport_;
+  bool is_open_ = false;
+  std::deque<Chunk> waiting_;
+  boost::asio::steady_timer retry_timer_, flush_timer_;
+  std::chrono::duration<double> retry_;
+  bool flushes_later_ = false;
+  std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
+  std::array<std::uint8_t, 4096> ignored_{};              ///< what the far end sends
+};
+
+}  // namespace prism::output
