@@ -43,6 +43,8 @@ start_sim --profile fast --speed 50 --wait
 wait_for 20 output_above 1 corrected 1000
 wait_for 20 output_above 5 lost_bytes 1000
 contains "the reader that does not read" "$(field ".health.problems" status)" "output 5: $dir/stuck: takes fewer bytes than the gyro sends"
+contains "prismctl status" "$(prismctl status)" "outputs      tcp listening on 127.0.0.1:$tcp: open"
+contains "the metrics" "$(prismctl metrics)" 'output="4",form="held"} 0'
 kill -9 "$sim"; rm -f "$dir/tty"
 wait_for 5 field_is .state status connecting
 start_sim --profile fast --speed 50 --seed 8

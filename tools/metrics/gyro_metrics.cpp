@@ -61,6 +61,12 @@ constexpr Family kClients{"prism_clients", Type::kGauge, "Connected clients."};
 constexpr Family kClientRows{"prism_client_lost_rows_total", Type::kCounter, "Rows that slow clients lost."};
 constexpr Family kSensorLine{"prism_sensor_line_receiving", Type::kGauge,
                              "Whether the line of an instrument delivers values."};
+constexpr Family kOutFrames{"prism_out_frames_total", Type::kCounter,
+                            "Frames of an output by how they left, or did not."};
+constexpr Family kOutLost{"prism_out_lost_bytes_total", Type::kCounter,
+                          "Bytes that an output could not write: closed, or its reader too slow."};
+constexpr Family kOutLatency{"prism_out_latency_seconds", Type::kGauge,
+                             "From the read of a frame's last byte to the end of its write."};
 constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge,
                        "Time at which these metrics were written, since 1970."};
 
@@ -112,6 +118,15 @@ void add_line(const GyroWriter& gyro, const json& status, const json& line) {
     gyro.put(kHardware, {{"kind", kind}}, value_of(member(member(line, "hardware"), kind)));
   for (const auto& [name, own] : member(status, "sensor_lines").items())
     gyro.put(kSensorLine, {{"line", name}}, text_member(own, "state") == "receiving");
+  int number = 0;
+  for (const json& own : member(status, "out")) {
+    const std::pair<std::string, std::string> output{"output", std::to_string(++number)};
+    for (const char* form : {"corrected", "fading", "held", "raw", "dropped", "unfit"})
+      gyro.put(kOutFrames, {output, {"form", form}}, value_of(member(own, form)));
+    gyro.put(kOutLost, {output}, value_of(member(own, "lost_bytes")));
+    for (const auto& [quantile, key] : {std::pair("0.5", "latency_p50_s"), std::pair("0.99", "latency_p99_s")})
+      gyro.put(kOutLatency, {output, {"quantile", quantile}}, value_of(member(own, key)));
+  }
 }
 
 void add_quality(const GyroWriter& axis, const std::string& quality) {

@@ -102,6 +102,13 @@ std::string health_lines(const json& health) {
 
 }  // namespace
 
+// Of an output: median and 99th percentile.
+std::string latency_text(const json& output) {
+  const json &median = at(output, "latency_p50_s"), &most = at(output, "latency_p99_s");
+  if (!median.is_number() || !most.is_number()) return "unknown";
+  return fmt::format("{:.2f} ms, p99 {:.2f} ms", 1e3 * median.get<double>(), 1e3 * most.get<double>());
+}
+
 std::string status_view(const json& status) {
   const json s = with_only_axis(status);
   std::string state = text_of(at(s, "state"));
@@ -127,6 +134,16 @@ std::string status_view(const json& status) {
   for (const auto& [name, own] : at(s, "sensor_lines").items()) {
     text += labelled(printable(name).c_str(), line_state(own));
     text += labelled("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
+  }
+  for (std::size_t i = 0; i < at(s, "out").size(); ++i) {
+    const json& own = at(s, "out")[i];
+    const std::string why = text_of(at(own, "detail"), "");
+    text += labelled(i == 0 ? "outputs" : "", fmt::format("{}: {}{}", text_of(at(own, "device")),
+                                                          text_of(at(own, "state")), why.empty() ? "" : ": " + why));
+    text += labelled("", fmt::format("{} frames: {} corrected, {} fading, {} held, {} raw; {} dropped; latency {}",
+                                     count_text(at(own, "frames")), count_text(at(own, "corrected")),
+                                     count_text(at(own, "fading")), count_text(at(own, "held")),
+                                     count_text(at(own, "raw")), count_text(at(own, "dropped")), latency_text(own)));
   }
   text += values_text("sensors", at(s, "sensors"));
   if (const json& log = at(s, "log"); log.is_object()) {
