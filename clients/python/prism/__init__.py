@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Client of prismd: requests its state and follows its rows. Needs only the standard library.
+"""Client of prismd: requests its state and follows its rows. Needs only the standard library, and numpy for Model.
 
     import prism
 
@@ -15,4 +15,13 @@ from ._connection import Gone, PrismError, Refused, running_sockets
 from .gyro import Gyro
 from .rows import Event, LogPage, Sample, Window
 
-__all__ = ["Event", "Gone", "Gyro", "LogPage", "PrismError", "Refused", "Sample", "Window", "running_sockets"]
+
+def __getattr__(name):
+    if name != "Model":
+        raise AttributeError(name)
+    from .model import Model  # numpy only if it is used
+
+    return Model
+
+
+__all__ = ["Event", "Gone", "Gyro", "LogPage", "Model", "PrismError", "Refused", "Sample", "Window", "running_sockets"]
