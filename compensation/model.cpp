@@ -17,14 +17,14 @@ constexpr double kGridPoints = 1024;
 constexpr std::size_t kGridInputs = 10;  // with more inputs not even the corners fit
 constexpr double kGridSide = 65;         // points of a single input
 
+}  // namespace
+
 double margin_of(const ModelInfo& info, std::size_t input) {
   if (!info.spread) return 0;
   const std::string& name = info.inputs[input];
   const bool wanders = !info.table && (name == kInputSlope || name == kInputUhfo || name.starts_with("lag"));
   return wanders ? kWanderingMargin : kBoxMargin;
 }
-
-}  // namespace
 
 bool Model::outside_domain(std::span<const double> inputs) const {
   const Domain& domain = info_.domain;

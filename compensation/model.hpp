@@ -98,8 +98,7 @@ class Model {
 
  protected:
   explicit Model(ModelInfo info) : info_(std::move(info)) {}
-  /// For a repeat of the training profile, models with BetweenRunError allow a margin (docs/benchmarks.md): 2 % of the
-  /// range, 20 % if an input is dT/dt, U or a lag.
+  /// Returns true outside the training range and its margin.
   bool outside_domain(std::span<const double> inputs) const;
   /// The distance of the inputs outside their training ranges, in ranges; 0 inside the box. Without shares the largest
   /// of an input; with them (one per input, sum 1) the root of their mean square.
@@ -113,6 +112,11 @@ class Model {
 };
 
 using ModelPtr = std::shared_ptr<const Model>;
+
+/// Distance outside the training range of an input that is not yet `extrapolating`, in multiples of the range. For a
+/// repeat of the training profile, models with BetweenRunError allow a margin (docs/benchmarks.md): 2 %, 20 % if the
+/// input is dT/dt, U or a lag.
+double margin_of(const ModelInfo& info, std::size_t input);
 
 /// The inputs of `model` taken from a window, in the model's order; empty if any is unknown.
 std::vector<double> gather_inputs(const Model& model, const Window& window);
