@@ -3,7 +3,7 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|verify|campaign) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
@@ -21,6 +21,7 @@ _prismcal() {
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
     'allan --grid') words='octave decade' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
+    'export --extrapolation') words='flag clamp' ;;
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
@@ -34,9 +35,10 @@ _prismcal() {
     allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
+    export) words='-h --help --c --float --extrapolation' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design verify campaign' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design export verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

@@ -22,6 +22,7 @@ void add_inspect_command(CLI::App& app, int& code);   ///< shows how a file of a
 void add_allan_command(CLI::App& app, int& code);     ///< Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< converts a recording to a capture
 void add_design_command(CLI::App& app, int& code);    ///< plans the next recording
+void add_export_command(CLI::App& app, int& code);    ///< writes a model as C for firmware
 void add_verify_command(CLI::App& app, int& code);    ///< checks logs and captures
 void add_campaign_command(CLI::App& app, int& code);  ///< trains and evaluates models of hundreds of gyros
 

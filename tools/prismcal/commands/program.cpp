@@ -35,6 +35,7 @@ int run(int argc, char** argv) {
   add_allan_command(app, code);
   add_convert_command(app, code);
   add_design_command(app, code);
+  add_export_command(app, code);
   add_verify_command(app, code);
   add_campaign_command(app, code);
   try {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// A model as C99 files for firmware: tables, a fixed evaluator, and a self-test with values of the library.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "compensation/model.hpp"
+
+namespace prism::c_export {
+
+struct COptions {
+  bool single = false;  ///< numbers are float instead of double
+  bool clamp = false;   ///< outside the training range: the nearest point of its box
+};
+
+struct CFile {
+  std::string name, text;
+};
+
+struct CExport {
+  std::vector<CFile> files;
+  std::vector<std::string> remarks;  ///< what prismd does and the files do not, one sentence each
+};
+
+/// Errors (`where`: the model's path): a model of a table, one with inputs of sensors, one with a population prior.
+Result<CExport> export_c(const compensation::ModelPtr& model, const std::string& where, const COptions& options);
+
+}  // namespace prism::c_export

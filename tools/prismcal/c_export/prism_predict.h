@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Bias of a laser gyro from its one-second means, as prismd computes it. C99; needs a libm. Made by prismcal export.
+//
+// No allocation, no recursion, no file-scope state. RAM: sizeof(prism_state) for each gyro; stack: at most 512 bytes and that
+// of exp(). Operations for each second: two passes over the window (PRISM_HISTORY_S additions for each quantity), then
+// PRISM_OPERATIONS multiplications and additions and PRISM_CENTRES exponentials. Do not compile with -ffast-math: unknown
+// values are NAN.
+#ifndef PRISM_PREDICT_H
+#define PRISM_PREDICT_H
+
+#include <stdint.h>
+
+#include "prism_model.h"
+
+// Flags; the names and values of prismd's quality.
+#define PRISM_WARMING 1u         // the window is not yet full: no bias
+#define PRISM_INPUT_MISSING 4u   // an input is unknown: no bias
+#define PRISM_EXTRAPOLATING 8u   // an input is outside the training range
+#define PRISM_OVER_LIMIT 32u     // the bias was above PRISM_MAX_BIAS: no bias
+#define PRISM_SETTLING 64u       // the lag filters have not settled since their start
+#define PRISM_RATE_INVALID 128u  // the rate is unknown: no corrected rate
+#define PRISM_SLEW_LIMITED 1024u // the change since the last second was limited
+
+// Means over the samples of one second; NAN: unknown. Leave out implausible samples. Do not push a second of which only a
+// part was measured, or without a sample: a gap of at most PRISM_MAX_GAP_S is bridged.
+typedef struct {
+  int64_t second;  // counts seconds; any origin
+  prism_number rate_deg_per_h, temperature_degc, uhfo_v;
+} prism_second;
+
+typedef struct {
+  prism_number bias_deg_per_h;       // NAN: unknown
+  prism_number corrected_deg_per_h;  // rate - bias; NAN: one of them is unknown
+  unsigned flags;                    // 0: good
+} prism_correction;
+
+// Of one gyro. Only for the functions below.
+typedef struct {
+  prism_number temperature_degc[PRISM_HISTORY_S];  // at second modulo PRISM_HISTORY_S; NAN: unknown
+#if PRISM_USES_UHFO
+  prism_number uhfo_v[PRISM_HISTORY_S];
+#endif
+#if PRISM_LAGS > 0
+  double lag_mean_degc[PRISM_LAGS];  // double: a float would lose steps below its last bit
+  int64_t lag_second, lag_age_s;     // age below 0: not started
+#endif
+  int64_t second, warm_since, published_second;
+  prism_number published_deg_per_h;  // NAN: the next bias is not limited
+  int started;
+} prism_state;
+
+// At the start of each session of the gyro.
+void prism_reset(prism_state *state);
+
+// Takes the seconds in order of time. The bias is that of the window that ends with this second.
+prism_correction prism_push(prism_state *state, const prism_second *means);
+
+// The model alone, without window and limits. `inputs`: finite, in the order of prism_model.h. Adds PRISM_EXTRAPOLATING to
+// flags.
+prism_number prism_bias(const prism_number inputs[PRISM_INPUTS], unsigned *flags);
+
+#endif
