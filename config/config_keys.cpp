@@ -21,7 +21,8 @@ constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 constexpr double kMostColumns = 64;  // of a line of text
 constexpr double kMiB = 1 << 20, kHour = 3600;
 
-JsonTable<LineConfig> line_keys() {
+// Of any line: its place and format, and when it is opened again.
+JsonTable<LineConfig> place_keys() {
   return JsonTable<LineConfig>()
       .text("device", &LineConfig::device, "The serial device. A live run requires it, tcp or udp.")
       .group(transport::network_keys(), &LineConfig::network)
@@ -29,8 +30,6 @@ JsonTable<LineConfig> line_keys() {
       .integer("data_bits", {5, 8}, &LineConfig::data_bits, "")
       .choice("parity", kParities, &LineConfig::parity, "")
       .integer("stop_bits", {1, 2}, &LineConfig::stop_bits, "Speed and format; default: the description's.")
-      .number("silence_s", {0.1, 3600}, &LineConfig::silence_s,
-              "Receive timeout: without a byte for this time, the line is silent and is reopened.")
       .number("retry_min_s", {0.01, 60}, &LineConfig::retry_min_s, "")
       .number(
           "retry_max_s", {0.01, 600}, &LineConfig::retry_max_s,
@@ -39,7 +38,13 @@ JsonTable<LineConfig> line_keys() {
       .read_by([](const Section& section, LineConfig& line) {
         line.retry_max_s =
             section.number("retry_max_s", {line.retry_min_s, 600}, std::max(line.retry_max_s, line.retry_min_s));
-      })
+      });
+}
+
+JsonTable<LineConfig> line_keys() {
+  return place_keys()
+      .number("silence_s", {0.1, 3600}, &LineConfig::silence_s,
+              "Receive timeout: without a byte for this time, the line is silent and is reopened.")
       .group(wire::command_keys(), &LineConfig::commands)
       .boolean("allow_send", &LineConfig::allow_send,
                "Root and the user that prismd runs as may send bytes with prismctl send.");
@@ -281,14 +286,8 @@ JsonTable<LogSegmentSettings> segment_keys() {
 JsonTable<OutputConfig> output_keys() {
   using O = OutputConfig;
   const auto holds = [](const O& output) { return output.when_unknown == WhenUnknown::kHold; };
-  const JsonTable<LineConfig> input = line_keys();
-  JsonTable<LineConfig> line;
-  for (const auto& row : input.rows()) {  // an output is not read: it is never silent, and gets no commands
-    static constexpr std::array kOnlyInput = {"silence_s", "allow_send", "start", "stop", "again_when_silent", "poll"};
-    if (std::find(kOnlyInput.begin(), kOnlyInput.end(), row.key) == kOnlyInput.end()) line.row(row);
-  }
   return JsonTable<O>()
-      .object("line", line, &O::line,
+      .object("line", place_keys(), &O::line,
               "Where the frames leave: device, tcp (address or listen) or udp (address). Format as of the gyro's line.")
       .text("frames", &O::frames,
             "same: every byte of the device goes out again, with the rates of the served axes corrected and the checks "

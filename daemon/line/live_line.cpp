@@ -67,7 +67,7 @@ LiveLine::LiveLine(asio::io_context& io, pipeline::Device& device, std::size_t n
 
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
-  retry_ = std::chrono::duration<double>(config().retry_min_s);
+  retry_.reset();
   open_or_pause();
 }
 
@@ -304,7 +304,7 @@ asio::awaitable<void> LiveLine::watch() {
 
 void LiveLine::frames_came() {
   last_frame_ = last_data_;
-  retry_ = std::chrono::duration<double>(config().retry_min_s);
+  retry_.reset();
   framed_ = true;
   if (status().state != LineState::kReceiving && !open_->conversation->is_starting()) receiving();
 }
@@ -396,17 +396,13 @@ void LiveLine::rest() {
   });
 }
 
-// A missing device is checked every retry_min_s, so that it is used soon after it is back. For a device that exists but
-// fails, the pause doubles.
 void LiveLine::pause() {
-  const bool there = transport::is_present(settings());
-  if (!there) retry_ = std::chrono::duration<double>(config().retry_min_s);
-  last_progress_ = Clock::now() + as_steady(retry_);
-  pause_timer_.expires_after(as_steady(retry_));
+  const auto wait = retry_.next(config(), transport::is_present(settings()));
+  last_progress_ = Clock::now() + wait;
+  pause_timer_.expires_after(wait);
   pause_timer_.async_wait([this](boost::system::error_code error) {
     if (!error && !stopping_ && !open_) open_or_pause();
   });
-  if (there) retry_ = std::min(retry_ * 2, std::chrono::duration<double>(config().retry_max_s));
 }
 
 }  // namespace prism::line

@@ -123,7 +123,7 @@ class LiveLine {
   ArrivalClock& arrival_;
   const bool alone_;
   Clock::time_point last_data_, last_progress_, last_frame_;
-  std::chrono::duration<double> retry_{0};
+  pipeline::RetryPause retry_;
   bool stopping_ = false, begun_ = false;
   const std::string fault_key_, peer_key_;  ///< of the device's problems
   std::optional<drivers::Poller> poller_;   ///< of all openings

@@ -29,8 +29,7 @@ OutputLine::OutputLine(boost::asio::io_context& io, pipeline::Setup::Output setu
       tell_(std::move(tell)),
       capture_(std::move(capture)),
       retry_timer_(io),
-      flush_timer_(io),
-      retry_(setup_.config.line.retry_min_s) {}
+      flush_timer_(io) {}
 
 void OutputLine::set(LineState state, const std::string& detail) {
   if (status_.state != state) status_.since_ns = host_time_ns();
@@ -49,7 +48,7 @@ void OutputLine::open() {
 
 void OutputLine::opened() {
   is_open_ = true;
-  retry_ = std::chrono::duration<double>(setup_.config.line.retry_min_s);
+  retry_.reset();
   set(LineState::kReceiving, "");
   tell_(pipeline::Severity::kInfo, "output_open", name_ + ": open");
   problems_.forget(fault_key_);
@@ -95,13 +94,10 @@ void OutputLine::lose(const std::string& why) {
 }
 
 void OutputLine::pause() {
-  const bool there = transport::is_present(setup_.line);
-  if (!there) retry_ = std::chrono::duration<double>(setup_.config.line.retry_min_s);
-  retry_timer_.expires_after(std::chrono::duration_cast<Clock::duration>(retry_));
+  retry_timer_.expires_after(retry_.next(setup_.config.line, transport::is_present(setup_.line)));
   retry_timer_.async_wait([this, alive = std::weak_ptr(alive_)](const auto& error) {
     if (!error && !alive.expired() && !transport_) open();
   });
-  if (there) retry_ = std::min(retry_ * 2, std::chrono::duration<double>(setup_.config.line.retry_max_s));
 }
 
 void OutputLine::send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns) {

@@ -71,7 +71,7 @@ class OutputLine {
   bool is_open_ = false;
   std::deque<Chunk> waiting_;
   boost::asio::steady_timer retry_timer_, flush_timer_;
-  std::chrono::duration<double> retry_;
+  pipeline::RetryPause retry_;
   bool flushes_later_ = false;
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
   std::array<std::uint8_t, 4096> ignored_{};              ///< what the far end sends

@@ -12,14 +12,6 @@
 namespace prism::pipeline {
 
 namespace message {
-namespace {
-
-void put(std::uint64_t value, std::size_t size, std::vector<std::uint8_t>& out) {
-  for (std::size_t i = 0; i < size; ++i) out.push_back(static_cast<std::uint8_t>(value >> 8 * i));
-}
-
-}  // namespace
-
 void append(const Fields& fields, std::vector<std::uint8_t>& out) {
   static const wire::Crc crc({.width = 32,
                               .poly = 0x04C11DB7,
@@ -29,16 +21,17 @@ void append(const Fields& fields, std::vector<std::uint8_t>& out) {
                               .xor_out = 0xFFFFFFFF});
   constexpr std::uint64_t kSync = 0x5250, kVersion = 1;  // "PR"
   const std::size_t begin = out.size();
-  put(kSync, 2, out);
-  put(kVersion, 1, out);
-  put(fields.axis, 1, out);
-  put(fields.number, 4, out);
-  put(static_cast<std::uint64_t>(fields.time_ns), 8, out);
-  put(std::bit_cast<std::uint64_t>(fields.rate_deg_per_h), 8, out);
-  put(std::bit_cast<std::uint64_t>(fields.correction_deg_per_h), 8, out);
-  put(std::bit_cast<std::uint32_t>(fields.sd_deg_per_h), 4, out);
-  put(fields.flags, 4, out);
-  put(crc.compute(std::span(out).subspan(begin)), 4, out);
+  const auto put = [&](std::uint64_t value, std::size_t size) { wire::append_number(out, value, size, false); };
+  put(kSync, 2);
+  put(kVersion, 1);
+  put(fields.axis, 1);
+  put(fields.number, 4);
+  put(static_cast<std::uint64_t>(fields.time_ns), 8);
+  put(std::bit_cast<std::uint64_t>(fields.rate_deg_per_h), 8);
+  put(std::bit_cast<std::uint64_t>(fields.correction_deg_per_h), 8);
+  put(std::bit_cast<std::uint32_t>(fields.sd_deg_per_h), 4);
+  put(fields.flags, 4);
+  put(crc.compute(std::span(out).subspan(begin)), 4);
 }
 
 }  // namespace message
@@ -61,21 +54,16 @@ void CorrectedFrames::model_changed() {
   for (AxisState& axis : axes_) axis.fading = axis.source != Source::kNone;
 }
 
-void CorrectedFrames::restart(std::vector<std::uint8_t>& out) {
-  if (config_.frames == "same") out.insert(out.end(), waiting_.begin(), waiting_.end());
-  waiting_.clear();
-  begin_ = 0;
-}
-
-void CorrectedFrames::push(std::span<const std::uint8_t> bytes, const Rows& rows, std::uint64_t decided,
+void CorrectedFrames::push(std::span<const std::uint8_t> bytes, const Rows& rows, const wire::FrameDecoder& decoder,
                            std::vector<std::uint8_t>& out) {
   const bool same = config_.frames == "same";
   waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+  const std::uint64_t begin = decoder.counters().bytes - waiting_.size();
   means_.clear();
   std::size_t at = 0;  // in waiting_: everything before it has left
   for (const Rows::Frame& frame : rows.frames) {
     if (frame.sample_count > 0) close_seconds(rows, frame.first_sample);
-    const std::size_t first = frame.message.offset - begin_, length = frame.message.length;
+    const std::size_t first = frame.message.offset - begin, length = frame.message.length;
     if (same)
       out.insert(out.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(at),
                  waiting_.begin() + static_cast<std::ptrdiff_t>(first));
@@ -85,12 +73,11 @@ void CorrectedFrames::push(std::span<const std::uint8_t> bytes, const Rows& rows
     ++(left ? counters_.frames : counters_.dropped);
   }
   close_seconds(rows, rows.samples.size());
-  const std::size_t end = decided - begin_;
+  const std::size_t end = decoder.decided() - begin;
   if (same)
     out.insert(out.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(at),
                waiting_.begin() + static_cast<std::ptrdiff_t>(end));
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(end));
-  begin_ = decided;
 }
 
 // The windows that were closed before this sample.
@@ -156,20 +143,9 @@ void CorrectedFrames::count(std::span<const Rows::Sample> samples) {
     axis.sum += verdicts_[i].sent * samples[i].row.sample.interval_s;
     axis.weight += samples[i].row.sample.interval_s;
   }
-  switch (worst) {
-    case Form::kCorrected:
-      ++counters_.corrected;
-      break;
-    case Form::kFading:
-      ++counters_.fading;
-      break;
-    case Form::kHeld:
-      ++counters_.held;
-      break;
-    case Form::kRaw:
-      ++counters_.raw;
-      break;
-  }
+  static constexpr std::uint64_t OutputCounters::*kForms[] = {&OutputCounters::corrected, &OutputCounters::fading,
+                                                              &OutputCounters::held, &OutputCounters::raw};
+  ++(counters_.*kForms[static_cast<std::size_t>(worst)]);
 }
 
 bool CorrectedFrames::edit(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,

@@ -50,12 +50,11 @@ class CorrectedFrames {
  public:
   CorrectedFrames(const Setup& setup, const Setup::Output& output);
 
-  /// Appends what leaves because of one call of the pipeline. `bytes`: that the call was given; `decided`:
-  /// FrameDecoder::decided() after it. Bytes that may be the begin of a frame wait until it is complete, or none.
-  void push(std::span<const std::uint8_t> bytes, const Rows& rows, std::uint64_t decided,
+  /// Appends what leaves because of one call of the pipeline. `bytes`: that the call was given; `decoder`: the
+  /// pipeline's, after it. Bytes that may be the begin of a frame wait until it is complete, or none. Before another
+  /// pipeline, the last call must be its finish(), after which none wait.
+  void push(std::span<const std::uint8_t> bytes, const Rows& rows, const wire::FrameDecoder& decoder,
             std::vector<std::uint8_t>& out);
-  /// The pipeline is another one from now on: what waits leaves as received.
-  void restart(std::vector<std::uint8_t>& out);
   /// Another model may be in use: a switch.
   void model_changed();
 
@@ -101,8 +100,7 @@ class CorrectedFrames {
   std::optional<wire::FrameEncoder> encoder_;
   std::vector<std::size_t> sensors_;  ///< of the encoder's description: index into the stream's
   std::vector<AxisState> axes_;
-  std::vector<std::uint8_t> waiting_;  ///< bytes from offset `begin_` on
-  std::uint64_t begin_ = 0;
+  std::vector<std::uint8_t> waiting_;  ///< the decoder's last bytes
   std::uint32_t number_ = 0;
   std::vector<Verdict> verdicts_;  ///< of the frame's samples
   std::vector<double> means_;

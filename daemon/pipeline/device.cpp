@@ -165,19 +165,19 @@ Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
   }
   if (axes.front().log) log = &axes.front().log->counters();
   make_outputs();
+  if (!outputs.empty()) pipeline->keep_frames();
 }
 
 void Device::make_outputs() {
   outputs.clear();
   for (const Setup::Output& output : setup.outputs) outputs.emplace_back(setup, output);
-  if (!outputs.empty()) pipeline->keep_frames();
 }
 
 // Before the rows are kept: a navigation computer waits for the frames.
 void Device::send(std::span<const std::uint8_t> bytes, Rows& rows) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     sent_.clear();
-    outputs[i].push(bytes, rows, pipeline->decoder().decided(), sent_);
+    outputs[i].push(bytes, rows, pipeline->decoder(), sent_);
     if (send_ && !sent_.empty()) send_(i, sent_);
   }
   for (std::size_t i = 0; i < rows.windows.size() && !outputs.empty(); ++i)
@@ -252,7 +252,6 @@ Result<bool> Device::reconfigure(Setup next) {
     if (auto kept = same(setup, next); !kept) return tl::unexpected<Error>(kept.error());
   }
   const bool stream = same_stream(next, setup);
-  bool restarted = false;
   const bool reopen = !stream || !same_wires(next, setup);
   if (stream && same_engines(next, setup)) {
     if (auto used = pipeline->use_models(next); !used) return tl::unexpected<Error>(used.error());
@@ -260,24 +259,15 @@ Result<bool> Device::reconfigure(Setup next) {
     end_session(pipeline->finish());
     frames_before_ = frames();
     pipeline = std::make_unique<Pipeline>(next);
-    restarted = true;
     reported_by_arrival_ = reported_resets_ = 0;
     stages_.begin();
     for (const char* key : {kNoRate, kClocksDiffer, kWrongRate}) problems.forget(key);
   }
   const bool same_outputs = stream && next.config.outputs == setup.config.outputs;
   setup = std::move(next);
-  if (!same_outputs) {
-    make_outputs();
-  } else if (!outputs.empty()) {
-    if (restarted) pipeline->keep_frames();
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-      sent_.clear();
-      if (restarted) outputs[i].restart(sent_);
-      if (send_ && !sent_.empty()) send_(i, sent_);
-      outputs[i].model_changed();
-    }
-  }
+  if (!same_outputs) make_outputs();
+  if (!outputs.empty()) pipeline->keep_frames();
+  for (CorrectedFrames& output : outputs) output.model_changed();
   problems.clear_all("question", "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;

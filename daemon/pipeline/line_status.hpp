@@ -2,12 +2,15 @@
 // One line of a device: its state, independent of its data, and its capture.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "config/config.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "drivers/poller.hpp"
 #include "drivers/transport/transport.hpp"
@@ -15,6 +18,21 @@
 namespace prism::pipeline {
 
 enum class LineState { kNone, kConnecting, kReceiving, kSilent, kReplaying, kEnded };
+
+/// Pauses before a line is opened again: retry_min_s while the device is absent, so that it is used soon after it is
+/// back; for one that exists but fails, doubled up to retry_max_s.
+class RetryPause {
+ public:
+  void reset() { next_s_ = 0; }
+  std::chrono::steady_clock::duration next(const config::LineConfig& line, bool is_there) {
+    const double now_s = is_there ? std::max(next_s_, line.retry_min_s) : line.retry_min_s;
+    next_s_ = is_there ? std::min(2 * now_s, line.retry_max_s) : 0;
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(now_s));
+  }
+
+ private:
+  double next_s_ = 0;
+};
 
 struct LineStatus {
   LineState state = LineState::kNone;

@@ -18,18 +18,14 @@ import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, f"{ROOT}/tests/system")
+from out_reader import capture
+
 RATE, BURST_S = 1000, 0.010
 
 
 def packets_of(path):
-    data = open(path, "rb").read()
-    at, packets = 24, []
-    while at + 16 <= len(data):
-        size = int.from_bytes(data[at + 8 : at + 12], "little")
-        if data[at + 24] == 2:
-            packets.append(data[at + 28 : at + 16 + size])
-        at += 16 + size
-    return packets
+    return list(capture(open(path, "rb").read()))
 
 
 class Daemon:

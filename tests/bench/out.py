@@ -11,6 +11,9 @@ import threading
 import time
 import tty
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "system"))
+from out_reader import capture
+
 BYTES, WARM_S, PACED_S, ROUNDS = 20, 150, 4, 5
 
 
@@ -27,8 +30,8 @@ def frames_of(build, folder, rate):
         file.write(source.replace('"rate_hz": 200', f'"rate_hz": {rate}'))
     subprocess.run([f"{build}/tools/prismsim/prismsim", "--frames", f"{folder}/frames.json", "--profile", "steady", "--hours",
                     str((WARM_S + PACED_S + 2) / 3600), "--out", f"{folder}/gyro.pcap"], check=True, stderr=subprocess.DEVNULL)
-    reader = [sys.executable, "tests/system/out_reader.py", "capture", f"{folder}/gyro.pcap"]
-    return subprocess.run(reader, check=True, stdout=subprocess.PIPE).stdout
+    with open(f"{folder}/gyro.pcap", "rb") as file:
+        return b"".join(capture(file.read()))
 
 
 def measure(build, rate, corrects):

@@ -23,15 +23,22 @@ END
   kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
   kill -9 "$server"; wait "$server" 2>/dev/null || true
 }
+# The pty of a gyro whose server ended holds frames of the time without one, and a gap behind them.
+new_gyro() { kill "$sim"; wait "$sim" || fail "prismsim: exit code $?"; start_sim --profile steady; }
+recipe() { # the recipe of docs/lines.md, for the gyro's pty
+  awk '/^```yaml/ {on = 1; next} /^```/ {on = 0} on' "$PRISM_SOURCE/docs/lines.md" |
+    sed "s|4001|$port|; s|/dev/ttyUSB0,921600|$(readlink -f "$dir/tty"),115200|" >"$dir/ser2net.yaml"
+}
 port=$(free_port)
-awk '/^```yaml/ {on = 1; next} /^```/ {on = 0} on' "$PRISM_SOURCE/docs/lines.md" |
-  sed "s|4001|$port|; s|/dev/ttyUSB0,921600|$(readlink -f "$dir/tty"),115200|" >"$dir/ser2net.yaml"
+recipe
 grep -q max-connections "$dir/ser2net.yaml" || fail "docs/lines.md has no ser2net recipe: $(cat "$dir/ser2net.yaml")"
 command=(ser2net -n -c "$dir/ser2net.yaml" -P "$dir/ser2net.pid")
 start ser2net "${command[@]}"; server=$pid
 through ser2net "$port"
 
 # Several programs on one line: with prismd, two others read the same bytes, and a third one finds the description.
+new_gyro
+recipe
 start ser2net "${command[@]}"; server=$pid
 start_prismd
 wait_for 10 field_is .state status receiving
@@ -48,9 +55,7 @@ same "missing frames with other readers" "$(field .timing.missing_frames line)" 
 kill -TERM "$prismd"; wait "$prismd" || fail "exit code $?"
 kill -9 "$server"; wait "$server" 2>/dev/null || true
 
-# A new gyro: the pty of the first holds frames of the time without a server, and a gap behind them.
-kill "$sim"; wait "$sim" || fail "prismsim: exit code $?"
-start_sim --profile steady
+new_gyro
 port=$(free_port)
 command=(gensiot --server -a -i "serialdev,$(readlink -f "$dir/tty"),115200n81,local" "tcp,127.0.0.1,$port")
 start gensiot "${command[@]}"; server=$pid

@@ -225,12 +225,12 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
 
 // Builds the constant part of a frame.
 
-namespace {
-
 void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::size_t size, bool big_endian) {
   for (std::size_t i = 0; i < size; ++i)
     out.push_back(static_cast<std::uint8_t>(value >> 8 * (big_endian ? size - 1 - i : i)));
 }
+
+namespace {
 
 /// Number of bytes covered by the fields of an item.
 std::uint32_t payload_of(const MessageType& kind, std::size_t item) {

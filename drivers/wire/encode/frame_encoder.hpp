@@ -93,6 +93,8 @@ class FrameEncoder {
 
 // A frame with all constant parts of its message type: sync, length, item headers, defaults.
 
+void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::size_t size, bool big_endian);
+
 /// Binary message types only. Does not fill in checks.
 std::vector<std::uint8_t> blank_frame(const MessageType& kind);
 

@@ -44,6 +44,17 @@ struct LogRowsTest : testing::Test {
                       },
                       true, 0});
   }
+  /// Writes a log of one row; returns the cursor after it.
+  std::string after_one_row() {
+    const auto log = open();
+    log->append(row_of(1), 0);
+    log->sync();
+    std::string cursor = "earliest";
+    std::uint64_t missing = 0;
+    take(*log, cursor, 10, missing);
+    log->close();
+    return cursor;
+  }
   /// Returns the seconds of a page's rows and advances the cursor.
   std::vector<std::int64_t> take(RowLog& log, std::string& cursor, std::size_t limit, std::uint64_t& missing) {
     const auto page = log.page({cursor, limit});
@@ -265,15 +276,9 @@ TEST_F(DamagedSegmentTest, AFolderInThePlaceOfAFileIsAGap) {
 }
 
 TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
-  auto log = open();
-  log->append(row_of(1), 0);
-  log->sync();
-  std::string cursor = "earliest";
-  std::uint64_t missing = 0;
-  take(*log, cursor, 10, missing);
-  log->close();
+  const std::string cursor = after_one_row();
   std::filesystem::remove_all(settings.directory);
-  log = open();
+  const auto log = open();
   log->append(row_of(1), 1);
   log->sync();
   const auto page = log->page({cursor, 10});
@@ -284,14 +289,8 @@ TEST_F(LogRowsTest, AFolderThatWasEmptiedIsAnotherLog) {
 
 // Not another log, from which a client would read all rows again.
 TEST_F(LogRowsTest, AFolderThatCannotBeListedIsUnreadable) {
-  auto log = open();
-  log->append(row_of(1), 0);
-  log->sync();
-  std::string cursor = "earliest";
-  std::uint64_t missing = 0;
-  take(*log, cursor, 10, missing);
-  log->close();
-  log = open();
+  const std::string cursor = after_one_row();
+  const auto log = open();
   test::readable_entries = 0;
   const test::FailingCall fault(test::failing_readdir, EIO);
   const auto page = log->page({cursor, 10});

@@ -43,7 +43,16 @@ class Line {
       sample.row.corrected_deg_per_h = rate - bias;
       rows.frames.back().sample_count = 1;
     }
-    output_->push(in, rows, decoder_.decided(), out);
+    output_->push(in, rows, decoder_, out);
+    return out;
+  }
+  /// Bytes that complete no frame. Returns the bytes that left.
+  Bytes bytes(const Bytes& in) {
+    Bytes out;
+    std::vector<wire::DecodedMessage> none;
+    decoder_.feed(in, time_ns_ += 1'000'000, none);
+    EXPECT_TRUE(none.empty());
+    output_->push(in, Rows(), decoder_, out);
     return out;
   }
   /// Counters of the output.
@@ -134,16 +143,10 @@ TEST(CorrectedFrames, SendsWhatThePolicySaysWithoutACorrection) {
 
 TEST(CorrectedFrames, PassesOtherBytesInTheirPlaces) {
   Line line("dmu11");
-  Bytes sent = line.frame(10, 1);
-  std::vector<wire::DecodedMessage> none;
-  Rows rows;
-  const Bytes noise = {1, 2, 3};
-  // Bytes that may begin a frame wait for the decision.
-  Bytes out;
-  line.output().push(noise, rows, sent.size(), out);
-  EXPECT_TRUE(out.empty());
-  line.output().push({}, rows, sent.size() + 3, out);
-  EXPECT_EQ(out, noise);
+  line.frame(10, 1);
+  // Bytes that may begin a frame wait until the decoder has decided: 55 is the first byte of a frame.
+  EXPECT_EQ(line.bytes({1, 2, 3, 0x55}), (Bytes{1, 2, 3}));
+  EXPECT_EQ(line.bytes({9}), (Bytes{0x55, 9}));
 }
 
 // The example of docs/wire.md.
