@@ -6,8 +6,8 @@ _prismcal() {
     case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit') words='s ms us ns min h d' ;;
+    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format'|'export --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
@@ -35,7 +35,7 @@ _prismcal() {
     allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
-    export) words='-h --help --c --float --extrapolation' ;;
+    export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
     *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design export verify campaign' ;;

@@ -13,6 +13,7 @@ train own --prior models
 awk 'BEGIN {print "T,dTdt,U"; for (i = 0; i < 12; ++i) printf "%.2f,%.5f,%.4f\n", -60 + 12 * i, (i % 5 - 2) / 100, 5 + (i % 3) / 100}' >t.csv
 prismcal predict m.json t.csv --out p.csv
 show p.csv
+prismcal export m.json --c c || echo "exit $?"
 log w1 9 4 --warm-up 0.2
 log w2 9 5 --warm-up 0.2
 train w1 w2 --inputs T,dTdt

@@ -27,6 +27,8 @@ same "reports of the chosen set" "$(grep -c 'chosen: the smallest set' auto.err)
 contains "the log's columns" "$(grep -h '^time_utc' one/*.csv)" "arrival_s,sent_deg_per_h,gyro_temp_x_degc,"
 contains "the model" "$(jq -c .features.sensors model.json)" '{"acc_temp_x":"degC"}'
 
+! prismcal export model.json --c c 2>export.err || fail "a model of sensors became C"
+contains "its error" "$(cat export.err)" "model.json: has inputs of sensors"
 jq '.axes.x.model = "./model.json"' imu.json >served.json
 prismd served.json --replay other.pcap --out served >summary || fail "the corrected replay"
 contains "its summary" "$(cat summary)" "improvement"

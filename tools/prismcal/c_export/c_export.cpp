@@ -16,6 +16,7 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/polynomial_model.hpp"
 #include "tools/prismcal/c_export/evaluator.hpp"
+#include "tools/prismcal/c_export/fewer_centres.hpp"
 
 namespace prism::c_export {
 namespace {
@@ -49,15 +50,19 @@ class CText {
   template <class Values>
   void table(const char* name, const char* sizes, const Values& values) {
     tables += fmt::format("static const prism_number {}{} = {};\n", name, sizes, list(values));
+    bytes += static_cast<int>(std::size(values)) * size();
   }
   /// One column of the matrix per row of the table.
   void columns(const char* name, const char* sizes, const Eigen::MatrixXd& matrix) {
     tables += fmt::format("static const prism_number {}{} = {{\n", name, sizes);
     for (Eigen::Index k = 0; k < matrix.cols(); ++k) tables += "  " + list(matrix.col(k)) + ",\n";
     tables += "};\n";
+    bytes += static_cast<int>(matrix.size()) * size();
   }
+  int size() const { return single_ ? sizeof(float) : sizeof(double); }
 
   std::string defines, tables;
+  int bytes = 0;  ///< of the tables of numbers
 
  private:
   bool single_;
@@ -128,6 +133,7 @@ int append_polynomial(CText& c, const PolynomialModel& model) {
     ++operations;
   }
   c.tables += "static const unsigned char prism_power[PRISM_TERMS][PRISM_INPUTS] = {\n" + powers + "};\n";
+  c.bytes += static_cast<int>(model.terms().size() * model.info().inputs.size());
   c.table("prism_coefficient", "[PRISM_TERMS]", coefficients);
   return operations;
 }
@@ -176,7 +182,8 @@ std::vector<double> test_point(const ModelInfo& info, int k) {
   return point;
 }
 
-/// A ramp of temperature through the middle of the box, one value a second.
+/// A curved ramp of temperature through the middle of the box, one value a second: its slope rises from half of the
+/// step to one and a half.
 struct Ramp {
   double start_degc = 25, step_degc = 0.001, uhfo_v = 5;
 };
@@ -206,7 +213,7 @@ std::vector<double> ramp_biases(const ModelPtr& model, const Ramp& ramp, int sec
     sample.time_ns = (second + 1) * compensation::kNanosecondsPerSecond;
     sample.rate_deg_per_h = 1;
     sample.interval_s = 1;
-    sample.temperature_degc = ramp.start_degc + ramp.step_degc * second;
+    sample.temperature_degc = ramp.start_degc + ramp.step_degc * second * (0.5 + 0.5 * second / seconds);
     sample.uhfo_v = ramp.uhfo_v;
     if (options.single) {
       sample.temperature_degc = static_cast<float>(sample.temperature_degc);
@@ -274,8 +281,9 @@ std::string pairs_text(const ModelPtr& model, const COptions& options) {
       ramp.uhfo_v, CText(false).list(ramp_bias));
 }
 
-/// prism_model.h.
-std::string model_text(const Model& model, const COptions& options, const std::vector<std::string>& remarks) {
+/// prism_model.h. Sets `bytes` of its tables.
+std::string model_text(const Model& model, const COptions& options, const std::vector<std::string>& remarks,
+                       int& bytes) {
   const ModelInfo& info = model.info();
   const compensation::FeatureDefinition& f = info.features;
   const auto uses = [&](const char* name) {
@@ -300,6 +308,7 @@ std::string model_text(const Model& model, const COptions& options, const std::v
     c.defines += fmt::format("#define PRISM_LAG_BRIDGE_S {:a}\n#define PRISM_LAG_SETTLED_S {:a}\n", bridge_s,
                              3 * *std::max_element(lags.begin(), lags.end()));
     c.tables += fmt::format("static const double prism_lag_s[PRISM_LAGS] = {};\n", CText(false).list(lags));
+    c.bytes += static_cast<int>(lags.size() * sizeof(double));
   }
   const compensation::CompensationSettings settings;
   c.define("PRISM_HUGE", 1e30);
@@ -324,6 +333,7 @@ std::string model_text(const Model& model, const COptions& options, const std::v
     operations = append_kernel(c, sum_of(static_cast<const LssvmModel&>(model)));
   }
   c.define("PRISM_OPERATIONS", operations);
+  bytes = c.bytes;
   std::string text = fmt::format("// Model {}, {}, as tables. Inputs: {}. Made by prismcal export.\n", info.id,
                                  info.kind, fmt::join(info.inputs, ", "));
   for (const std::string& remark : remarks) text += "// " + remark + "\n";
@@ -331,6 +341,43 @@ std::string model_text(const Model& model, const COptions& options, const std::v
                     "#ifndef PRISM_MODEL_H\n#define PRISM_MODEL_H\n\ntypedef {} prism_number;\n{}\n#endif\n\n#ifdef "
                     "PRISM_TABLES\n{}#endif\n",
                     options.single ? "float" : "double", c.defines, c.tables);
+}
+
+/// The parts of prismd's correction that the files lack.
+std::vector<std::string> not_exported(const Model& model, const COptions& options) {
+  const auto* composite = dynamic_cast<const CompositeModel*>(&model);
+  const auto* kernel = dynamic_cast<const LssvmModel*>(&model);
+  std::vector<std::string> remarks;
+  if (composite || (kernel && kernel->parameters().uncertainty))
+    remarks.push_back(
+        "Not exported: the variance, by which prismd also marks points far from the training samples as "
+        "extrapolating; here only the training range counts.");
+  if (composite) {
+    remarks.push_back(
+        fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
+                    "prismd gives the same biases with \"extrapolation\": \"{1}\".",
+                    composite->parameters().centres.cols(), options.clamp ? "clamp" : "flag"));
+  }
+  if (model.info().domain.min.empty())
+    remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
+  return remarks;
+}
+
+Result<CExport> files_of(const ModelPtr& model, const std::string& where, const COptions& options,
+                         std::vector<std::string> remarks) {
+  const double error = rounding(*model, options), most = kFloatTolerance / 3 * model->bias_span_deg_per_h();
+  if (options.single && error > most)
+    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
+                                         "{:.1g}: its terms cancel; export it without --float",
+                                         error, most));
+  const std::string pairs = pairs_text(model, options);
+  if (pairs.empty())
+    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
+  CExport done;
+  done.files = {{"prism_model.h", model_text(*model, options, remarks, done.bytes)}, {"prism_pairs.h", pairs}};
+  for (const EvaluatorFile& file : kEvaluator) done.files.push_back({file.name, file.text});
+  done.remarks = std::move(remarks);
+  return done;
 }
 
 }  // namespace
@@ -345,31 +392,23 @@ Result<CExport> export_c(const ModelPtr& model, const std::string& where, const 
   if (composite && composite->parameters().prior)
     return make_error(where,
                       "contains the models of other gyros (train --prior), expected one model: train it without");
-  const double error = rounding(*model, options), most = kFloatTolerance / 3 * model->bias_span_deg_per_h();
-  if (options.single && error > most)
-    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
-                                         "{:.1g}: its terms cancel; export it without --float",
-                                         error, most));
-  CExport done;
-  const auto* kernel = dynamic_cast<const LssvmModel*>(model.get());
-  if (composite || (kernel && kernel->parameters().uncertainty))
-    done.remarks.push_back(
-        "Not exported: the variance, by which prismd also marks points far from the training samples as "
-        "extrapolating; here only the training range counts.");
-  if (composite) {
-    done.remarks.push_back(
-        fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
-                    "prismd gives the same biases with \"extrapolation\": \"{1}\".",
-                    composite->parameters().centres.cols(), options.clamp ? "clamp" : "flag"));
-  }
-  if (info.domain.min.empty())
-    done.remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
-  const std::string pairs = pairs_text(model, options);
-  if (pairs.empty())
-    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
-  done.files = {{"prism_model.h", model_text(*model, options, done.remarks)}, {"prism_pairs.h", pairs}};
-  for (const EvaluatorFile& file : kEvaluator) done.files.push_back({file.name, file.text});
-  return done;
+  std::vector<std::string> remarks = not_exported(*model, options);
+  int bytes = 0;
+  model_text(*model, options, remarks, bytes);
+  if (options.max_bytes == 0 || bytes <= options.max_bytes) return files_of(model, where, options, std::move(remarks));
+  const int centre_bytes = CText(options.single).size() * static_cast<int>(info.inputs.size() + 1);
+  const int centres = centres_of(*model),
+            most = centres - (bytes - options.max_bytes + centre_bytes - 1) / centre_bytes;
+  if (most < 1)
+    return make_error(where, fmt::format("its tables have {} bytes without a centre, expected at most {}",
+                                         bytes - centres * centre_bytes, options.max_bytes));
+  const auto fewer = fewer_centres(*model, most);
+  if (!fewer) return tl::unexpected(fewer.error());
+  const auto loss = options.loss(*fewer);
+  if (!loss) return tl::unexpected(loss.error());
+  remarks.push_back(
+      fmt::format("{} of the {} centres of model {:.12}: {}", centres_of(**fewer), centres, info.id, *loss));
+  return files_of(*fewer, where, options, std::move(remarks));
 }
 
 }  // namespace prism::c_export

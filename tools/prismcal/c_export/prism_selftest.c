@@ -15,6 +15,7 @@ static int differs(double found, double expected) {
 // The number of wrong values; 0: the evaluator computes what prismd computes.
 int prism_selftest(void);
 int prism_selftest(void) {
+  const int seconds = PRISM_HISTORY_S - 1 + PRISM_RAMP;
   int wrong = 0, i, k;
   for (k = 0; k < PRISM_PAIRS; ++k) {
     prism_number inputs[PRISM_INPUTS];
@@ -25,15 +26,15 @@ int prism_selftest(void) {
       ++wrong;
     }
   }
-  // A ramp of one-second means fills the window.
+  // A curved ramp of one-second means fills the window.
   prism_reset(&state);
-  for (k = 0; k < PRISM_HISTORY_S - 1 + PRISM_RAMP; ++k) {
+  for (k = 0; k < seconds; ++k) {
     prism_second means;
     prism_correction correction;
     const int expected = k - (PRISM_HISTORY_S - 1);
     means.second = k;
     means.rate_deg_per_h = 1;
-    means.temperature_degc = (prism_number)(PRISM_RAMP_T + PRISM_RAMP_STEP * (double)k);
+    means.temperature_degc = (prism_number)(PRISM_RAMP_T + PRISM_RAMP_STEP * (double)k * (0.5 + 0.5 * (double)k / (double)seconds));
     means.uhfo_v = (prism_number)PRISM_RAMP_U;
     correction = prism_push(&state, &means);
     if (expected < 0 ? correction.flags != PRISM_WARMING : differs((double)correction.bias_deg_per_h, prism_ramp_bias[expected])) {

@@ -1,28 +1,65 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/c_export/c_export.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/recording_options.hpp"
 
 namespace prism::commands {
 namespace {
 
 struct ExportChoice {
-  std::string model, folder, policy = "flag";
-  bool single = false;
+  std::string model, folder, recording, policy = "flag";
+  CommonOptions common;  ///< of the recording
+  c_export::COptions c;
 };
+
+/// The bias stability of a recording with a model and with its replacement, and the largest difference of both.
+Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& model,
+                            const compensation::ModelPtr& fewer, bool clamp) {
+  analysis::CorrectionSettings settings;
+  settings.engine.extrapolation = clamp ? compensation::Extrapolation::kClamp : compensation::Extrapolation::kFlag;
+  const auto all = analysis::evaluate_model(model, loaded.table, settings, evaluation::Divisor::kNMinus1);
+  if (!all) return tl::unexpected(all.error());
+  const auto less = analysis::evaluate_model(fewer, loaded.table, settings, evaluation::Divisor::kNMinus1);
+  if (!less) return tl::unexpected(less.error());
+  double largest = 0;
+  for (std::size_t i = 0; i < all->predicted_deg_per_h.size(); ++i) {
+    const double difference = std::abs(all->predicted_deg_per_h[i] - less->predicted_deg_per_h[i]);
+    if (difference > largest) largest = difference;
+  }
+  return fmt::format(
+      "on {} the bias differs by at most {:.2g} deg/h, and its standard deviation after correction is "
+      "{:.4g} instead of {:.4g} deg/h ({:.4g} without correction).",
+      printable(loaded.table.name), largest, less->stability.after.sd, all->stability.after.sd,
+      all->stability.before.sd);
+}
 
 Result<int> run(const ExportChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
-  const auto made = c_export::export_c(*model, choice.model, {choice.single, choice.policy == "clamp"});
+  c_export::COptions options = choice.c;
+  options.clamp = choice.policy == "clamp";
+  std::optional<Loaded> loaded;
+  if (options.max_bytes > 0) {
+    auto blocks = load_blocks(choice.recording, (*model)->info().features, &(*model)->info(), choice.common);
+    if (!blocks) return tl::unexpected(blocks.error());
+    loaded = std::move(*blocks);
+    options.loss = [&](const compensation::ModelPtr& fewer) { return loss_on(*loaded, *model, fewer, options.clamp); };
+  }
+  const auto made = c_export::export_c(*model, choice.model, options);
   if (!made) return tl::unexpected(made.error());
   const std::filesystem::path folder = choice.folder;
   std::error_code error;
@@ -33,7 +70,7 @@ Result<int> run(const ExportChoice& choice) {
       return tl::unexpected(done.error());
   }
   for (const std::string& remark : made->remarks) fmt::print(stderr, "prismcal: {}: {}\n", choice.model, remark);
-  fmt::print("{}: {} files\n", choice.folder, made->files.size());
+  fmt::print("{}: {} files, {} bytes of tables\n", choice.folder, made->files.size(), made->bytes);
   return 0;
 }
 
@@ -45,11 +82,22 @@ void add_export_command(CLI::App& app, int& code) {
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("--c", choice->folder, "folder for the C files; files of the same names are replaced")
       ->required();
-  command->add_flag("--float", choice->single, "numbers are float, not double");
+  command->add_flag("--float", choice->c.single, "numbers are float, not double");
   command->add_option("--extrapolation", choice->policy, "outside the training range: flag or clamp")
       ->check(CLI::IsMember({"flag", "clamp"}))
       ->capture_default_str();
-  tools::add_examples(*command, {"prismcal export model.json --c firmware"});
+  CLI::Option* most =
+      command->add_option("--max-bytes", choice->c.max_bytes, "most bytes of tables: kernel models lose centres")
+          ->check(tools::positive());
+  CLI::Option* on = command->add_option("--on", choice->recording, "recording on which the loss by this is measured");
+  most->needs(on);
+  on->needs(most);
+  add_source_options(*command, choice->common.source);
+  accept_site_options(*command);
+  choice->common.site.no_earth_rate = true;  // the loss does not depend on it
+  choice->common.quiet = true;
+  tools::add_examples(*command, {"prismcal export model.json --c firmware",
+                                 "prismcal export model.json --c firmware --float --max-bytes 8000 --on data/log"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());
