@@ -5,64 +5,39 @@ import json
 import re
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-
-KERNELS = ("lssvm", "ir_lssvm", "sparse_lssvm", "svr")
 
 
-def _triangle(numbers):
-    n = int(round((np.sqrt(8 * len(numbers) + 1) - 1) / 2))
-    full = np.zeros((n, n))
-    full[np.tril_indices(n)] = numbers
-    return full + np.tril(full, -1).T
+def _over(values, at, length):
+    """Sums over `length` values that end at each position of `at`."""
+    total = np.concatenate([[0], np.cumsum(values)])
+    return total[at + 1] - total[at + 1 - length]
 
 
-def _in_runs(values, runs, function):
-    """The function of a dense series of each run (rows first to end; `dense` second of each row), at its rows."""
-    out = np.full(len(values), np.nan)
-    for first, end, dense in runs:
-        series = np.full(dense[-1] + 1, np.nan)
-        series[dense] = values[first:end]
-        out[first:end] = function(series)[dense]
-    return out
+class _Windows:
+    """Windows that end at the seconds `at` of a series with NaN for unknown values; `inside`: seconds of a run."""
 
+    def __init__(self, series, inside, at, max_gap):
+        self.series, self.at, self.known = series, at, np.isfinite(series)
+        self.level = np.nanmean(series) if self.known.any() else 0.0
+        holes = np.convolve(inside & ~self.known, np.ones(max_gap + 1))[: len(series)] > max_gap
+        self.gap = lambda at, length: _over(holes, at, max(0, length - max_gap)) > 0
 
-def _windows(series, length):
-    """Windows that end at each second, with NaN before the begin; and the number of seconds of each that exist."""
-    padded = np.concatenate([np.full(length - 1, np.nan), series])
-    return sliding_window_view(padded, length), np.minimum(np.arange(len(series)) + 1, length)
+    def mean(self, length, back=0, gaps=False):
+        """Means of values and of their times, `back` seconds before; NaN after a gap unless `gaps`."""
+        at = self.at - back
+        count = _over(self.known, at, length)
+        mean = _over(np.where(self.known, self.series - self.level, 0), at, length) / count + self.level
+        time = _over(np.where(self.known, np.arange(len(self.series)), 0), at, length) / count
+        return (mean if gaps else np.where(self.gap(at, length), np.nan, mean)), time
 
-
-def _longest_gap(missing, existing, limit):
-    """Whether more than `limit` consecutive of the existing seconds of a window are missing."""
-    exists = np.arange(missing.shape[1]) >= missing.shape[1] - existing[:, None]
-    run, longest = np.zeros(len(missing), int), np.zeros(len(missing), int)
-    for column in (missing & exists).T:
-        run = np.where(column, run + 1, 0)
-        longest = np.maximum(longest, run)
-    return longest > limit
-
-
-def _mean(length, gap):
-    def function(series):
-        view, existing = _windows(series, length)
-        known = np.isfinite(view)
-        count = known.sum(axis=1)
-        mean = np.where(known, view, 0).sum(axis=1) / np.where(count, count, np.nan)
-        return mean if gap is None else np.where(_longest_gap(~known, existing, gap), np.nan, mean)
-    return function
-
-
-def _mean_time(length):
-    def function(series):
-        known = np.isfinite(_windows(series, length)[0])
-        count = known.sum(axis=1)
-        return (known * np.arange(1 - length, 1)).sum(axis=1) / np.where(count, count, np.nan)
-    return function
-
-
-def _later(series, seconds):
-    return np.concatenate([np.full(seconds, np.nan), series[:-seconds]]) if seconds < len(series) else np.full(len(series), np.nan)
+    def slope(self, length, ends):
+        if ends:
+            (now, time), (before, earlier) = self.mean(ends), self.mean(ends, length)
+            return (now - before) / (time - earlier)
+        where = self.at[:, None] + np.arange(1 - length, 1)
+        known, (mean, time) = self.known[where], self.mean(length)
+        dt = np.where(known, where - time[:, None], 0)
+        return (dt * np.where(known, self.series[where] - mean[:, None], 0)).sum(axis=1) / (dt**2).sum(axis=1)
 
 
 class Model:
@@ -81,103 +56,100 @@ class Model:
     def _read(self, file):
         if file.get("format") != "prism-model" or file.get("version") not in (1, 2):
             raise ValueError(f'found {file.get("format")} {file.get("version")}, expected prism-model 1 or 2')
-        self.file, self.kind, self.features = file, file["kind"], file["features"]
+        self.kind, self.features, self.spread = file["kind"], file["features"], file.get("spread")
         self.inputs = [each["name"] for each in file["inputs"]]
         box = [(each["min"], each["max"]) for each in file["inputs"] if "min" in each]
         self.box = np.array(box, float).T if box else None
-        self.spread = file.get("spread")
+        self.sd, self.trust, self.prior, self.uncertainty = file.get("sd_deg_per_h", np.nan), None, None, None
+        numbers = {}
+
+        def array(name, value):
+            numbers[name] = np.array(value, float)
+            if not np.isfinite(numbers[name]).all():
+                raise ValueError(f"{name}: found a number that is not finite, expected finite ones")
+            return numbers[name]
+
         if self.kind in ("polynomial", "stepwise"):
-            self.powers = np.array([term["powers"] for term in file["terms"]], int)
-            self.coefficients = np.array([term["coefficient"] for term in file["terms"]], float)
-            return self._check(self.powers, self.coefficients)
-        if self.kind not in KERNELS + ("composite",):
+            powers, factors = (array(name, [term[name] for term in file["terms"]]) for name in ("powers", "coefficient"))
+            self.polynomial = lambda x: (x[:, None, :] ** powers).prod(axis=2) @ factors
+            return
+        if self.kind not in ("lssvm", "ir_lssvm", "sparse_lssvm", "svr", "composite"):
             raise ValueError(f"kind: found {self.kind}, expected a model of prism 0.4")
-        norm = file["normalisation"]
-        self.shift, self.scale = np.array(norm["input_shift"], float), np.array(norm["input_scale"], float)
-        self.target = norm["target_shift"], norm["target_scale"]
-        self.centres = np.array(file["centres"], float).reshape(-1, len(self.inputs))
-        self.alpha = np.array(file["alpha"], float)
-        self._check(self.shift, self.scale, self.centres, self.alpha)
-        self.prior, self.constant = None, file["beta" if self.kind == "composite" else "b"]
-        if self.kind != "composite":
+        norm, composite = file["normalisation"], self.kind == "composite"
+        self.polynomial, self.target = None, (norm["target_shift"], norm["target_scale"])
+        self.shift, self.scale = (array(name, norm[name]) for name in ("input_shift", "input_scale"))
+        self.centres = array("centres", file["centres"]).reshape(-1, len(self.inputs))
+        self.alpha, self.constant = array("alpha", file["alpha"]), file["beta" if composite else "b"]
+        if not composite:
+            self.variances = 1.0, np.full(len(self.inputs), file["sigma2"]), 0.0, 0.0
             self.uncertainty = file.get("uncertainty")
             if self.uncertainty:
-                self._factorise(self.uncertainty.get("gram"), file["c"], 0, lambda: np.diag(1 / (file["c"] * np.array(file["weight"]))))
-            return None
-        v, trust = file["variances"], file["trust"]
-        self.trust = {"overlap": 1, "relevance": None} | trust
+                gram, self.c, jitter = self.uncertainty.get("gram"), file["c"], 0
+                noise = lambda: np.diag(1 / (self.c * array("weight", file["weight"])))
+                self._factorise(gram, jitter, noise)
+            return
+        v, self.c = file["variances"], 1.0
+        self.variances = v["smooth"], array("length_squared", v["length_squared"]), v["linear"], v["quadratic"]
+        self.trust = {"overlap": 1, "relevance": None} | file["trust"]
         if prior := file.get("prior"):
             self.prior = prior["scale"], [Model.__new__(Model) for _ in prior["models"]], prior["levels"]
             for model, part in zip(self.prior[1], prior["models"]):
                 model._read(part)
-        def rest():
-            time, run = np.array(file["time_h"], float), np.array(file["recording"])
-            gaps = np.abs(time[:, None] - time[None, :])
-            same = run[:, None] == run[None, :]
-            warm = np.exp(-time)
-            return (same * (v["nuisance"] * np.exp(-gaps / v["nuisance_time_h"]) + v.get("offset", 0))
-                    + v.get("warm_up", 0) * np.outer(warm, warm) + np.diag(v["noise"] / np.array(file["weight"], float) + 1e-8))
-        self._factorise(file.get("gram"), 1, 1e-8 * v["smooth"], rest)
 
-    @staticmethod
-    def _check(*parts):
-        for part in parts:
-            if not np.isfinite(part).all():
-                raise ValueError("found a number that is not finite, expected finite ones")
+        def noise():
+            time, run = array("time_h", file["time_h"]), np.array(file["recording"])
+            drift = v["nuisance"] * np.exp(-np.abs(time[:, None] - time) / v["nuisance_time_h"]) + v.get("offset", 0)
+            warm = v.get("warm_up", 0) * np.outer(np.exp(-time), np.exp(-time))
+            return (run[:, None] == run) * drift + warm + np.diag(v["noise"] / array("weight", file["weight"]) + 1e-8)
 
-    def _factorise(self, gram, c, jitter, noise):
-        kernel = self._kernel(self.centres, self.centres)
-        self.c, self.gram = c, None
+        self._factorise(file.get("gram"), 1e-8 * v["smooth"], noise)
+
+    def _factorise(self, gram, jitter, noise):
+        kernel = self._kernel(self.centres)
+        self.factor = np.linalg.cholesky(kernel + (jitter * np.eye(len(kernel)) if gram else noise()))
+        self.gram, n = None, len(kernel) + 1
         if gram:
-            self.factor = np.linalg.cholesky(kernel + jitter * np.eye(len(kernel)))
-            self.gram = np.linalg.cholesky(_triangle(gram))
-            return
-        self.factor = np.linalg.cholesky(kernel + noise())
+            lower = np.zeros((n, n))
+            lower[np.tril_indices(n)] = gram
+            self.gram = np.linalg.cholesky(lower + np.tril(lower, -1).T)
         self.nu = np.linalg.solve(self.factor.T, np.linalg.solve(self.factor, np.ones(len(kernel))))
 
-    def _kernel(self, a, b):
-        if self.kind != "composite":
-            squares = ((a[:, None, :] - b[None, :, :]) ** 2).sum(axis=2)
-            return np.exp(-squares / (2 * self.file["sigma2"]))
-        v = self.file["variances"]
-        squares = ((a[:, None, :] - b[None, :, :]) ** 2 / np.array(v["length_squared"])).sum(axis=2)
-        products = a @ b.T
-        return v["smooth"] * np.exp(-squares / 2) + v["linear"] * products + v["quadratic"] * products**2
+    def _kernel(self, x):
+        smooth, length2, linear, quadratic = self.variances
+        squares = ((x[:, None, :] - self.centres) ** 2 / length2).sum(axis=2)
+        products = x @ self.centres.T
+        return smooth * np.exp(-squares / 2) + linear * products + quadratic * products**2
 
-    def _variance(self, k, prior):
-        half = np.linalg.solve(self.factor, k.T)
+    def _variance(self, x, k):
+        smooth, _, linear, quadratic = self.variances
+        half, square = np.linalg.solve(self.factor, k.T), (x**2).sum(axis=1)
+        left = smooth + linear * square + quadratic * square**2 - (half**2).sum(axis=0)
         if self.gram is None:
-            return np.maximum(0, prior - (half**2).sum(axis=0) + (1 - k @ self.nu) ** 2 / self.nu.sum())
+            return np.maximum(0, left + (1 - k @ self.nu) ** 2 / self.nu.sum())
         phi = np.linalg.solve(self.gram, np.vstack([half, np.ones(half.shape[1])]))
-        return np.maximum(0, prior - (half**2).sum(axis=0)) + (phi**2).sum(axis=0) / self.c
+        return np.maximum(0, left) + (phi**2).sum(axis=0) / self.c
 
     def _own(self, x):
-        """Bias and, if the model has one, its variance in units of the normalised target."""
-        if self.kind in ("polynomial", "stepwise"):
-            return (x[:, None, :] ** self.powers).prod(axis=2) @ self.coefficients, None
-        n = (x - self.shift) / self.scale
-        bias, variance = np.empty(len(n)), np.empty(len(n))
-        composite = self.kind == "composite"
-        has_variance = composite or self.uncertainty
-        for at in range(0, len(n), 2048):
-            part = slice(at, at + 2048)
-            k = self._kernel(n[part], self.centres)
-            bias[part] = (k @ self.alpha + self.constant) * self.target[1] + self.target[0]
-            if has_variance:
-                v, square = self.file.get("variances"), (n[part] ** 2).sum(axis=1)
-                prior = v["smooth"] + v["linear"] * square + v["quadratic"] * square**2 if composite else 1
-                variance[part] = self._variance(k, prior)
-        return bias, variance if has_variance else None
+        """Bias without the prior, and its variance in units of the normalised target (None: the model has none)."""
+        if self.polynomial:
+            return self.polynomial(x), None
+        parts = []
+        for n in np.array_split((x - self.shift) / self.scale, len(x) // 2048 + 1):
+            k = self._kernel(n)
+            bias = (k @ self.alpha + self.constant) * self.target[1] + self.target[0]
+            parts.append((bias, self._variance(n, k) if self.trust or self.uncertainty else np.zeros(len(n))))
+        bias, variance = (np.concatenate(series) for series in zip(*parts))
+        return bias, variance if self.trust or self.uncertainty else None
 
     def bias(self, x):
         """The plain sum of the model, deg/h, of inputs of shape (rows, inputs)."""
-        own = self._own(x)[0]
-        return own + self._prior(x)[0] if self.kind == "composite" and self.prior else own
+        return self._own(x)[0] + self._drift(x)[0]
 
     def _nearest(self, x):
         return x if self.box is None else np.clip(x, *self.box)
 
-    def _prior(self, x):
+    def _drift(self, x):
+        """Of the population prior: its mean and variance, and where one of its gyros is outside its range."""
         if not self.prior:
             return 0.0, 0.0, np.ones(len(x), bool)
         scale, models, levels = self.prior
@@ -185,52 +157,47 @@ class Model:
         outside = np.any([(model._nearest(x) != x).any(axis=1) for model in models], axis=0)
         return scale * drift.mean(axis=0), scale**2 * drift.var(axis=0, ddof=1) * (1 + 1 / len(models)), outside
 
-    def _outside(self, x):
+    def _beyond(self, x):
+        """Distance of each input outside its range, in ranges."""
         if self.box is None:
-            return np.zeros(len(x), bool)
-        wide = [name in ("dTdt", "U") or name.startswith("lag") for name in self.inputs]
-        room = (np.where(wide, 0.2, 0.02) if self.spread else 0) * (self.box[1] - self.box[0])
-        return ((x < self.box[0] - room) | (x > self.box[1] + room)).any(axis=1)
-
-    def _excess(self, x, shares=None):
-        if self.box is None:
-            return np.zeros(len(x))
+            return np.zeros(x.shape)
         span = self.box[1] - self.box[0]
-        out = np.maximum(0, np.maximum(self.box[0] - x, x - self.box[1])) / np.where(span > 0, span, np.inf)
-        return out.max(axis=1) if not shares else np.sqrt((out**2 * shares).sum(axis=1))
+        return np.maximum(0, np.maximum(self.box[0] - x, x - self.box[1])) / np.where(span > 0, span, 1e-300)
 
     def predict_inputs(self, x, extrapolation="preset"):
-        """Bias, its two standard deviations (deg/h), and whether it extrapolates, of inputs of shape (rows, inputs)."""
+        """Bias, sd and sd_mean (deg/h), and whether it extrapolates, of inputs of shape (rows, inputs)."""
         x = np.asarray(x, float).reshape(-1, len(self.inputs))
         bias, variance = self._own(x)
-        outside, composite, none = self._outside(x), self.kind == "composite", np.zeros(len(x))
-        spread, known, edge, skill, overlap = self.spread, variance is not None, None, 1.0, 1.0
-        sd, mean, target_variance, excess = np.full(len(x), self.file.get("sd_deg_per_h", np.nan)), 0.0, 1.0, none
+        beyond, none, composite, spread = self._beyond(x), np.zeros(len(x)), bool(self.trust), self.spread
+        wide = [name in ("dTdt", "U") or name.startswith("lag") for name in self.inputs]
+        outside = (beyond > (np.where(wide, 0.2, 0.02) if spread else 0)).any(axis=1)
+        sd, sd_mean, lost, edge, excess = none + self.sd, none + np.nan, none, None, beyond.max(axis=1)
+        skill, overlap, mean, target_variance = 1.0, 1.0, 0.0, 1.0
+        if not self.polynomial:
+            mean, target_variance = self.target[0], self.target[1] ** 2
         if composite:
             t, square = self.trust, self.target[1] ** 2
-            prior, prior_variance, strange = self._prior(x)
-            fraction = np.maximum(0, variance - t["level"])
-            bias, mean, variance = bias + prior, self.target[0] + prior, fraction * square
-            outside, target_variance = (outside | (fraction > t["guard"])) & strange, square + prior_variance
-            skill, overlap, excess = t["skill"], t["overlap"], self._excess(x, t["relevance"])
+            drift, drift_variance, strange = self._drift(x)
+            variance = np.maximum(0, variance - t["level"])
+            outside = (outside | (variance > t["guard"])) & strange
+            bias, mean, variance, target_variance = bias + drift, mean + drift, variance * square, square + drift_variance
+            skill, overlap = t["skill"], t["overlap"]
             if t["relevance"]:
-                at = np.where([name == "dTdt" or name.endswith("/dt") for name in self.inputs], x, self._nearest(x))
-                own, own_variance = self._own(at)
-                edge = own + prior, np.maximum(0, own_variance - t["level"]) * square
-        elif known:
-            u, square = self.uncertainty, self.target[1] ** 2
+                excess = np.sqrt((beyond**2 * t["relevance"]).sum(axis=1))
+                slopes = [name == "dTdt" or name.endswith("/dt") for name in self.inputs]
+                own, own_variance = self._own(np.where(slopes, x, self._nearest(x)))
+                edge = own + drift, np.maximum(0, own_variance - t["level"]) * square
+        elif self.uncertainty:
+            u, factor = self.uncertainty, self.uncertainty.get("sd_scale", 1)
             outside |= variance > u["guard_fraction"]
-            sd_scale, prior_variance = u.get("sd_scale", 1), u["prior_variance"] * square
-            sd = np.sqrt(prior_variance * variance) * sd_scale
-            variance, mean, target_variance, excess = variance * prior_variance, self.target[0], square, self._excess(x)
+            variance = variance * u["prior_variance"] * target_variance
+            sd = np.sqrt(variance) * factor
             if not spread and extrapolation == "shrink":
-                spread = {"nuisance_deg_per_h": 0, "offset_deg_per_h": 0, "factor": sd_scale,
-                          "noise_deg_per_h": np.sqrt(prior_variance / self.file["c"])}
-        lost, sd_mean = none, np.full(len(x), np.nan)
-        if known and (extrapolation == "shrink" or (composite and extrapolation == "preset")):
-            e = np.maximum(excess - 0.15, 0) ** 2
+                noise = np.sqrt(u["prior_variance"] * target_variance / self.c)
+                spread = dict(nuisance_deg_per_h=0, offset_deg_per_h=0, factor=factor, noise_deg_per_h=noise)
+        if variance is not None and (extrapolation == "shrink" or (composite and extrapolation == "preset")):
+            e, unknown = np.maximum(excess - 0.15, 0) ** 2, variance / target_variance
             g = np.clip((skill + 0.9 * (1 - overlap) - 0.1) / 0.5, 0, 1)
-            unknown = variance / target_variance
             if edge is None:
                 w = g / (1 + unknown + 20 * e)
                 lost = (1 - w) * (target_variance + (bias - mean) ** 2)
@@ -238,12 +205,13 @@ class Model:
             else:
                 far = np.maximum(unknown - edge[1] / target_variance - 5, 0)
                 wb, wf = g / (1 + edge[1] / target_variance + far + e / 2), g / (1 + unknown + 10 * e)
-                to_edge, beyond = edge[0] - mean, bias - edge[0]
-                bias = mean + wb * to_edge + wf * beyond
-                lost = (1 - wb) * (target_variance + to_edge**2) + (1 - wf) * beyond**2 + 0.5 * excess * target_variance
+                to_edge, on = edge[0] - mean, bias - edge[0]
+                lost = (1 - wb) * (target_variance + to_edge**2) + (1 - wf) * on**2 + 0.5 * excess * target_variance
+                bias = mean + wb * to_edge + wf * on
         if spread:
-            whole = 1.25 * ((variance if known else 0) + spread["nuisance_deg_per_h"] ** 2 + lost) + spread["offset_deg_per_h"] ** 2
-            sd, sd_mean = (spread["factor"] * np.sqrt(whole + more) for more in (none, spread["noise_deg_per_h"] ** 2))
+            own = 1.25 * ((0 if variance is None else variance) + spread["nuisance_deg_per_h"] ** 2 + lost)
+            whole = own + spread["offset_deg_per_h"] ** 2
+            sd, sd_mean = (spread["factor"] * np.sqrt(whole + more) for more in (0, spread["noise_deg_per_h"] ** 2))
         if extrapolation == "clamp" and outside.any():
             inner, inner_sd, inner_mean, _ = self.predict_inputs(self._nearest(x), "flag")
             larger = outside & ~(sd > inner_sd)
@@ -252,125 +220,113 @@ class Model:
         return bias, sd, sd_mean, outside
 
     def predict(self, frame, extrapolation="preset", slew_limit=True, max_bias_deg_per_h=100.0):
-        """Columns of the log for one-second means.
+        """Columns of the log for one-second means; the settings are those of "correction".
 
         frame: a dict or DataFrame of equally long columns of a log, in order of time: time_s, rate_deg_per_h (deg/h),
-        temperature_degc, uhfo_v (V) if the model uses it, NAME_degc … of its sensors; if present, also `quality` (the values of
-        an implausible second are not used) and `partial`. NaN or None: unknown. The settings are those of "correction".
-        Returns a dict of arrays of the same length: mean_rate_deg_per_h, mean_temperature_degc, slope_degc_per_s, mean_uhfo_v,
-        bias_deg_per_h, sd_deg_per_h, sd_mean_deg_per_h, corrected_deg_per_h, corrected_mean_deg_per_h (NaN: none) and quality.
+        temperature_degc, uhfo_v (V) if the model uses it, NAME_degc … of its sensors; if present, also `quality` (the
+        values of an implausible second are not used) and `partial`. NaN or None: unknown.
+        Returns a dict of arrays of that length: mean_rate_deg_per_h, mean_temperature_degc, slope_degc_per_s,
+        mean_uhfo_v, bias_deg_per_h, sd_deg_per_h, sd_mean_deg_per_h, corrected_deg_per_h, corrected_mean_deg_per_h
+        (NaN: none) and quality.
         """
-        column = lambda name: np.asarray(frame[name], float)
-        f, second = self.features, np.asarray(frame["time_s"]).astype(float).round().astype(int)
-        quality = np.asarray(frame["quality"], str) if "quality" in frame else np.full(len(second), "")
-        partial = column("partial") > 0 if "partial" in frame else np.zeros(len(second), bool)
-        bad = np.char.find(quality, "implausible") >= 0
-        quantities = {"T": "temperature_degc", "U": "uhfo_v"} | {name: f"{name}_{unit.lower()}" for name, unit in f.get("sensors", {}).items()}
-        values = {name: np.where(bad, np.nan, column(key)) for name, key in quantities.items() if name != "U" or key in frame}
+        f, second = self.features, np.rint(np.asarray(frame["time_s"], float)).astype(int)
+        count, gap, length, empty = len(second), f["max_gap_s"], f["length_s"], np.full(len(second), np.nan)
+        ends = f["end_mean_s"] if f["slope"] == "difference" else 0
+        column = lambda name: np.asarray(frame[name], float) if name in frame else empty
+        partial = column("partial") > 0
+        bad = np.char.find(np.asarray(frame["quality"], str), "implausible") >= 0 if "quality" in frame else empty > 0
+        names = {name: f"{name}_{unit.lower()}" for name, unit in f.get("sensors", {}).items()}
+        names |= {"T": "temperature_degc", "U": "uhfo_v"}
+        for name, key in names.items():
+            if key not in frame and any(name in re.split(r"[-:/]|^d", each) for each in self.inputs + ["T"]):
+                raise ValueError(f"frame: found no {key}, expected the column of the input {name}")
+        values = {name: np.where(bad | partial, np.nan, column(key)) for name, key in names.items()}
         rate = np.where(bad, np.nan, column("rate_deg_per_h"))
-        gap, length, ends = f["max_gap_s"], f["length_s"], f["end_mean_s"]
-        history = length + (ends if f["slope"] == "difference" else 0)
-        runs, rows = [], np.flatnonzero(~partial)
-        cut = np.flatnonzero((np.diff(rows) > 1) | (np.diff(second[rows]) <= 0) | (np.diff(second[rows]) > gap + 1)) + 1
-        for run in np.split(rows, cut) if len(rows) else []:
-            runs.append((run[0], run[-1] + 1, second[run] - second[run[0]]))
-        warm = np.zeros(len(second), int)
-        for first, end, dense in runs:
-            warm[first:end] = np.minimum(dense + 1, history)
-        full = warm >= history
-        mean_rate = _in_runs(rate, runs, _mean(length, None))
-        mean = {name: _in_runs(series, runs, _mean(length, gap)) for name, series in values.items()}
+        # The seconds of all runs on one axis, each run after as many unknown seconds as a window has.
+        rows, history = np.flatnonzero(~partial), length + ends
+        step = np.diff(second[rows], prepend=0)
+        new = (np.diff(rows, prepend=-9) > 1) | (step <= 0) | (step > gap + 1)
+        at = np.cumsum(np.where(new, history + 1, step)) + 1
+        age = at - np.maximum.accumulate(np.where(new, at, 0))
+        inside = np.ones(at[-1] + 1 if len(at) else 1, bool)
+        for begin in at[new]:
+            inside[begin - history : begin] = False
 
-        def slope_of(series):
-            if f["slope"] == "difference":
-                short, when = _mean(ends, gap), _mean_time(ends)
-                return (short(series) - _later(short(series), length)) / (length + when(series) - _later(when(series), length))
-            view, existing = _windows(series, length)
-            known, time = np.isfinite(view), np.arange(1 - length, 1.0)
-            count = known.sum(axis=1)[:, None]
-            dt = np.where(known, time - (known * time).sum(axis=1)[:, None] / count, 0)
-            level = np.where(known, view, 0).sum(axis=1)[:, None] / count
-            found = (dt * np.where(known, view - level, 0)).sum(axis=1) / (dt**2).sum(axis=1)
-            return np.where(_longest_gap(~known, existing, gap), np.nan, found)
+        def at_rows(found):
+            out = empty.copy()
+            out[rows] = found
+            return out
+
+        def windows(series):
+            dense = np.full(len(inside), np.nan)
+            dense[at] = series[rows]
+            return _Windows(dense, inside, at, gap)
+
         with np.errstate(invalid="ignore", divide="ignore"):
-            slope = {name: np.where(full, _in_runs(values[name], runs, slope_of), np.nan) for name in values if name != "U"}
-            lag, settling = self._lags(second, values, partial)
-            x = np.array([self._input(name, mean, slope, lag) for name in self.inputs]).T.reshape(len(second), len(self.inputs))
-        usable = full & np.isfinite(x).all(axis=1) & ~partial
-        out = [np.full(len(second), np.nan) for _ in range(3)]
-        outside = np.zeros(len(second), bool)
+            window = {name: windows(series) for name, series in values.items()}
+            mean_rate = at_rows(windows(rate).mean(length, gaps=True)[0])
+            known = {name: at_rows(each.mean(length)[0]) for name, each in window.items()}
+            known["dTdt"] = at_rows(np.where(age + 1 >= history, window["T"].slope(length, ends), np.nan))
+            known |= {f"d{name}/dt": at_rows(each.slope(length, ends)) for name, each in window.items() if name != "U"}
+            lags, settling = self._lags(second, {name: each for name, each in values.items() if name != "U"}, partial)
+            known |= lags
+            known |= {name: known[a] - known[b] for name in self.inputs for a, _, b in [name.partition("-")] if b}
+        x = np.array([known[name] for name in self.inputs]).T
+        full = at_rows(age + 1) >= history
+        usable = full & np.isfinite(x).all(axis=1)
+        out, outside = [empty.copy() for _ in range(3)], np.zeros(count, bool)
         if usable.any():
             *found, outside[usable] = self.predict_inputs(x[usable], extrapolation)
             for series, part in zip(out, found):
                 series[usable] = part
-        bias, sd, sd_mean = out
-        over = usable & ~(np.abs(bias) <= max_bias_deg_per_h)
+        over = usable & ~(np.abs(out[0]) <= max_bias_deg_per_h)
         for series in out:
             series[over] = np.nan
-        limited = self._limit(bias, second, max_bias_deg_per_h) if slew_limit else np.zeros(len(second), bool)
-        words = [("warming", ~full), ("input_missing", full & ~usable), ("extrapolating", usable & outside & ~over), ("over_limit", over),
-                 ("settling", full & settling), ("rate_invalid", ~np.isfinite(column("rate_deg_per_h"))), ("implausible", bad),
-                 ("slew_limited", limited)]
-        texts = np.array(["+".join(word for word, set_in in words if set_in[row]) or "good" for row in range(len(second))])
+        limited = self._limit(out[0], second, max_bias_deg_per_h) if slew_limit else outside & False
+        words = dict(warming=~full, input_missing=full & ~usable, extrapolating=outside & ~over, over_limit=over,
+                     settling=full & settling, rate_invalid=~np.isfinite(column("rate_deg_per_h")), implausible=bad,
+                     slew_limited=limited)
+        quality = np.array(["+".join(word for word in words if words[word][row]) or "good" for row in range(count)])
         for row in np.flatnonzero(partial[1:]) + 1:  # the end of a session has the bias in use
             if not partial[row - 1] and 0 < second[row] - second[row - 1] <= gap + 1:
-                for series in (*out, texts):
+                for series in (*out, quality):
                     series[row] = series[row - 1]
-        return {"mean_rate_deg_per_h": mean_rate, "mean_temperature_degc": mean["T"], "slope_degc_per_s": slope["T"],
-                "mean_uhfo_v": mean.get("U", np.full(len(second), np.nan)), "bias_deg_per_h": bias, "sd_deg_per_h": sd,
-                "sd_mean_deg_per_h": sd_mean, "corrected_deg_per_h": rate - bias, "corrected_mean_deg_per_h": mean_rate - bias, "quality": texts}
-
-    def _input(self, name, mean, slope, lag):
-        if name == "dTdt":
-            return slope["T"]
-        if match := re.fullmatch(r"d(.+)/dt", name):
-            return slope[match[1]]
-        if match := re.fullmatch(r"lag(\d+)(?::(.+))?", name):
-            return lag[match[2] or "T"][int(match[1]) - 1]
-        if name in mean:
-            return mean[name]
-        first, _, other = name.partition("-")
-        if first not in mean or other not in mean:
-            raise ValueError(f"frame: found no column for the input {name}")
-        return mean[first] - mean[other]
+        bias, sd, sd_mean = out
+        return dict(mean_rate_deg_per_h=mean_rate, mean_temperature_degc=known["T"], slope_degc_per_s=known["dTdt"],
+                    mean_uhfo_v=known["U"], bias_deg_per_h=bias, sd_deg_per_h=sd, sd_mean_deg_per_h=sd_mean,
+                    corrected_deg_per_h=rate - bias, corrected_mean_deg_per_h=mean_rate - bias, quality=quality)
 
     def _lags(self, second, values, partial):
+        """T − EMA(T) of each time constant and sensor, by the names of the inputs; and where they have not settled."""
         constants = np.array(self.features.get("lag_time_constants_s", []), float)
         settling, lag = np.zeros(len(second), bool), {name: np.full((len(constants), len(second)), np.nan) for name in values}
-        if not len(constants):
-            return lag, settling
-        bridge = max(self.features["max_gap_s"] + 1, constants.min() / 10)
         state, age, last = {}, 0, None
-        for row in np.flatnonzero(~partial & np.isfinite(values["T"])):
+        for row in np.flatnonzero(~partial & np.isfinite(values["T"])) if len(constants) else []:
             step = 0 if last is None else second[row] - second[last]
-            if last is None or step <= 0 or step > bridge or partial[last + 1:row].any():
-                state, age = {"T": np.full(len(constants), values["T"][row])}, 0
-            else:
-                age += step
-            keep = np.exp(-max(step, 0) / constants)
-            for name in values:
-                if name == "U":
-                    continue
-                value = values[name][row]
-                if not np.isfinite(value):
+            if not 0 < step <= max(self.features["max_gap_s"] + 1, constants.min() / 10) or partial[last + 1 : row].any():
+                state, step = {}, 0
+            age += step
+            keep = np.exp(-step / constants)
+            for name, series in values.items():
+                if not np.isfinite(series[row]):
                     state.pop(name, None)
                     continue
                 if name not in state:
-                    state[name], age = np.full(len(constants), value), 0
-                if age or name != "T":
-                    state[name] = keep * state[name] + (1 - keep) * value
-                lag[name][:, row] = value - state[name]
+                    state[name], age = series[row], 0
+                state[name] = keep * state[name] + (1 - keep) * series[row]
+                lag[name][:, row] = series[row] - state[name]
             settling[row], last = age < 3 * constants.max(), row
-        return lag, settling
+        named = {(f"lag{i + 1}" if name == "T" else f"lag{i + 1}:{name}"): series
+                 for name, all_series in lag.items() for i, series in enumerate(all_series)}
+        return named, settling
 
     def _limit(self, bias, second, max_bias):
         """Limits the change of the bias, in place; returns where."""
         span = 2 * max_bias
         if self.box is not None and len(self.inputs) <= 10:
-            side = int(min((1024.5) ** (1 / len(self.inputs)), 65))
+            side = int(min(1024.5 ** (1 / len(self.inputs)), 65))
             axes = [np.linspace(low, high, side) for low, high in self.box.T]
-            grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T
-            values = self.bias(grid)
+            values = self.bias(np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T)
             span = min(span, np.ptp(values)) if np.isfinite(values).all() else span
         most, limited = max(1e-6, 4 * span / self.features["length_s"]), np.zeros(len(bias), bool)
         for row in range(1, len(bias)):
