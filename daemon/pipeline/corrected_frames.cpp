@@ -101,7 +101,7 @@ CorrectedFrames::Verdict CorrectedFrames::follow(AxisState& axis, const Sample& 
     source = (row.correction.quality & compensation::kFallback) != 0 ? Source::kFallback : Source::kModel;
     axis.known_ns = measured.time_ns, axis.known = target;
   } else if (config_.when_unknown != WhenUnknown::kRaw) {
-    const double age_s = axis.known_ns ? static_cast<double>(measured.time_ns - *axis.known_ns) * 1e-9 : INFINITY;
+    const double age_s = axis.known_ns ? static_cast<double>(measured.time_ns - *axis.known_ns) / 1e9 : INFINITY;
     const bool holds = config_.when_unknown == WhenUnknown::kHold && age_s >= 0 && age_s <= config_.hold_s;
     if (!holds && (config_.when_unknown == WhenUnknown::kDrop || config_.then_drop)) return {.drop = true};
     if (holds) target = axis.known, source = Source::kHeld;

@@ -5,14 +5,15 @@
 frames 20
 far() { start "far-$1" python3 "$PRISM_SOURCE/tests/system/out_reader.py" "$2" "${3:-$dir/$1.bin}"; }
 read_messages() { python3 "$PRISM_SOURCE/tests/system/out_reader.py" messages "$dir/$1.bin"; }
-tcp=$(free_port) udp=$(free_port)
-outputs() { # MODEL: a configuration with five outputs
+tcp=$(free_port) udp=$(free_port) address=$(free_port)
+outputs() { # MODEL: a configuration with six outputs
   config "\"capture\": {\"directory\": \"$dir/capture\"}, \"out\": [
     {\"line\": {\"tcp\": {\"listen\": \"127.0.0.1:$tcp\"}}, \"frames\": \"same\", \"when_unknown\": \"raw\", \"unmarked\": true, \"capture\": true},
     {\"line\": {\"udp\": {\"address\": \"127.0.0.1:$udp\"}}, \"frames\": \"prism\", \"when_unknown\": \"raw\"},
     {\"line\": {\"device\": \"$dir/drop\"}, \"frames\": \"prism\", \"when_unknown\": \"drop\"},
     {\"line\": {\"device\": \"$dir/hold\"}, \"frames\": \"prism\", \"when_unknown\": \"hold\", \"hold_s\": 20},
-    {\"line\": {\"device\": \"$dir/stuck\"}, \"frames\": \"dmu11\", \"when_unknown\": \"drop\"}]"
+    {\"line\": {\"device\": \"$dir/stuck\"}, \"frames\": \"dmu11\", \"when_unknown\": \"drop\"},
+    {\"line\": {\"tcp\": {\"address\": \"127.0.0.1:$address\"}, \"retry_min_s\": 0.05, \"retry_max_s\": 0.1}, \"frames\": \"prism\", \"when_unknown\": \"drop\"}]"
   sed -i "s|\"model\": \"[^\"]*\"|\"model\": \"$1\"|" "$dir/gyro.json"
 }
 output() { field ".out[$(($1 - 1))].$2" status; } # NUMBER MEMBER, as texts count
@@ -99,6 +100,20 @@ for name in drop hold stuck; do wait_for 5 test -e "$dir/$name"; done
 start_sim --profile fast --speed 50 --wait
 start_prismd
 wait_for 20 output_above 2 corrected 200
+# A far end that is not there, comes, ends, and comes again: what arrives is whole frames.
+for turn in first again; do
+
+  wait_for 5 field_is '.out[5].state' status connecting
+  contains "no far end" "$(field .health.problems status)" "output 6: tcp 127.0.0.1:$address: "
+  far $turn "accept:$address"
+  arrived() { [ "$(wc -c <"$dir/$turn.bin")" -gt 880 ]; }
+  wait_for 10 arrived
+  kill "${children[-1]}"
+done
+for turn in first again; do
+  head -c $(($(wc -c <"$dir/$turn.bin") / 44 * 44)) "$dir/$turn.bin" >"$dir/whole.bin"
+  read_messages whole >"$dir/whole.txt" && test -s "$dir/whole.txt" || fail "$turn: other bytes than messages"
+done
 cp "$PRISM_SOURCE/config/models/tao2019-model1.json" "$dir/other.json"
 outputs "$dir/other.json"
 fading=$(output 2 fading)

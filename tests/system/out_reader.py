@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """The far end of an output of prismd, and readers of what leaves there.
 
-out_reader.py tcp:PORT|udp:PORT|pty:LINK FILE   stores what arrives; tcp connects again and again; pty does not read for /dev/null
+out_reader.py tcp:PORT|accept:PORT|udp:PORT|pty:LINK FILE   stores what arrives; tcp connects again and again; accept waits for one
+                                                connection; pty does not read for /dev/null
 out_reader.py messages FILE                     prism's messages as lines: axis number time_s rate correction sd flags
 out_reader.py capture FILE...                   the bytes in captures
 """
@@ -55,6 +56,11 @@ def receive(place, path):
             line.bind(("127.0.0.1", int(where)))
             while True:
                 out.write(line.recv(65536))
+        if kind == "accept":
+            with socket.create_server(("127.0.0.1", int(where))) as server, server.accept()[0] as line:
+                while data := line.recv(65536):
+                    out.write(data)
+            return
         while True:
             try:
                 with socket.create_connection(("127.0.0.1", int(where))) as line:
