@@ -100,7 +100,7 @@ for name in drop hold stuck; do wait_for 5 test -e "$dir/$name"; done
 start_sim --profile fast --speed 50 --wait
 start_prismd
 wait_for 20 output_above 2 corrected 200
-# A far end that is not there, comes, ends, and comes again: what arrives is whole frames.
+# A far end that is not there, comes, ends, and comes again: no message is cut.
 for turn in first again; do
 
   wait_for 5 field_is '.out[5].state' status connecting

@@ -2,7 +2,7 @@
 # Each policy of an output while the window fills and while the thermometer is lost (implausible above 28 degC): a replay's frames.
 . "$(dirname "$0")/lib.sh"
 prismsim --rate 2 --profile fast --seed 3 --hours 3 --out run.pcap 2>/dev/null
-sent() { # NAME MEMBERS: what the first output with these members sends, in NAME.bin
+sent() { # NAME MEMBERS: the bytes of an output with these members, in NAME.bin
   cat >gyro.json <<END
 {"name": "g", "frames": "trplg", "rate_hz": 2, "clock": "device", "accept_clock": true, "site": {"latitude_deg": 34.25, "elevation_deg": 90},
  "model": "$PRISM_SOURCE/config/models/tao2019-model2.json", "plausibility": {"temperature": {"range_degc": [-60, 28]}},

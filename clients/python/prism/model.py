@@ -297,7 +297,7 @@ class Model:
                     corrected_deg_per_h=rate - bias, corrected_mean_deg_per_h=mean_rate - bias, quality=quality)
 
     def _lags(self, second, values, partial):
-        """T − EMA(T) of each time constant and sensor, by the names of the inputs; and where they have not settled."""
+        """T − EMA(T) of each time constant and sensor, by the names of the inputs; and the rows before they settle."""
         constants = np.array(self.features.get("lag_time_constants_s", []), float)
         settling, lag = np.zeros(len(second), bool), {name: np.full((len(constants), len(second)), np.nan) for name in values}
         state, age, last = {}, 0, None
