@@ -372,7 +372,6 @@ constexpr std::size_t most_sample_chars() {
   for (const SampleMember& member : kSampleMembers) chars += member.key.size() + kNumberChars;
   return chars;
 }
-static_assert(most_sample_chars() <= kJsonChars);
 
 // One JSON object, built in place: growing a std::string costs more per frame than its numbers.
 class JsonWriter {
@@ -426,8 +425,9 @@ void append_sensors(std::string& text, const SecondMean& second_mean) {
 
 }  // namespace
 
-char* put_json(char* at, const Compensated& row) {
-  JsonWriter line(at);
+void append_json(std::string& text, const Compensated& row) {
+  char json[most_sample_chars()];
+  JsonWriter line(json);
   line.put(kTimeKey);
   line.time(row.sample.time_ns);
   [&]<std::size_t... i>(std::index_sequence<i...>) { (line.member(kSampleMembers[i], row), ...); }
@@ -435,16 +435,10 @@ char* put_json(char* at, const Compensated& row) {
   line.put(kQualityKey);
   line.quality(row.correction.quality);
   line.put(kSampleEnd);
-  return line.end();
-}
-
-void append_json(std::string& text, const Compensated& row) {
-  char json[kJsonChars];
-  text.append(json, static_cast<std::size_t>(put_json(json, row) - json));
+  text.append(json, static_cast<std::size_t>(line.end() - json));
 }
 
 void append_json(std::string& text, const CompensatedWindow& row) {
-  text.reserve(text.size() + kJsonChars);
   for (const std::size_t i : kJsonColumns) {
     const LogColumn& column = kLogColumns[i];
     const bool quoted = column.type == ColumnType::kText;

@@ -219,13 +219,7 @@ Result<CompensatedWindow> parse_csv(std::string_view line, std::string_view wher
 /// The same into a row that is as constructed, or that this function has filled by this layout: without allocations.
 Result<void> read_csv(std::string_view line, std::string_view where, const CsvLayout& layout, CompensatedWindow& row);
 
-/// Maximum length of the output of put_json().
-inline constexpr std::size_t kJsonChars = 640;
-
-/// The "params" of a sample notification: {"time_s":…,"rate_deg_per_h":…,…}. Unknown quantities are null. Writes at
-/// `at`, which has space for kJsonChars, and returns the end.
-char* put_json(char* at, const Compensated& row);
-/// Appends the same text.
+/// The "params" of a sample notification: {"time_s":…,"rate_deg_per_h":…,…}. Unknown quantities are null.
 void append_json(std::string& text, const Compensated& row);
 /// The "params" of a window notification; "sensors" contains their means over the second, if there are any.
 void append_json(std::string& text, const CompensatedWindow& row);

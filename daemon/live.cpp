@@ -64,7 +64,7 @@ class Live {
                                     for (const auto& line : lines_) line->reopen();
                                   },
                                   [this] { open_outputs(); }, tell_, [this] { return socket::summary(sources()); }})),
-        rpc_(sources(), publisher_, row_requests_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
+        rpc_(sources(), publisher_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_),
         stop_timer_(io_) {
@@ -191,7 +191,7 @@ class Live {
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
     const auto written = [this] { asio::post(io_, [this] { publisher_.rows_written(); }); };
-    const auto synced = [this] { asio::post(io_, [this] { row_requests_.synced(); }); };
+    const auto synced = [this] { asio::post(io_, [this] { rpc_.synced(); }); };
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
       return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
                                                       problems_, written, counters, synced, segment_policy());
@@ -278,7 +278,6 @@ class Live {
   }};
   const pipeline::Tell tell_ = events_.teller();
   pipeline::Device device_;
-  socket::RowRequests row_requests_;
   line::ArrivalClock clock_;
   std::vector<std::unique_ptr<line::LiveLine>> lines_;        ///< in the device's order
   std::vector<std::unique_ptr<output::OutputLine>> outputs_;  ///< as Device::outputs

@@ -88,7 +88,7 @@ class Replay {
         device_(
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
             events_.teller(), problems_),
-        rpc_({device_, events_, publisher_, host_time_ns()}, publisher_, row_requests_,
+        rpc_({device_, events_, publisher_, host_time_ns()}, publisher_,
              [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
@@ -285,7 +285,6 @@ class Replay {
   }};
   Problems problems_{pipeline::problems_as_events(events_.teller())};
   pipeline::Device device_;
-  socket::RowRequests row_requests_;
   socket::Rpc rpc_;
   std::unique_ptr<socket::Server> server_;
   asio::signal_set signals_;

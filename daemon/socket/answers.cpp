@@ -14,19 +14,131 @@
 #include "config/config.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
-#include "daemon/socket/config_answer.hpp"
-#include "daemon/socket/health.hpp"
 
 namespace prism::socket {
 namespace {
 
 using nlohmann::ordered_json;
 
-template <class Row>
-ordered_json row_json(const Row& row) {
-  std::string text;
-  compensation::append_json(text, row);
-  return ordered_json::parse(text);
+ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
+ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json() : ordered_json(text); }
+
+// Null if the driver does not count.
+ordered_json hardware_json(const std::optional<transport::LineCounters>& counters) {
+  if (!counters) return nullptr;
+  return {{"received", counters->received},
+          {"framing_errors", counters->framing_errors},
+          {"parity_errors", counters->parity_errors},
+          {"overruns", counters->overruns},
+          {"breaks", counters->breaks},
+          {"buffer_overruns", counters->buffer_overruns}};
+}
+
+// Counters of the requests of a polled line.
+void put_polls(ordered_json& json, const wire::Commands& commands, const drivers::PollCounters& polls) {
+  if (!commands.poll) return;
+  json["polls"] = {{"requests", polls.requests}, {"missed", polls.missed}, {"skipped", polls.skipped}};
+}
+
+ordered_json counters_json(const wire::DecoderCounters& c) {
+  return {{"bytes", c.bytes},
+          {"frames", c.frames},
+          {"bad_check", c.bad_check},
+          {"bad_length", c.bad_length},
+          {"bad_body", c.bad_body},
+          {"refused", c.refused},
+          {"skipped_bytes", c.skipped_bytes},
+          {"resyncs", c.resyncs},
+          {"timeouts", c.timeouts},
+          {"unconfirmed", c.unconfirmed},
+          {"out_of_range", c.out_of_range}};
+}
+
+ordered_json clock_json(const pipeline::Pipeline& pipeline) {
+  const drivers::ClockStatus& c = pipeline.clock().status();
+  return {{"samples", c.samples},
+          {"missing_frames", c.missing_frames},
+          {"missing_by_arrival", c.missing_by_arrival},
+          {"duplicates", c.duplicates},
+          {"rejected_counters", pipeline.rejected_counters()},
+          {"resets", c.resets},
+          {"period_s", known(c.period_s)},
+          {"period_is_estimated", c.period_is_estimated},
+          {"residual_s", known(c.residual_s)}};
+}
+
+ordered_json sensor_lines_answer(const Sources& sources) {
+  const pipeline::Device& device = sources.device;
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < device.setup.sensor_lines.size(); ++i) {
+    const pipeline::Setup::SensorLine& line = device.setup.sensor_lines[i];
+    const pipeline::LineStatus& status = device.lines[i + 1];
+    const pipeline::SensorFeed& feed = device.pipeline->sensor_feeds()[i];
+    ordered_json& own = json[line.name];
+    own = {{"device", line.line.device},  {"state", state_name(status.state)},
+           {"detail", status.detail},     {"state_since_s", seconds(status.since_ns)},
+           {"frames", line.frames->name}, {"baud", line.line.format.baud},
+           {"notes", status.notes}};
+    own["age_s"] = feed.last_ns() ? ordered_json(seconds(time_of(sources) - *feed.last_ns())) : ordered_json();
+    own["stale_after_s"] = line.stale_after_s;
+    own["decoder"] = counters_json(feed.decoder().counters());
+    own["hardware"] = hardware_json(status.hardware);
+    put_polls(own, line.frames->commands, status.polls);
+    if (const pipeline::CaptureSink* capture = device.lines[i + 1].capture.get())
+      own["capture_dropped_bytes"] = capture->dropped_bytes();
+  }
+  return json;
+}
+
+ordered_json line_answer(const Sources& sources) {
+  const pipeline::Device& device = sources.device;
+  const pipeline::Setup& setup = device.setup;
+  ordered_json json = {{"device", setup.config.line.device},   {"state", state_name(sources.gyro_line().state)},
+                       {"detail", sources.gyro_line().detail}, {"sessions", device.sessions},
+                       {"baud", setup.line.format.baud},       {"notes", sources.gyro_line().notes}};
+  json["decoder"] = counters_json(device.pipeline->decoder().counters());
+  json["timing"] = clock_json(*device.pipeline);
+  json["nominal_period_s"] = setup.frames->period_s();
+  json["hardware"] = hardware_json(sources.gyro_line().hardware);
+  put_polls(json, setup.frames->commands, sources.gyro_line().polls);
+  if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
+  return json;
+}
+
+ordered_json sensors_answer(const Sources& sources) {
+  const pipeline::Device& device = sources.device;
+  const std::vector<SensorName>& sensors = sensors_of_list(device.setup.sensors);
+  const std::vector<double> values = device.pipeline->sensors_now(time_of(sources));
+  const std::size_t of_device = device.setup.frames->sensors.size();
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const bool there = i >= of_device || sources.gyro_line().delivers();
+    json[sensors[i].name] = {{"value", known(there ? values[i] : kUnknown)}, {"unit", sensors[i].unit}};
+  }
+  return json;
+}
+
+ordered_json retention_json(const pipeline::RetentionStatus& status) {
+  ordered_json json = {
+      {"segments", status.segments},
+      {"bytes", status.bytes},
+      {"keep_bytes", status.keep_bytes < config::kNoByteLimit ? ordered_json(status.keep_bytes) : ordered_json()},
+      {"keep_s", status.keep_s},
+      {"deleted_segments", status.deleted_segments},
+      {"deleted_rows", status.deleted_rows},
+      {"next", nullptr}};
+  if (!status.next) return json;
+  constexpr std::array kWhy{"bytes", "age", "disk_full"};
+  const pipeline::NextDeletion& next = *status.next;
+  json["next"] = {{"file", next.file},
+                  {"rows", next.rows},
+                  {"bytes", next.bytes},
+                  {"why", kWhy[static_cast<std::size_t>(next.why)]}};
+  const std::int64_t passed_s = uptime_s() - status.uptime_s;
+  const std::int64_t in_s = std::max<std::int64_t>(next.in_s - passed_s, 0);
+  json["next"]["in_s"] = in_s;
+  json["next"]["time_s"] = host_time_ns() / 1'000'000'000 + in_s;
+  return json;
 }
 
 /// The current values: empty if the line does not deliver or has no frame yet. The quality is that of the current
@@ -49,13 +161,17 @@ Current current(const Sources& sources, std::size_t axis) {
   return now;
 }
 
-// The row, or an object with the same members, all null.
+// The row with its axis, as in notifications. Without a row, the same members are null.
 template <class Row>
-ordered_json row_or_nothing(const Row* row, std::uint32_t quality) {
-  if (row != nullptr) return row_json(*row);
-  ordered_json json = row_json(Row{});
-  for (auto& [key, value] : json.items()) value = nullptr;
-  json["quality"] = compensation::quality_text(quality);
+ordered_json row_json(const Row* row, std::uint32_t quality, const std::string& axis) {
+  std::string text;
+  compensation::append_json(text, row ? *row : Row{});
+  ordered_json members = ordered_json::parse(text), json = {{"axis", axis}};
+  if (row == nullptr) {
+    for (auto& [key, value] : members.items()) value = nullptr;
+    members["quality"] = compensation::quality_text(quality);
+  }
+  json.update(members);
   return json;
 }
 
@@ -88,18 +204,10 @@ void put_models(ordered_json& json, const pipeline::Setup::Axis& axis) {
   json["fallback_model"] = model_brief(axis.fallback);
 }
 
-// Rows contain their axis, as in notifications.
-template <class Row>
-ordered_json row_of_axis(const Row* row, std::uint32_t quality, const std::string& axis) {
-  ordered_json json = {{"axis", axis}};
-  json.update(row_or_nothing(row, quality));
-  return json;
-}
-
 void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, const Current& now) {
   const std::string& name = sources.device.axes[axis].name;
-  json["sample"] = row_of_axis(now.sample, now.correction.quality, name);
-  json["window"] = row_of_axis(now.window, now.correction.quality, name);
+  json["sample"] = row_json(now.sample, now.correction.quality, name);
+  json["window"] = row_json(now.window, now.correction.quality, name);
   put_window_length(json, sources.device, axis, now);
 }
 
@@ -201,11 +309,11 @@ ordered_json status_answer(const Sources& sources) {
   }
   if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
   if (setup.sensors) json["sensors"] = sensors_answer(sources);
-  if (const auto* const capture = device.lines[pipeline::kGyroLine].capture.get())
+  if (const auto* const capture = sources.gyro_line().capture.get()) {
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
                        {"dropped_bytes", capture->dropped_bytes()}};
-  if (const auto* const capture = device.lines[pipeline::kGyroLine].capture.get(); capture && capture->retention())
-    json["capture"]["retention"] = retention_json(*capture->retention());
+    if (const auto status = capture->retention()) json["capture"]["retention"] = retention_json(*status);
+  }
   json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
   return json;
 }
@@ -325,6 +433,13 @@ std::uint32_t current_quality(const Sources& sources, std::size_t axis) {
   return current(sources, axis).correction.quality;
 }
 
+std::int64_t time_of(const Sources& sources) {
+  const pipeline::LineState state = sources.gyro_line().state;
+  return state == pipeline::LineState::kReplaying || state == pipeline::LineState::kEnded
+             ? sources.gyro_line().last_data_ns
+             : host_time_ns();
+}
+
 std::string summary(const Sources& sources) {
   const pipeline::Device& device = sources.device;
   const std::string& path = device.setup.config.line.device;
@@ -338,140 +453,6 @@ std::string summary(const Sources& sources) {
       return fmt::format("{}: {}", path.empty() ? "no line" : path,
                          sources.gyro_line().detail.empty() ? "waiting" : sources.gyro_line().detail);
   }
-}
-
-namespace {
-
-// Null if the driver does not count.
-ordered_json hardware_json(const std::optional<transport::LineCounters>& counters) {
-  if (!counters) return nullptr;
-  return {{"received", counters->received},
-          {"framing_errors", counters->framing_errors},
-          {"parity_errors", counters->parity_errors},
-          {"overruns", counters->overruns},
-          {"breaks", counters->breaks},
-          {"buffer_overruns", counters->buffer_overruns}};
-}
-
-// Counters of the requests of a polled line.
-void put_polls(ordered_json& json, const wire::Commands& commands, const drivers::PollCounters& polls) {
-  if (!commands.poll) return;
-  json["polls"] = {{"requests", polls.requests}, {"missed", polls.missed}, {"skipped", polls.skipped}};
-}
-
-}  // namespace
-
-std::int64_t time_of(const Sources& sources) {
-  const pipeline::LineState state = sources.gyro_line().state;
-  return state == pipeline::LineState::kReplaying || state == pipeline::LineState::kEnded
-             ? sources.gyro_line().last_data_ns
-             : host_time_ns();
-}
-
-ordered_json counters_json(const wire::DecoderCounters& c) {
-  return {{"bytes", c.bytes},
-          {"frames", c.frames},
-          {"bad_check", c.bad_check},
-          {"bad_length", c.bad_length},
-          {"bad_body", c.bad_body},
-          {"refused", c.refused},
-          {"skipped_bytes", c.skipped_bytes},
-          {"resyncs", c.resyncs},
-          {"timeouts", c.timeouts},
-          {"unconfirmed", c.unconfirmed},
-          {"out_of_range", c.out_of_range}};
-}
-
-ordered_json clock_json(const pipeline::Pipeline& pipeline) {
-  const drivers::ClockStatus& c = pipeline.clock().status();
-  return {{"samples", c.samples},
-          {"missing_frames", c.missing_frames},
-          {"missing_by_arrival", c.missing_by_arrival},
-          {"duplicates", c.duplicates},
-          {"rejected_counters", pipeline.rejected_counters()},
-          {"resets", c.resets},
-          {"period_s", known(c.period_s)},
-          {"period_is_estimated", c.period_is_estimated},
-          {"residual_s", known(c.residual_s)}};
-}
-
-ordered_json line_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const pipeline::Setup& setup = device.setup;
-  ordered_json json = {{"device", setup.config.line.device},   {"state", state_name(sources.gyro_line().state)},
-                       {"detail", sources.gyro_line().detail}, {"sessions", device.sessions},
-                       {"baud", setup.line.format.baud},       {"notes", sources.gyro_line().notes}};
-  json["decoder"] = counters_json(device.pipeline->decoder().counters());
-  json["timing"] = clock_json(*device.pipeline);
-  json["nominal_period_s"] = setup.frames->period_s();
-  json["hardware"] = hardware_json(sources.gyro_line().hardware);
-  put_polls(json, setup.frames->commands, sources.gyro_line().polls);
-  if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
-  return json;
-}
-
-ordered_json sensor_lines_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < device.setup.sensor_lines.size(); ++i) {
-    const pipeline::Setup::SensorLine& line = device.setup.sensor_lines[i];
-    const pipeline::LineStatus& status = device.lines[i + 1];
-    const pipeline::SensorFeed& feed = device.pipeline->sensor_feeds()[i];
-    ordered_json& own = json[line.name];
-    own = {{"device", line.line.device},  {"state", state_name(status.state)},
-           {"detail", status.detail},     {"state_since_s", seconds(status.since_ns)},
-           {"frames", line.frames->name}, {"baud", line.line.format.baud},
-           {"notes", status.notes}};
-    own["age_s"] = feed.last_ns() ? ordered_json(seconds(time_of(sources) - *feed.last_ns())) : ordered_json();
-    own["stale_after_s"] = line.stale_after_s;
-    own["decoder"] = counters_json(feed.decoder().counters());
-    own["hardware"] = hardware_json(status.hardware);
-    put_polls(own, line.frames->commands, status.polls);
-    if (const pipeline::CaptureSink* capture = device.lines[i + 1].capture.get())
-      own["capture_dropped_bytes"] = capture->dropped_bytes();
-  }
-  return json;
-}
-
-ordered_json sensors_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const std::vector<SensorName>& sensors = sensors_of_list(device.setup.sensors);
-  const std::vector<double> values = device.pipeline->sensors_now(time_of(sources));
-  const std::size_t of_device = device.setup.frames->sensors.size();
-  ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const bool there = i >= of_device || sources.gyro_line().delivers();
-    json[sensors[i].name] = {{"value", known(there ? values[i] : kUnknown)}, {"unit", sensors[i].unit}};
-  }
-  return json;
-}
-
-namespace {
-
-const char* why_text(pipeline::NextDeletion::Why why) {
-  constexpr std::array kNames{"bytes", "age", "disk_full"};
-  return kNames[static_cast<std::size_t>(why)];
-}
-
-}  // namespace
-
-ordered_json retention_json(const pipeline::RetentionStatus& status) {
-  ordered_json json = {
-      {"segments", status.segments},
-      {"bytes", status.bytes},
-      {"keep_bytes", status.keep_bytes < config::kNoByteLimit ? ordered_json(status.keep_bytes) : ordered_json()},
-      {"keep_s", status.keep_s},
-      {"deleted_segments", status.deleted_segments},
-      {"deleted_rows", status.deleted_rows},
-      {"next", nullptr}};
-  if (!status.next) return json;
-  const pipeline::NextDeletion& next = *status.next;
-  json["next"] = {{"file", next.file}, {"rows", next.rows}, {"bytes", next.bytes}, {"why", why_text(next.why)}};
-  const std::int64_t passed_s = uptime_s() - status.uptime_s;
-  const std::int64_t in_s = std::max<std::int64_t>(next.in_s - passed_s, 0);
-  json["next"]["in_s"] = in_s;
-  json["next"]["time_s"] = host_time_ns() / 1'000'000'000 + in_s;
-  return json;
 }
 
 }  // namespace prism::socket

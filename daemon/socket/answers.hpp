@@ -9,22 +9,23 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/pipeline/device.hpp"
 #include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
-#include "daemon/socket/sources.hpp"
+#include "daemon/socket/event_log.hpp"
+#include "daemon/socket/publisher.hpp"
 
 namespace prism::socket {
 
-// JSON values shared by all responses: numbers that may be unknown, times, states.
+/// All members must outlive this.
+struct Sources {
+  const pipeline::Device& device;
+  const EventLog& events;
+  const Publisher& publisher;
+  std::int64_t started_ns;  ///< host time
 
-inline nlohmann::ordered_json known(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-}
-
-/// Null for an empty text.
-inline nlohmann::ordered_json text_or_null(const std::string& text) {
-  return text.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(text);
-}
+  const pipeline::LineStatus& gyro_line() const { return device.lines[pipeline::kGyroLine]; }
+};
 
 /// Seconds, truncated to microseconds.
 inline double seconds(std::int64_t time_ns) {
@@ -56,24 +57,14 @@ std::uint32_t current_quality(const Sources& sources, std::size_t axis);
 /// One human-readable line, also for systemd's STATUS=.
 std::string summary(const Sources& sources);
 
-// JSON of the serial lines (the gyro's and the sensor lines) and of the sensors.
-
 /// Now; in a replay, the time of the last bytes.
 std::int64_t time_of(const Sources& sources);
 
-nlohmann::ordered_json counters_json(const wire::DecoderCounters& counters);
-nlohmann::ordered_json clock_json(const pipeline::Pipeline& pipeline);
+/// {"state": "good", "caution" or "failed", "problems": one line each, the failures first}. Good only if data,
+/// corrections, model, log, capture and disk are. Failed: something is lost or must not be used.
+nlohmann::ordered_json health_json(const Sources& sources);
 
-nlohmann::ordered_json line_answer(const Sources& sources);
-/// By name; empty without sensor lines.
-nlohmann::ordered_json sensor_lines_answer(const Sources& sources);
-/// Current value (null if unknown) and unit of each sensor.
-nlohmann::ordered_json sensors_answer(const Sources& sources);
-
-// The object `retention` of `status`: limits, deletions so far, and the next one.
-
-/// `next` is null if there is no segment to delete; its `in_s` and `time_s` (host time) are null while a consumer holds
-/// the segment without a limit.
-nlohmann::ordered_json retention_json(const pipeline::RetentionStatus& status);
+/// All settings in force, with defaults and overrides.
+nlohmann::ordered_json config_answer(const Sources& sources);
 
 }  // namespace prism::socket

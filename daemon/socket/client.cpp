@@ -35,31 +35,25 @@ Client::Client(Socket socket, std::size_t max_queued_bytes, std::shared_ptr<Clie
 
 Client::~Client() { close(); }
 
-void Client::send(const TextPart& text, std::uint64_t rows) {
-  if (const auto sent = offer(text.text, rows)) enqueue(text, *sent);
-}
-
-std::optional<std::size_t> Client::offer(std::string_view text, std::uint64_t rows) {
-  if (!open()) return std::nullopt;
+void Client::send(const Text& text, std::uint64_t rows) {
+  if (!open()) return;
+  std::size_t sent = 0;
   if (queue_.empty() && lost_ == 0) {
-    const std::size_t sent = send_now(text, 0);
-    return open() && sent < text.size() ? std::optional(sent) : std::nullopt;
+    sent = send_now(*text, 0);
+    if (!open() || sent == text->size()) return;
+  } else if (lost_ > 0 || queued_bytes_ + text->size() > max_queued_bytes_ || !memory_->has_room(text->size())) {
+    lost_ += rows;  // drop all rows until the queue is empty: one gap instead of many
+    lost_total_ += rows;
+    return;
   }
-  const bool room = queued_bytes_ + text.size() <= max_queued_bytes_ && memory_->has_room(text.size());
-  if (lost_ == 0 && room) return 0;
-  lost_ += rows;  // drop all rows until the queue is empty: one gap instead of many
-  lost_total_ += rows;
-  return std::nullopt;
+  push(text, sent);
+  wait_until_writable();
 }
 
-void Client::answer(std::string line) { answer(std::vector<TextPart>{TextPart(std::move(line))}); }
-
-void Client::answer(const std::vector<TextPart>& parts) {
+void Client::answer(std::string line) {
   if (queued_bytes_ > 4 * max_queued_bytes_) return close();  // without this response: an hour of history is long
   if (!open()) return;
-  for (const TextPart& part : parts) {
-    if (open()) push(part, 0);
-  }
+  push(std::make_shared<const std::string>(std::move(line)), 0);
   if (open() && !waiting_) drain();
 }
 
@@ -108,15 +102,11 @@ std::size_t Client::send_now(std::string_view text, std::size_t from) {
   return from;
 }
 
-void Client::push(const TextPart& text, std::size_t sent) {
-  queue_.push_back({text, sent});
-  queued_bytes_ += text.text.size() - sent;
-  memory_->take(*this, text.text.size() - sent);
-}
-
-void Client::enqueue(const TextPart& text, std::size_t sent) {
-  push(text, sent);
-  wait_until_writable();
+void Client::push(Text text, std::size_t sent) {
+  const std::size_t left = text->size() - sent;
+  queue_.push_back({std::move(text), sent});
+  queued_bytes_ += left;
+  memory_->take(*this, left);
 }
 
 void Client::wait_until_writable() {
@@ -131,14 +121,13 @@ void Client::wait_until_writable() {
 void Client::drain() {
   for (std::size_t budget = kTurnBytes; open() && !queue_.empty();) {
     Queued& front = queue_.front();
-    const std::string_view text = front.part.text.substr(0, front.sent + budget);
-    const std::size_t sent = send_now(text, front.sent);
+    const std::size_t sent = send_now(std::string_view(*front.text).substr(0, front.sent + budget), front.sent);
     if (!open()) return;
     queued_bytes_ -= sent - front.sent;
     memory_->give_back(*this, sent - front.sent);
     budget -= sent - front.sent;
     front.sent = sent;
-    const bool all = sent == front.part.text.size();
+    const bool all = sent == front.text->size();
     if (all) queue_.pop_front();
     if ((!all || budget == 0) && !queue_.empty()) return wait_until_writable();
   }

@@ -16,19 +16,8 @@
 
 namespace prism::socket {
 
-/// Complete lines, or a part of one, shared by the send queues of several clients.
-struct TextPart {
-  explicit TextPart(std::string own) {
-    auto shared = std::make_shared<const std::string>(std::move(own));
-    text = *shared;
-    owner = std::move(shared);
-  }
-  /// `owner` owns the memory of `text`, which never changes.
-  TextPart(std::shared_ptr<const void> keeps, std::string_view part) : owner(std::move(keeps)), text(part) {}
-
-  std::shared_ptr<const void> owner;
-  std::string_view text;
-};
+/// Complete lines, shared by the send queues of several clients.
+using Text = std::shared_ptr<const std::string>;
 
 struct Subscription {
   std::uint32_t sample_every = 0;  ///< every n-th sample of each axis; 0: none
@@ -70,15 +59,10 @@ class Client : public std::enable_shared_from_this<Client> {
   ~Client();
 
   /// `rows`: number of rows that are lost if the text is dropped.
-  void send(const TextPart& text, std::uint64_t rows);
-  /// Sends as much as the socket accepts. Returns the offset of the rest, which the caller passes to enqueue(); nullopt
-  /// if all was sent, or was dropped and counted as `rows` lost.
-  std::optional<std::size_t> offer(std::string_view text, std::uint64_t rows);
-  void enqueue(const TextPart& text, std::size_t sent);
+  void send(const Text& text, std::uint64_t rows);
   /// A response to this client. Responses are never dropped: a client that sends requests without reading is closed
   /// when its queue reaches four times the limit. Long responses are sent in parts of kTurnBytes.
   void answer(std::string line);
-  void answer(const std::vector<TextPart>& parts);
   void close();
 
   bool open() const { return socket_.is_open(); }
@@ -96,17 +80,18 @@ class Client : public std::enable_shared_from_this<Client> {
   Clock::duration idle() const;
 
   Subscription subscription;
+  bool reads_rows = false;  ///< a request for log pages waits
   Socket& socket() { return socket_; }
 
  private:
-  void push(const TextPart& text, std::size_t sent);
+  void push(Text text, std::size_t sent);
   std::size_t send_now(std::string_view text, std::size_t from);
   void wait_until_writable();
   void drain();
   void tell_loss();
 
   struct Queued {
-    TextPart part;
+    Text text;
     std::size_t sent;
   };
   static constexpr std::size_t kTurnBytes = 64 << 10;  ///< then other clients are served

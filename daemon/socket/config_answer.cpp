@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/socket/config_answer.hpp"
-
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "config/config_keys.hpp"
+#include "daemon/socket/answers.hpp"
 
 namespace prism::socket {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/socket/health.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>

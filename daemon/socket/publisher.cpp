@@ -12,63 +12,37 @@
 
 namespace prism::socket {
 
-std::string_view History::add(const compensation::CompensatedWindow& row, std::string_view axis) {
-  if (blocks_.empty() || blocks_.back()->begins.size() == kBlockRows) blocks_.push_back(std::make_shared<Block>());
-  Block& block = *blocks_.back();
-  block.begins.push_back(block.text.size());
-  append_row(block.text, axis, row);
-  block.text += ',';
-  if (blocks_.size() > kRows / kBlockRows + 1) blocks_.pop_front();
-  return std::string_view(block.text).substr(block.begins.back(), block.text.size() - 1 - block.begins.back());
+void History::add(std::string row) {
+  rows_.push_back(std::move(row));
+  if (rows_.size() > kRows) rows_.pop_front();
 }
 
-std::size_t History::kept() const {
-  return blocks_.empty() ? 0 : (blocks_.size() - 1) * kBlockRows + blocks_.back()->begins.size();
+std::string History::json(std::size_t count) const {
+  const auto first = rows_.end() - static_cast<std::ptrdiff_t>(std::min(count, rows_.size()));
+  std::string text = "[";
+  text.reserve(text.size() + 1 + (first == rows_.end() ? 0 : (rows_.end() - first) * (first->size() + 64)));
+  for (auto row = first; row != rows_.end(); ++row) (text += row == first ? "" : ",") += *row;
+  return text += "]";
 }
 
-std::size_t History::size() const { return std::min(kRows, kept()); }
+namespace {
 
-std::vector<TextPart> History::json(std::size_t count) const {
-  std::vector<TextPart> parts{TextPart("[")};
-  std::size_t skip = kept() - std::min(count, size());
-  for (const std::shared_ptr<Block>& block : blocks_) {
-    const std::size_t rows = block->begins.size();
-    const std::size_t skipped = std::min(rows, skip);
-    skip -= skipped;
-    if (skipped == rows) continue;
-    const std::string_view text = std::string_view(block->text).substr(block->begins[skipped]);
-    block == blocks_.back() ? parts.emplace_back(std::string(text.substr(0, text.size() - 1)))
-                            : parts.emplace_back(std::shared_ptr<const void>(block), text);
-  }
-  parts.emplace_back("]");
-  return parts;
-}
-
+// Start of the JSON of a row: {"axis":"x"
 std::string row_head(std::string_view axis) { return R"({"axis":)" + json_text(nlohmann::json(axis)); }
 
-// Replaces the row's '{' by a comma.
-char* put_row(char* at, std::string_view head, const compensation::Compensated& row) {
-  char* const comma = std::copy_n(head.data(), head.size(), at);
-  char* const end = compensation::put_json(comma, row);
-  *comma = ',';
-  return end;
-}
-
-void append_row(std::string& text, std::string_view axis, const compensation::CompensatedWindow& row) {
-  text += row_head(axis);
+// Appends a row that starts with its axis: `head` replaces its '{'.
+template <class Row>
+void append_row(std::string& text, std::string_view head, const Row& row) {
+  text += head;
   const std::size_t comma = text.size();
   compensation::append_json(text, row);
   text[comma] = ',';
 }
 
-namespace {
-
 constexpr std::string_view kSampleHead = R"({"jsonrpc":"2.0","method":"sample","params":)";
 constexpr std::string_view kWindowHead = R"({"jsonrpc":"2.0","method":"window","params":)";
 constexpr std::string_view kEventHead = R"({"jsonrpc":"2.0","method":"event","params":)";
 constexpr std::string_view kTail = "}\n";
-
-char* put(char* at, std::string_view text) { return std::copy_n(text.data(), text.size(), at); }
 
 }  // namespace
 
@@ -140,8 +114,8 @@ void Publisher::sample(const pipeline::Rows::Sample& sample) {
   for (Topic& topic : topics_) {
     if ((topic.axes >> sample.axis & 1) == 0 || --topic.due[sample.axis] > 0) continue;
     topic.due[sample.axis] = topic.every;
-    char* const at = topic.text.room(head.size() + compensation::kJsonChars + kTail.size());
-    topic.text.end_at(put(put_row(at, head, sample.row), kTail));
+    append_row(topic.text, head, sample.row);
+    topic.text += kTail;
     ++topic.rows;
   }
 }
@@ -149,13 +123,10 @@ void Publisher::sample(const pipeline::Rows::Sample& sample) {
 void Publisher::flush() {
   for (Topic& topic : topics_) {
     if (topic.rows == 0) continue;
-    std::optional<TextPart> shared;  // created for the first client whose socket is full, which is rare
+    const auto text = std::make_shared<const std::string>(topic.text);
     for (const auto& client : clients_) {
-      if (client->subscription.sample_every != topic.every || client->subscription.axes != topic.axes) continue;
-      const auto sent = client->offer(topic.text.view(), topic.rows);
-      if (!sent) continue;
-      if (!shared) shared.emplace(std::string(topic.text.view()));
-      client->enqueue(*shared, *sent);
+      const bool own = client->subscription.sample_every == topic.every && client->subscription.axes == topic.axes;
+      if (own) client->send(text, topic.rows);
     }
     topic.text.clear();
     topic.rows = 0;
@@ -164,10 +135,12 @@ void Publisher::flush() {
 
 void Publisher::window(const pipeline::Rows::Window& window) {
   const auto axis = static_cast<std::uint32_t>(window.axis);
-  const std::string_view row = histories_[axis].add(window.row, (*axes_)[axis]);
+  std::string row;
+  append_row(row, row_head((*axes_)[axis]), window.row);
   const auto wants = [&](const auto& client) { return choice_of(*client).wants(axis); };
-  if (std::none_of(clients_.begin(), clients_.end(), wants)) return;
-  held_.push_back({axis, std::string(kWindowHead).append(row).append(kTail)});
+  if (std::any_of(clients_.begin(), clients_.end(), wants))
+    held_.push_back({axis, std::string(kWindowHead).append(row).append(kTail)});
+  histories_[axis].add(std::move(row));
 }
 
 Publisher::Choice Publisher::choice_of(const Client& client) {
@@ -193,9 +166,9 @@ void Publisher::send_held(const Choice& choice) {
     ++rows;
   }
   if (rows == 0) return;
-  const TextPart part(std::move(text));
+  const auto shared = std::make_shared<const std::string>(std::move(text));
   for (const auto& client : clients_) {
-    if (choice_of(*client) == choice) client->send(part, rows);
+    if (choice_of(*client) == choice) client->send(shared, rows);
   }
 }
 
@@ -206,9 +179,9 @@ void Publisher::event(const Event& event) {
     held_.push_back({kEvent, std::move(text)});
     return;
   }
-  const TextPart part(std::move(text));
+  const auto shared = std::make_shared<const std::string>(std::move(text));
   for (const auto& client : clients_) {
-    if (client->subscription.events) client->send(part, 1);
+    if (client->subscription.events) client->send(shared, 1);
   }
 }
 

@@ -20,66 +20,19 @@
 
 namespace prism::socket {
 
-// The rows of the last hour as JSON, written once for notifications and for `history`.
-
-/// Rows are stored in blocks that send queues share: a response of an hour copies only the last block.
+/// The rows of the last hour as JSON, written once for notifications and for `history`.
 class History {
  public:
   static constexpr std::size_t kRows = 3600;
 
-  /// `axis`: name of the axis. Returns the row's JSON, valid until the next call.
-  std::string_view add(const compensation::CompensatedWindow& row, std::string_view axis);
-  std::size_t size() const;
-  bool empty() const { return blocks_.empty(); }
-
-  /// Returns the last `count` rows, or all if there are fewer, as a JSON array in consecutive parts, oldest first.
-  std::vector<TextPart> json(std::size_t count) const;
+  void add(std::string row);
+  std::size_t size() const { return rows_.size(); }
+  /// The last `count` rows, or all if there are fewer, as a JSON array, oldest first.
+  std::string json(std::size_t count) const;
 
  private:
-  std::size_t kept() const;
-
-  static constexpr std::size_t kBlockRows = 60;
-  struct Block {
-    std::string text;                 ///< each row followed by a comma
-    std::vector<std::size_t> begins;  ///< where each row begins
-  };
-  std::deque<std::shared_ptr<Block>> blocks_;  ///< only the last one grows
+  std::deque<std::string> rows_;
 };
-
-// Buffer for the JSON of many rows, and functions that write a row with its axis.
-
-/// A growing buffer. Rows are written directly into it, without a copy.
-class RowText {
- public:
-  /// Returns the end of the text, with space for `most` more characters. Valid until the next call.
-  char* room(std::size_t most) {
-    if (capacity_ - size_ < most) grow(most);
-    return text_.get() + size_;
-  }
-  /// Sets the end of the text, within the space that room() returned.
-  void end_at(const char* end) { size_ = static_cast<std::size_t>(end - text_.get()); }
-  void clear() { size_ = 0; }
-  std::string_view view() const { return {text_.get(), size_}; }
-
- private:
-  void grow(std::size_t most) {
-    capacity_ = std::max(2 * capacity_, size_ + most);
-    std::unique_ptr<char[]> larger(new char[capacity_]);
-    if (size_ > 0) std::memcpy(larger.get(), text_.get(), size_);
-    text_ = std::move(larger);
-  }
-
-  std::unique_ptr<char[]> text_;
-  std::size_t size_ = 0, capacity_ = 0;
-};
-
-/// Start of a row's JSON for put_row(): {"axis":"x"
-std::string row_head(std::string_view axis);
-
-/// Writes a row as JSON, starting with its axis. `at` must have space for `head` and compensation::kJsonChars.
-char* put_row(char* at, std::string_view head, const compensation::Compensated& row);
-/// Appends a row as JSON, starting with its axis.
-void append_row(std::string& text, std::string_view axis, const compensation::CompensatedWindow& row);
 
 /// Samples of one call are sent together: one send for many rows at high rates, no delay at low rates. Windows and
 /// events are sent at once after the samples before them, those of several axes in one send. While rows are not in the
@@ -118,7 +71,7 @@ class Publisher {
     std::uint32_t every, axes;
     std::vector<std::uint32_t> due;  // by axis
     std::uint64_t rows = 0;
-    RowText text;
+    std::string text;
   };
   struct Held {
     std::uint32_t axis;  // or kEvent

@@ -4,7 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -17,72 +22,20 @@
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "config/socket_protocol.hpp"
+#include "daemon/awaiting.hpp"
 #include "daemon/socket/answers.hpp"
 
 namespace prism::socket {
-
-bool RowRequests::add(boost::asio::any_io_executor executor, Request request) {
-  const auto same = [&](const auto& entry) { return entry->request.client == request.client; };
-  if (std::any_of(waiting_.begin(), waiting_.end(), same)) return false;
-  auto entry = std::make_shared<Entry>(std::move(executor), std::move(request));
-  entry->until +=
-      std::chrono::duration_cast<Client::Clock::duration>(std::chrono::duration<double>(entry->request.wait_s));
-  waiting_.push_back(entry);
-  read(entry);
-  return true;
-}
-
-void RowRequests::synced() {
-  const Entries all = waiting_;
-  for (const auto& entry : all) {
-    if (entry->reading) {
-      entry->asked_again = true;
-    } else if (entry->request.client->open()) {
-      read(entry);
-    } else {
-      waiting_.remove(entry);
-    }
-  }
-}
-
-// The disk thread reads the page and posts it to the live thread. The entry stays in the list during the read, so that
-// it is never destroyed on the disk thread.
-void RowRequests::read(const std::shared_ptr<Entry>& entry) {
-  entry->reading = true;
-  entry->asked_again = false;
-  entry->request.log->read(entry->request.query, [this, alive = std::weak_ptr(alive_), asked = std::weak_ptr(entry),
-                                                  executor = entry->executor](pipeline::RowResult page) {
-    auto found = std::make_shared<pipeline::RowResult>(std::move(page));
-    boost::asio::post(executor, [this, alive, asked, found] {
-      const auto still = alive.expired() ? nullptr : asked.lock();
-      if (still) take(still, std::move(*found));
-    });
-  });
-}
-
-void RowRequests::take(const std::shared_ptr<Entry>& entry, pipeline::RowResult page) {
-  entry->reading = false;
-  const bool late = Client::Clock::now() >= entry->until;
-  if (!page || page->rows > 0 || page->missing > 0 || late || !entry->request.client->open())
-    return end(entry, std::move(page));
-  if (entry->asked_again) return read(entry);
-  entry->timer.expires_at(entry->until);
-  entry->timer.async_wait([this, alive = std::weak_ptr(alive_), entry](boost::system::error_code error) {
-    if (!error && !alive.expired() && !entry->reading) read(entry);
-  });
-}
-
-void RowRequests::end(const std::shared_ptr<Entry>& entry, pipeline::RowResult page) {
-  entry->timer.cancel();
-  waiting_.remove(entry);
-  entry->request.answer(std::move(page));
-}
-
 namespace {
 
+namespace asio = boost::asio;
+using daemon::kUse;
 using nlohmann::json;
 
 constexpr std::size_t kMostSentBytes = 1024;
+constexpr std::size_t kMaxBatch = 100;    // requests in one line
+constexpr std::size_t kMaxValues = 2000;  // JSON values in one line, containers included
+constexpr double kLongestWait_s = 30;
 
 // "text", or "hex": "55 AA"; empty if the parameters are invalid.
 std::vector<std::uint8_t> bytes_param(const json& params) {
@@ -106,8 +59,7 @@ std::optional<std::size_t> line_param(const json& params, const pipeline::Setup&
   return std::nullopt;
 }
 
-}  // namespace
-
+// The integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
 std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
   if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
   if (!params.is_object() || !params[key].is_number_integer()) return std::nullopt;
@@ -115,6 +67,11 @@ std::optional<std::size_t> count_param(const json& params, const char* key, std:
   if (value < 1 || value > static_cast<std::int64_t>(max)) return std::nullopt;
   return static_cast<std::size_t>(value);
 }
+
+struct SendParams {
+  std::size_t line = 0;             // 0: the gyro's; sensor lines follow
+  std::vector<std::uint8_t> bytes;  // 1 to kMostSentBytes
+};
 
 Result<SendParams> send_params(const json& params, const pipeline::Setup& setup) {
   std::vector<std::uint8_t> bytes = bytes_param(params);
@@ -125,13 +82,18 @@ Result<SendParams> send_params(const json& params, const pipeline::Setup& setup)
                                         shortened(json_text(params)), kMostSentBytes));
 }
 
+struct RowParams {
+  pipeline::RowQuery query;
+  double wait_s = 0;  // longest wait for a first row
+};
+
 Result<RowParams> row_params(const json& params) {
   RowParams wanted;
   const auto wrong = [&] {
     return make_error(
         "rows",
         fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "header": true}})",
-                    shown(params), pipeline::RowQuery::kMostRows, RowRequests::kLongestWait_s));
+                    shown(params), pipeline::RowQuery::kMostRows, kLongestWait_s));
   };
   if (params.is_null()) return wanted;
   if (!params.is_object()) return wrong();
@@ -151,10 +113,12 @@ Result<RowParams> row_params(const json& params) {
   if (params.contains("wait_s")) {
     if (!params["wait_s"].is_number()) return wrong();
     wanted.wait_s = params["wait_s"];
-    if (!(wanted.wait_s >= 0 && wanted.wait_s <= RowRequests::kLongestWait_s)) return wrong();
+    if (!(wanted.wait_s >= 0 && wanted.wait_s <= kLongestWait_s)) return wrong();
   }
   return wanted;
 }
+
+}  // namespace
 
 struct Rpc::Call {
   std::shared_ptr<Client> client;
@@ -202,32 +166,10 @@ std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Devi
   return chosen;
 }
 
-// Counts the values of a line without storing them; stops above the limit.
-struct ValueCount : nlohmann::json_sax<json> {
-  std::size_t values = 0;
-
-  bool one() { return ++values <= kMaxValues; }
-  bool null() override { return one(); }
-  bool boolean(bool) override { return one(); }
-  bool number_integer(std::int64_t) override { return one(); }
-  bool number_unsigned(std::uint64_t) override { return one(); }
-  bool number_float(double, const std::string&) override { return one(); }
-  bool string(std::string&) override { return one(); }
-  bool binary(json::binary_t&) override { return one(); }
-  bool start_object(std::size_t) override { return one(); }
-  bool key(std::string&) override { return true; }
-  bool end_object() override { return true; }
-  bool start_array(std::size_t) override { return one(); }
-  bool end_array() override { return true; }
-  bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
-};
-
-// Parsing 65 kB of small values delays the line by 4 ms; counting them, by some tens of microseconds.
+// Parsing 65 kB of small values would delay the line by 4 ms. Each value but the first follows one of these characters.
 bool too_many_values(std::string_view line) {
-  if (line.size() <= kMaxValues) return false;  // a value has at least one character
-  ValueCount count;
-  json::sax_parse(line, &count);
-  return count.values > kMaxValues;
+  const auto begins = [](char c) { return c == ',' || c == '[' || c == '{'; };
+  return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), begins)) > kMaxValues;
 }
 
 }  // namespace
@@ -236,12 +178,6 @@ std::string rpc_error(const json& id, int code, const std::string& message, cons
   ordered_json error = {{"code", code}, {"message", message}};
   if (data != nullptr) error["data"] = *data;
   return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", std::move(error)}});
-}
-
-std::string rpc_result(const json& id, ordered_json result) {
-  ordered_json message = {{"jsonrpc", "2.0"}, {"id", id}};
-  message["result"] = std::move(result);
-  return line_of(message);
 }
 
 std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
@@ -342,24 +278,22 @@ void Rpc::history(const Call& call) {
   if (!count) return fail_count(call, "seconds", History::kRows);
   const auto axes = axes_of(call);
   if (!axes) return;
-  std::vector<TextPart> parts;
+  std::string text;
   for (const std::size_t axis : *axes) {
-    parts.emplace_back((parts.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.device.axes[axis].name)) + ":");
-    for (TextPart& part : sources_.publisher.history(axis).json(*count)) parts.push_back(std::move(part));
+    text += (text.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.device.axes[axis].name)) + ":";
+    text += sources_.publisher.history(axis).json(*count);
   }
-  parts.emplace_back("}}");
-  reply(call, std::move(parts));
+  reply_text(call, text += "}}");
 }
 
 void Rpc::events(const Call& call) {
   const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
   if (!count) return fail_count(call, "count", EventLog::kKept);
-  std::vector<TextPart> parts{TextPart("[")};
+  std::string text = "[";
   const auto& recent = sources_.events.recent();
   const std::size_t first = recent.size() - std::min(*count, recent.size());
-  for (std::size_t i = first; i < recent.size(); ++i) parts.emplace_back((i > first ? "," : "") + recent[i].json);
-  parts.emplace_back("]");
-  reply(call, std::move(parts));
+  for (std::size_t i = first; i < recent.size(); ++i) (text += i > first ? "," : "") += recent[i].json;
+  reply_text(call, text += "]");
 }
 
 namespace {
@@ -381,7 +315,6 @@ ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axi
 
 }  // namespace
 
-// Read on the disk thread; the response is sent later.
 void Rpc::rows(const Call& call) {
   const auto axes = axes_of(call);
   if (!axes) return;
@@ -392,21 +325,67 @@ void Rpc::rows(const Call& call) {
   if (!params) return fail(call, kInvalidParams, params.error().text());
   pipeline::RowWriter* const log = sources_.device.axes[axes->front()].log.get();
   if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
-  const std::string& axis = sources_.device.axes[axes->front()].name;
-  const std::string name = json_text(json(axis));
-  const auto answer = [this, call, axis, name](pipeline::RowResult page) {
-    if (!page) {
-      const ordered_json data = data_of(page.error(), axis);
-      return fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
-    }
-    std::vector<TextPart> parts{TextPart(R"({"axes":{)" + name + ":")};
-    parts.emplace_back(std::move(page->json));
-    parts.emplace_back("}}}");
-    reply(call, std::move(parts));
-  };
-  RowRequests::Request request{call.client, log, params->query, params->wait_s, answer};
-  if (!row_requests_.add(call.client->socket().get_executor(), std::move(request)))
-    fail(call, kBusy, "rows: found a pending request of this client, expected one at a time");
+  if (std::exchange(call.client->reads_rows, true))
+    return fail(call, kBusy, "rows: found a pending request of this client, expected one at a time");
+  asio::co_spawn(
+      call.client->socket().get_executor(),
+      answer_rows(call, sources_.device.axes[axes->front()].name, *log, std::move(params->query), params->wait_s),
+      asio::detached);
+}
+
+void Rpc::synced() {
+  ++syncs_;
+  for (const auto& waiting : std::exchange(waiting_, {})) {
+    if (const auto timer = waiting.lock()) timer->cancel();
+  }
+}
+
+/// A page that the disk thread reads.
+struct Reading {
+  explicit Reading(const asio::any_io_executor& executor) : done(executor, asio::steady_timer::time_point::max()) {}
+  asio::steady_timer done;  ///< cancelled when `page` is there
+  std::optional<pipeline::RowResult> page;
+};
+
+namespace {
+
+// The disk thread posts the page, and with it its share of `reading`, which must end on the thread of its timer.
+void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, std::shared_ptr<Reading> reading) {
+  log.read(query, [reading = std::move(reading)](pipeline::RowResult page) mutable {
+    const auto executor = reading->done.get_executor();
+    asio::post(executor, [mine = std::exchange(reading, nullptr), page = std::move(page)]() mutable {
+      mine->page = std::move(page);
+      mine->done.cancel();
+    });
+  });
+}
+
+}  // namespace
+
+// A request at the end of the log waits for a sync, after which there may be new rows, up to wait_s.
+asio::awaitable<void> Rpc::answer_rows(Call call, std::string axis, pipeline::RowWriter& log, pipeline::RowQuery query,
+                                       double wait_s) {
+  const auto executor = co_await asio::this_coro::executor;
+  const auto wait = std::chrono::duration_cast<Client::Clock::duration>(std::chrono::duration<double>(wait_s));
+  const auto until = Client::Clock::now() + wait;
+  pipeline::RowResult page;
+  for (;;) {
+    const std::uint64_t seen = syncs_;
+    const auto reading = std::make_shared<Reading>(executor);
+    read_page(log, query, reading);
+    while (!reading->page) co_await reading->done.async_wait(kUse);
+    page = std::move(*reading->page);
+    const bool found = !page || page->rows > 0 || page->missing > 0;
+    if (found || Client::Clock::now() >= until || !call.client->open()) break;
+    if (syncs_ != seen) continue;
+    const auto next = std::make_shared<asio::steady_timer>(executor, until);
+    waiting_.push_back(next);
+    co_await next->async_wait(kUse);
+  }
+  call.client->reads_rows = false;
+  if (page) co_return reply_text(call, R"({"axes":{)" + json_text(json(axis)) + ":" + page->json + "}}}");
+  const ordered_json data = data_of(page.error(), axis);
+  fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
 }
 
 void Rpc::subscribe(const Call& call) { change_subscription(call, true); }
@@ -468,13 +447,11 @@ void Rpc::send(const Call& call) {
   reply(call, {{"sent", params->bytes.size()}});
 }
 
-// Sends a response whose result is existing JSON text.
-void Rpc::reply(const Call& call, std::vector<TextPart> result) {
+void Rpc::reply_text(const Call& call, const std::string& result) {
   if (!call.wants_answer) return;
-  const std::string head = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
-  result.emplace(result.begin(), head.substr(0, head.size() - 2) + ",\"result\":");
-  result.emplace_back("}\n");
-  call.client->answer(result);
+  std::string line = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
+  line.erase(line.size() - 2);
+  call.client->answer(line.append(",\"result\":").append(result).append("}\n"));
 }
 
 void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
@@ -482,7 +459,10 @@ void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
 }
 
 void Rpc::reply(const Call& call, ordered_json result) {
-  if (call.wants_answer) call.client->answer(rpc_result(call.id, std::move(result)));
+  if (!call.wants_answer) return;
+  ordered_json message = {{"jsonrpc", "2.0"}, {"id", call.id}};
+  message["result"] = std::move(result);
+  call.client->answer(line_of(message));
 }
 
 void Rpc::fail(const Call& call, int code, const std::string& message, const ordered_json* data) {

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 #include "base/time_scale.hpp"
 #include "base/unix_socket.hpp"
@@ -85,7 +86,8 @@ Server::Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile
       publisher_(publisher),
       tell_(std::move(tell)),
       problems_(problems),
-      requests_(acceptor_.get_executor(), rpc) {}
+      rpc_(rpc),
+      turn_(acceptor_.get_executor(), 1) {}
 
 asio::awaitable<void> Server::serve() {
   asio::steady_timer pause(acceptor_.get_executor());
@@ -119,33 +121,26 @@ void Server::watch_file() {
 
 std::string Server::admit(const Client& client) {
   const auto most = static_cast<std::size_t>(settings_.max_clients);
-  const auto& all = publisher_.all();
-  const bool privileged = client.privileged();
-  const auto idle_limit = scaled(kIdle);
-  std::size_t open = 0, same_user = 0;
-  Client *idlest = nullptr, *idlest_of_user = nullptr, *youngest_stranger = nullptr;
-  const auto idler = [](Client* other, Client* than) { return than == nullptr || other->idle() > than->idle(); };
-  for (const auto& other : all) {
+  std::vector<Client*> open, of_user;
+  for (const auto& other : publisher_.all()) {
     if (!other->open()) continue;
-    ++open;
-    const bool same = other->user() == client.user();
-    same_user += same;
-    if (other->idle() >= idle_limit && idler(other.get(), idlest)) idlest = other.get();
-    if (same && other->idle() >= idle_limit && idler(other.get(), idlest_of_user)) idlest_of_user = other.get();
-    if (!other->privileged()) youngest_stranger = other.get();
+    open.push_back(other.get());
+    if (other->user() == client.user()) of_user.push_back(other.get());
   }
-  const bool too_many_of_user = !privileged && same_user >= std::max<std::size_t>(most * 3 / 4, 1);
-  if (open < most && !too_many_of_user) return {};
-  Client* const evicted = too_many_of_user    ? idlest_of_user
-                          : idlest != nullptr ? idlest
-                          : privileged        ? youngest_stranger
-                                              : nullptr;
-  if (evicted == nullptr) {
-    return too_many_of_user
-               ? fmt::format("{} clients of this user are connected, expected fewer; try again later", same_user)
-               : fmt::format("{} clients are connected, expected fewer; try again later", open);
+  const bool too_many_of_user = !client.privileged() && of_user.size() >= std::max<std::size_t>(most * 3 / 4, 1);
+  if (open.size() < most && !too_many_of_user) return {};
+  const std::vector<Client*>& among = too_many_of_user ? of_user : open;
+  const auto idlest = std::max_element(among.begin(), among.end(),
+                                       [](const Client* a, const Client* b) { return a->idle() < b->idle(); });
+  const auto stranger = std::find_if(open.rbegin(), open.rend(), [](const Client* c) { return !c->privileged(); });
+  if (idlest != among.end() && (*idlest)->idle() >= scaled(kIdle)) {
+    (*idlest)->close();
+  } else if (client.privileged() && stranger != open.rend()) {
+    (*stranger)->close();
+  } else {
+    const char* const whose = too_many_of_user ? "clients of this user are connected" : "clients are connected";
+    return fmt::format("{} {}, expected fewer; try again later", among.size(), whose);
   }
-  evicted->close();
   return {};
 }
 
@@ -153,16 +148,25 @@ std::string Server::admit(const Client& client) {
 asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
   std::array<char, 4096> buffer;
   std::string pending;
-  asio::steady_timer answered(acceptor_.get_executor());
   while (client->open()) {
     auto [error, size] = co_await client->socket().async_read_some(asio::buffer(buffer), kUse);
     if (error) break;
     pending.append(buffer.data(), size);
-    std::deque<std::string> lines = take_lines(pending);
-    if (!lines.empty()) {
-      answered.expires_at(asio::steady_timer::time_point::max());
-      requests_.add(client, std::move(lines), [&answered] { answered.cancel(); });
-      co_await answered.async_wait(kUse);
+    for (const std::string& line : take_lines(pending)) {
+      std::deque<nlohmann::json> requests;
+      for (bool parsed = false; !parsed || !requests.empty(); parsed = true) {
+        co_await turn_.async_send(boost::system::error_code(), kUse);
+        if (client->gone()) client->close();
+        if (!client->open()) {
+          requests.clear();
+        } else if (!parsed) {
+          requests = rpc_.take(client, line);
+        } else {
+          rpc_.one(client, std::move(requests.front()));
+          requests.pop_front();
+        }
+        turn_.try_receive([](boost::system::error_code) {});
+      }
     }
     if (pending.size() <= kMaxRequestBytes) continue;
     client->answer(too_long());

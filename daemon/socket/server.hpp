@@ -3,6 +3,7 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
+#include <boost/asio/experimental/channel.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
@@ -11,7 +12,6 @@
 #include "base/result.hpp"
 #include "base/unix_socket.hpp"
 #include "config/config.hpp"
-#include "daemon/socket/request_queue.hpp"
 #include "daemon/socket/rpc.hpp"
 
 namespace prism::socket {
@@ -42,13 +42,17 @@ class Server {
   std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
 
+  /// One request of any client at a time, first come, first served; the line is read between two of them.
+  using Turn = boost::asio::experimental::channel<void(boost::system::error_code)>;
+
   Acceptor acceptor_;
   config::SocketSettings settings_;
   const OwnSocketFile own_;
   Publisher& publisher_;
   const pipeline::Tell tell_;
   Problems& problems_;
-  RequestQueue requests_;
+  Rpc& rpc_;
+  Turn turn_;
   const std::shared_ptr<ClientMemory> memory_ = std::make_shared<ClientMemory>();
 };
 

@@ -42,7 +42,7 @@ struct DaemonParts {
             events.teller(), problems) {}
 
   socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
-    socket::Rpc made({device, events, publisher, started_ns}, publisher, row_requests, std::move(reload));
+    socket::Rpc made({device, events, publisher, started_ns}, publisher, std::move(reload));
     return made;
   }
   void begin_session(std::int64_t now_ns) {
@@ -61,7 +61,6 @@ struct DaemonParts {
   socket::EventLog events;
   Problems problems{pipeline::problems_as_events(events.teller())};
   pipeline::Device device;
-  socket::RowRequests row_requests;
 };
 
 class DaemonPartsTest : public testing::Test {

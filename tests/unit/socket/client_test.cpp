@@ -28,7 +28,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 void send_row(test::Asker& peer, int number) {
   std::string text = "row " + std::to_string(number) + " ";
   text.resize(99, '.');
-  peer.client()->send(TextPart(text + "\n"), 1);
+  peer.client()->send(std::make_shared<const std::string>(text + "\n"), 1);
 }
 
 // Fills the kernel's buffer and the queue: later rows are dropped.
