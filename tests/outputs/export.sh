@@ -14,7 +14,7 @@ grep -c 0x c/prism_model.h
 gcc -std=c99 c/prism_predict.c c/prism_selftest.c -lm -o selftest
 ./selftest
 export_c k.json --max-bytes 60 --on b
-export_c m.json --max-bytes 60 --on b
+export_c m.json --max-bytes 80 --on b
 export_c k.json --max-bytes 700
 export_c k.json --on b
 export_c k.json --max-bytes 700 --on nothing

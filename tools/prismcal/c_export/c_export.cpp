@@ -4,19 +4,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <span>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "compensation/compensation_engine.hpp"
 #include "compensation/composite_model.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/polynomial_model.hpp"
+#include "compensation/training/low_rank.hpp"
 #include "tools/prismcal/c_export/evaluator.hpp"
-#include "tools/prismcal/c_export/fewer_centres.hpp"
 
 namespace prism::c_export {
 namespace {
@@ -26,204 +27,232 @@ using compensation::LssvmModel;
 using compensation::Model;
 using compensation::ModelInfo;
 using compensation::ModelPtr;
-using compensation::PolynomialModel;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 constexpr int kPairs = 100, kRamp = 20;
 constexpr double kDoubleTolerance = 1e-12, kFloatTolerance = 5e-5;  // of the range of the correction
 
-/// Writes numbers as C constants, exact for double, rounded for float.
-class CText {
- public:
-  explicit CText(bool single) : single_(single) {}
-
-  std::string number(double value) const {
-    return single_ ? fmt::format("{:a}F", static_cast<float>(value)) : fmt::format("{:a}", value);
-  }
-  template <class Values>
-  std::string list(const Values& values) const {
-    std::string text;
-    for (const double value : values) text += (text.empty() ? "" : ", ") + number(value);
-    return "{" + text + "}";
-  }
-  void define(const char* name, double value) { defines += fmt::format("#define {} {}\n", name, number(value)); }
-  void define(const char* name, int value) { defines += fmt::format("#define {} {}\n", name, value); }
-  template <class Values>
-  void table(const char* name, const char* sizes, const Values& values) {
-    tables += fmt::format("static const prism_number {}{} = {};\n", name, sizes, list(values));
-    bytes += static_cast<int>(std::size(values)) * size();
-  }
-  /// One column of the matrix per row of the table.
-  void columns(const char* name, const char* sizes, const Eigen::MatrixXd& matrix) {
-    tables += fmt::format("static const prism_number {}{} = {{\n", name, sizes);
-    for (Eigen::Index k = 0; k < matrix.cols(); ++k) tables += "  " + list(matrix.col(k)) + ",\n";
-    tables += "};\n";
-    bytes += static_cast<int>(matrix.size()) * size();
-  }
-  int size() const { return single_ ? sizeof(float) : sizeof(double); }
-
-  std::string defines, tables;
-  int bytes = 0;  ///< of the tables of numbers
-
- private:
-  bool single_;
-};
-
-/// The numbers of a kernel model in the evaluator's form.
-struct KernelSum {
-  Eigen::MatrixXd centres;  ///< times factor
-  Eigen::VectorXd weight, factor;
-  double gamma = 0.5, constant = 0;
+/// A kernel model of any type, in the form of the composite ones.
+struct KernelForm {
+  compensation::CompositeKernel kernel;
+  MatrixXd centres;
+  VectorXd alpha;
+  double constant = 0;
   compensation::Normalisation normalisation;
-  Eigen::VectorXd linear;  ///< empty: no quadratic part
-  Eigen::MatrixXd quadratic;
 };
 
-KernelSum sum_of(const LssvmModel& model) {
-  const auto& p = model.parameters();
-  const Eigen::VectorXd factor = Eigen::VectorXd::Ones(p.centres.rows());
-  return {p.centres, p.alpha, factor, 1 / (2 * p.sigma2), p.b, p.normalisation, {}, {}};
-}
-
-KernelSum sum_of(const CompositeModel& model) {
-  const auto& p = model.parameters();
-  const compensation::CompositeKernel& kernel = p.variances.kernel;
-  const Eigen::VectorXd factor = kernel.length2.cwiseSqrt().cwiseInverse();
-  return {factor.asDiagonal() * p.centres,
-          kernel.rbf * p.alpha,
-          factor,
-          0.5,
-          p.beta,
-          p.normalisation,
-          kernel.linear * (p.centres * p.alpha),
-          kernel.quadratic * (p.centres * p.alpha.asDiagonal() * p.centres.transpose())};
-}
-
-int append_kernel(CText& c, const KernelSum& sum) {
-  const int inputs = static_cast<int>(sum.centres.rows()), centres = static_cast<int>(sum.centres.cols());
-  const bool quadratic = sum.linear.size() > 0;
-  c.define("PRISM_TERMS", 0);
-  c.define("PRISM_CENTRES", centres);
-  c.define("PRISM_QUADRATIC", quadratic ? 1 : 0);
-  c.define("PRISM_GAMMA", sum.gamma);
-  c.define("PRISM_CONSTANT", sum.constant);
-  c.define("PRISM_TARGET_SHIFT", sum.normalisation.target_shift);
-  c.define("PRISM_TARGET_SCALE", sum.normalisation.target_scale);
-  c.table("prism_shift", "[PRISM_INPUTS]", sum.normalisation.input_shift);
-  c.table("prism_scale", "[PRISM_INPUTS]", sum.normalisation.input_scale);
-  c.table("prism_factor", "[PRISM_INPUTS]", sum.factor);
-  if (quadratic) {
-    c.table("prism_linear", "[PRISM_INPUTS]", sum.linear);
-    c.columns("prism_quadratic", "[PRISM_INPUTS][PRISM_INPUTS]", sum.quadratic);
+/// Nullopt: a polynomial.
+std::optional<KernelForm> kernel_form(const Model& model) {
+  if (const auto* composite = dynamic_cast<const CompositeModel*>(&model)) {
+    const auto& p = composite->parameters();
+    return KernelForm{p.variances.kernel, p.centres, p.alpha, p.beta, p.normalisation};
   }
-  c.columns("prism_centre", "[PRISM_CENTRES][PRISM_INPUTS]", sum.centres);
-  c.table("prism_weight", "[PRISM_CENTRES]", sum.weight);
-  return centres * (3 * inputs + 3);
+  const auto* kernel = dynamic_cast<const LssvmModel*>(&model);
+  if (!kernel) return std::nullopt;
+  const auto& p = kernel->parameters();
+  compensation::CompositeKernel one_length;
+  one_length.length2 = VectorXd::Constant(p.centres.rows(), p.sigma2);
+  return KernelForm{std::move(one_length), p.centres, p.alpha, p.b, p.normalisation};
 }
 
-int append_polynomial(CText& c, const PolynomialModel& model) {
-  c.define("PRISM_TERMS", static_cast<int>(model.terms().size()));
-  c.define("PRISM_CENTRES", 0);
-  std::vector<double> coefficients;
-  std::string powers;
-  int operations = 0;
-  for (const compensation::Term& term : model.terms()) {
+/// The evaluator's form of all models: Σ weight exp(−|z − centre|²) + Σ coefficient Π z^power, z = (input − shift) /
+/// scale.
+struct Sum {
+  VectorXd shift, scale;
+  MatrixXd centres;
+  VectorXd weight;
+  std::vector<compensation::Term> terms;
+};
+
+Sum sum_of(const Model& model) {
+  const auto d = static_cast<Eigen::Index>(model.info().inputs.size());
+  const auto form = kernel_form(model);
+  if (!form) {
+    const auto& polynomial = dynamic_cast<const compensation::PolynomialModel&>(model);
+    return {VectorXd::Zero(d), VectorXd::Ones(d), {}, {}, polynomial.terms()};
+  }
+  const auto& [kernel, centres, alpha, constant, n] = *form;
+  const VectorXd length = (2 * kernel.length2).cwiseSqrt();
+  Sum sum{n.input_shift,
+          n.input_scale.cwiseProduct(length),
+          length.cwiseInverse().asDiagonal() * centres,
+          kernel.rbf * n.target_scale * alpha,
+          {}};
+  const auto add = [&](double coefficient, const std::vector<Eigen::Index>& factors) {
+    sum.terms.push_back({std::vector<int>(model.info().inputs.size()), coefficient});
+    for (const Eigen::Index i : factors) ++sum.terms.back().powers[static_cast<std::size_t>(i)];
+  };
+  add(constant * n.target_scale + n.target_shift, {});
+  if (kernel.linear == 0 && kernel.quadratic == 0) return sum;
+  const MatrixXd points = length.asDiagonal() * centres;  // z · point = x · centre
+  const VectorXd linear = kernel.linear * n.target_scale * points * alpha;
+  const MatrixXd quadratic = kernel.quadratic * n.target_scale * points * alpha.asDiagonal() * points.transpose();
+  for (Eigen::Index i = 0; i < d; ++i) {
+    add(linear[i], {i});
+    add(quadratic(i, i), {i, i});
+    for (Eigen::Index j = 0; j < i; ++j) add(2 * quadratic(i, j), {i, j});
+  }
+  return sum;
+}
+
+/// The model with at most `most` (> 0) of its centres, chosen by pivoted Cholesky, and the weights of the function
+/// nearest to its own in the kernel's norm. Without a usable standard deviation. Needs a kernel model without a prior.
+Result<ModelPtr> fewer_centres(const Model& model, int most) {
+  constexpr double kNoMore = 1e-12;  // of the largest variance: a further centre would only add rounding
+  // K ≈ Gᵀ G, G = [R ·] with R over the pivots p: the projection's weights w solve K_pp w = K_p alpha, R w = G alpha.
+  const KernelForm form = *kernel_form(model);
+  const MatrixXd kernel = form.kernel.matrix(form.centres);
+  const VectorXd variance = kernel.diagonal();
+  const auto found = training::pivoted_cholesky(
+      variance, [&kernel](Eigen::Index i, VectorXd& row) { row = kernel.col(i); }, kNoMore * variance.maxCoeff(), most);
+  const auto g = found.features.topRows(found.rank());
+  const MatrixXd r = g(Eigen::all, found.pivots), centres = form.centres(Eigen::all, found.pivots);
+  const VectorXd right = g * form.alpha, alpha = r.triangularView<Eigen::Upper>().solve(right);
+  if (const auto* composite = dynamic_cast<const CompositeModel*>(&model)) {
+    auto p = composite->parameters();
+    p.centres = centres;
+    p.alpha = alpha;
+    p.gram = MatrixXd::Identity(centres.cols() + 1, centres.cols() + 1);
+    return CompositeModel::make(model.info(), std::move(p));
+  }
+  auto p = dynamic_cast<const LssvmModel&>(model).parameters();
+  p.centres = centres;
+  p.alpha = alpha;
+  p.weight.resize(0);
+  p.uncertainty.reset();
+  return LssvmModel::make(model.info(), std::move(p));
+}
+
+/// Codes of the inputs in prism_predict.c.
+int input_code(const std::string& name) {
+  if (name == compensation::kInputTemperature) return 0;
+  if (name == compensation::kInputUhfo) return 1;
+  if (name == compensation::kInputSlope) return 2;
+  return 2 + std::stoi(name.substr(3));  // "lag1"
+}
+
+double rounded(double value, const COptions& options) { return options.single ? static_cast<float>(value) : value; }
+std::size_t number_bytes(const COptions& options) { return options.single ? sizeof(float) : sizeof(double); }
+
+/// The policy with which prismd gives the same biases.
+compensation::Extrapolation policy_of(const COptions& options) {
+  return options.clamp ? compensation::Extrapolation::kClamp : compensation::Extrapolation::kFlag;
+}
+
+/// prism_model.h after its first lines, and the bytes of its tables.
+std::pair<std::string, int> tables_of(const Model& model, const COptions& options) {
+  const ModelInfo& info = model.info();
+  const compensation::FeatureDefinition& f = info.features;
+  const std::size_t inputs = info.inputs.size();
+  std::string defines, tables;
+  int bytes = 0;
+  const auto define = [&](const char* name, auto value) { defines += fmt::format("#define {} {}\n", name, value); };
+  const auto table = [&](const char* name, const char* size, const auto& values) {
+    constexpr bool kInteger = std::is_integral_v<std::decay_t<decltype(*values.begin())>>;
+    std::size_t count = 0;
+    tables += fmt::format("static const {} {}[{}] = {{", kInteger ? "unsigned char" : "prism_number", name, size);
+    for (const auto value : values) {
+      if (count > 0) tables += count % inputs == 0 ? ",\n  " : ", ";
+      tables += kInteger ? fmt::format("{}", value) : fmt::format("{:a}", rounded(value, options));
+      ++count;
+    }
+    tables += "};\n";
+    bytes += static_cast<int>(count * (kInteger ? 1 : number_bytes(options)));
+  };
+  const Sum sum = sum_of(model);
+  const compensation::Domain none{std::vector(inputs, -1e30), std::vector(inputs, 1e30)};
+  const compensation::Domain& box = info.domain.min.empty() ? none : info.domain;
+  std::vector<int> codes, powers;
+  std::vector<double> margins, coefficients, lags = f.lag_time_constants_s;
+  for (std::size_t i = 0; i < inputs; ++i) {
+    codes.push_back(input_code(info.inputs[i]));
+    margins.push_back(compensation::margin_of(info, i));
+  }
+  for (const compensation::Term& term : sum.terms) {
+    powers.insert(powers.end(), term.powers.begin(), term.powers.end());
     coefficients.push_back(term.coefficient);
-    powers += fmt::format("  {{{}}},\n", fmt::join(term.powers, ", "));
-    for (const int power : term.powers) operations += power;
-    ++operations;
   }
-  c.tables += "static const unsigned char prism_power[PRISM_TERMS][PRISM_INPUTS] = {\n" + powers + "};\n";
-  c.bytes += static_cast<int>(model.terms().size() * model.info().inputs.size());
-  c.table("prism_coefficient", "[PRISM_TERMS]", coefficients);
-  return operations;
+  const auto [shortest, longest] = std::minmax_element(lags.begin(), lags.end());
+  const compensation::CompensationSettings settings;
+  define("PRISM_EXP", options.single ? "expf" : "exp");
+  define("PRISM_CLAMP", options.clamp ? 1 : 0);
+  define("PRISM_LENGTH_S", f.length_s);
+  define("PRISM_END_MEAN_S", f.end_mean_s);
+  define("PRISM_LEAST_SQUARES", f.slope == compensation::SlopeMethod::kLeastSquares ? 1 : 0);
+  define("PRISM_MAX_GAP_S", f.max_gap_s);
+  define("PRISM_HISTORY_S", compensation::history_s(f));
+  define("PRISM_INPUTS", inputs);
+  define("PRISM_QUANTITIES", std::find(codes.begin(), codes.end(), 1) == codes.end() ? 1 : 2);
+  define("PRISM_LAGS", lags.size());
+  define("PRISM_LAG_BRIDGE_S", lags.empty() ? 0 : std::max(f.max_gap_s + 1, static_cast<int>(*shortest / 10)));
+  define("PRISM_LAG_SETTLED_S", lags.empty() ? 0 : static_cast<int>(std::ceil(3 * *longest)));
+  define("PRISM_MAX_BIAS", settings.max_bias_deg_per_h);
+  define("PRISM_MAX_SLEW",
+         compensation::greatest_slew_deg_per_h_per_s(model, settings.slew, settings.max_bias_deg_per_h));
+  define("PRISM_CENTRES", sum.weight.size());
+  define("PRISM_TERMS", coefficients.size());
+  table("prism_input", "PRISM_INPUTS", codes);
+  lags.push_back(0);
+  table("prism_lag_s", "PRISM_LAGS + 1", lags);
+  table("prism_min", "PRISM_INPUTS", box.min);
+  table("prism_max", "PRISM_INPUTS", box.max);
+  table("prism_margin", "PRISM_INPUTS", margins);
+  table("prism_shift", "PRISM_INPUTS", sum.shift);
+  table("prism_scale", "PRISM_INPUTS", sum.scale);
+  table("prism_power", "PRISM_TERMS * PRISM_INPUTS", powers);
+  table("prism_coefficient", "PRISM_TERMS", coefficients);
+  if (sum.weight.size() > 0) {
+    table("prism_centre", "PRISM_CENTRES * PRISM_INPUTS", sum.centres.reshaped());
+    table("prism_weight", "PRISM_CENTRES", sum.weight);
+  }
+  return {fmt::format("#ifndef PRISM_MODEL_H\n#define PRISM_MODEL_H\n\ntypedef {} prism_number;\n{}\n#endif\n\n#ifdef "
+                      "PRISM_TABLES\n{}#endif\n",
+                      options.single ? "float" : "double", defines, tables),
+          bytes};
 }
 
-/// Codes of the inputs, PRISM_INPUT_T and so on.
-std::string input_codes(const std::vector<std::string>& inputs) {
-  std::vector<std::string> codes;
-  for (const std::string& name : inputs) {
-    if (name == compensation::kInputTemperature) codes.push_back("PRISM_INPUT_T");
-    if (name == compensation::kInputSlope) codes.push_back("PRISM_INPUT_SLOPE");
-    if (name == compensation::kInputUhfo) codes.push_back("PRISM_INPUT_U");
-    if (name.starts_with("lag")) codes.push_back("PRISM_INPUT_LAG1 + " + std::to_string(std::stoi(name.substr(3)) - 1));
-  }
-  return fmt::format("{}", fmt::join(codes, ", "));
+/// The training range of an input; a usual one if the model has none.
+std::pair<double, double> range_of(const ModelInfo& info, const std::string& input) {
+  const auto at = std::find(info.inputs.begin(), info.inputs.end(), input) - info.inputs.begin();
+  const auto i = static_cast<std::size_t>(at);
+  if (i < info.domain.min.size()) return {info.domain.min[i], info.domain.max[i]};
+  if (input == compensation::kInputTemperature) return {-40, 60};
+  if (input == compensation::kInputSlope) return {-0.02, 0.02};
+  if (input == compensation::kInputUhfo) return {3, 7};
+  return {-5, 5};
 }
 
-struct Box {
-  std::vector<double> min, max, low, high;  ///< low, high: with the margin
-};
-
-Box box_of(const ModelInfo& info) {
-  Box box{info.domain.min, info.domain.max, {}, {}};
-  for (std::size_t i = 0; i < box.min.size(); ++i) {
-    const double room = compensation::margin_of(info, i) * (box.max[i] - box.min[i]);
-    box.low.push_back(box.min[i] - room);
-    box.high.push_back(box.max[i] + room);
-  }
-  return box;
-}
-
-/// Points that fill the training box, each tenth beyond it; usual values if the model has no box.
-std::vector<double> test_point(const ModelInfo& info, int k) {
+/// Points that fill the training box, each tenth beyond it.
+std::vector<double> test_point(const ModelInfo& info, int k, const COptions& options) {
   constexpr double kGolden = 0.6180339887498949;
   std::vector<double> point;
-  for (std::size_t i = 0; i < info.inputs.size(); ++i) {
-    const std::string& name = info.inputs[i];
-    double low = -5, high = 5;
-    if (name == compensation::kInputTemperature) low = -40, high = 60;
-    if (name == compensation::kInputSlope) low = -0.02, high = 0.02;
-    if (name == compensation::kInputUhfo) low = 3, high = 7;
-    if (!info.domain.min.empty()) low = info.domain.min[i], high = info.domain.max[i];
-    double whole = 0, part = std::modf(0.5 + (k + 1) * std::pow(kGolden, static_cast<double>(i + 1)), &whole);
+  for (const std::string& name : info.inputs) {
+    const auto [low, high] = range_of(info, name);
+    const double turns = 0.5 + (k + 1) * std::pow(kGolden, static_cast<double>(point.size() + 1));
+    double part = turns - std::floor(turns);
     if (k % 10 == 9) part = 1.6 * part - 0.3;
-    point.push_back(low + part * (high - low));
+    point.push_back(rounded(low + part * (high - low), options));
   }
   return point;
 }
 
-/// A curved ramp of temperature through the middle of the box, one value a second: its slope rises from half of the
-/// step to one and a half.
-struct Ramp {
-  double start_degc = 25, step_degc = 0.001, uhfo_v = 5;
-};
-
-Ramp ramp_of(const ModelInfo& info, int seconds) {
-  Ramp ramp;
-  double half_degc = 10;
-  for (std::size_t i = 0; i < info.domain.min.size(); ++i) {
-    const double low = info.domain.min[i], high = info.domain.max[i], middle = (low + high) / 2;
-    if (info.inputs[i] == compensation::kInputTemperature) ramp.start_degc = middle, half_degc = (high - low) / 4;
-    if (info.inputs[i] == compensation::kInputSlope) ramp.step_degc = low + 0.7 * (high - low);
-    if (info.inputs[i] == compensation::kInputUhfo) ramp.uhfo_v = middle;
-  }
-  ramp.step_degc = std::clamp(ramp.step_degc, -half_degc / seconds, half_degc / seconds);
-  return ramp;
-}
-
-/// The biases that prismd publishes for the last kRamp seconds of the ramp; empty if one is unknown.
-std::vector<double> ramp_biases(const ModelPtr& model, const Ramp& ramp, int seconds, const COptions& options) {
-  compensation::CompensationSettings settings;
-  settings.extrapolation = options.clamp ? compensation::Extrapolation::kClamp : compensation::Extrapolation::kFlag;
-  compensation::CompensationEngine engine(settings);
+/// A curved ramp of temperature, one value a second: its slope rises from half of the step to one and a half. Returns
+/// the biases that prismd publishes for its last kRamp seconds; kUnknown: none.
+std::vector<double> ramp_biases(const Model& model, double start_degc, double step_degc, double uhfo_v,
+                                const COptions& options) {
+  const int seconds = compensation::history_s(model.info().features) - 1 + kRamp;
+  compensation::FeatureExtractor windows(model.info().features);
   std::vector<double> biases;
-  if (!engine.use(model, nullptr)) return {};
-  for (int second = 0; second <= seconds; ++second) {
-    Sample sample;
-    sample.time_ns = (second + 1) * compensation::kNanosecondsPerSecond;
-    sample.rate_deg_per_h = 1;
-    sample.interval_s = 1;
-    sample.temperature_degc = ramp.start_degc + ramp.step_degc * second * (0.5 + 0.5 * second / seconds);
-    sample.uhfo_v = ramp.uhfo_v;
-    if (options.single) {
-      sample.temperature_degc = static_cast<float>(sample.temperature_degc);
-      sample.uhfo_v = static_cast<float>(sample.uhfo_v);
-    }
-    compensation::Compensated row;
-    const auto closed = engine.push(sample, row);
-    if (!closed || second <= seconds - kRamp) continue;
-    if (!std::isfinite(closed->correction.bias_deg_per_h)) return {};
-    biases.push_back(closed->correction.bias_deg_per_h);
+  for (int second = 0; second < seconds; ++second) {
+    compensation::SecondMean mean;
+    mean.second = second;
+    mean.rate_deg_per_h = 1;
+    mean.temperature_degc = rounded(start_degc + step_degc * second * (0.5 + 0.5 * second / seconds), options);
+    mean.uhfo_v = rounded(uhfo_v, options);
+    const std::vector<double> inputs = gather_inputs(model, windows.push(mean));
+    if (second < seconds - kRamp) continue;
+    biases.push_back(inputs.empty() ? kUnknown : predict_within(model, inputs, policy_of(options)).bias_deg_per_h);
   }
   return biases;
 }
@@ -231,153 +260,49 @@ std::vector<double> ramp_biases(const ModelPtr& model, const Ramp& ramp, int sec
 /// Rounding of the sum, deg/h: from the root of the sum of squares of its weights, which is large where terms cancel; 0
 /// for polynomials.
 double rounding(const Model& model, const COptions& options) {
-  double weights = 0;
-  if (const auto* composite = dynamic_cast<const compensation::CompositeModel*>(&model)) {
-    const auto& p = composite->parameters();
-    weights = p.variances.kernel.rbf * p.alpha.norm() * p.normalisation.target_scale;
-  } else if (const auto* kernel = dynamic_cast<const compensation::LssvmModel*>(&model)) {
-    weights = kernel->parameters().alpha.norm() * kernel->parameters().normalisation.target_scale;
-  }
-  return weights * (options.single ? 0x1p-24 : compensation::kKernelTolerance);
+  return sum_of(model).weight.norm() * (options.single ? 0x1p-24 : compensation::kKernelTolerance);
 }
 
 /// prism_pairs.h: inputs, and the biases that the library computes for them. Empty if the ramp has an unknown bias.
-std::string pairs_text(const ModelPtr& model, const COptions& options) {
-  const ModelInfo& info = model->info();
-  const Box box = box_of(info);
-  std::string inputs, biases, flags;
+std::string pairs_text(const Model& model, const COptions& options) {
+  const ModelInfo& info = model.info();
+  const auto& [min, max] = info.domain;
+  std::string pairs;
   double least = HUGE_VAL, most = -HUGE_VAL;
   for (int k = 0; k < kPairs; ++k) {
-    std::vector<double> point = test_point(info, k);
-    if (options.single)
-      std::transform(point.begin(), point.end(), point.begin(), [](double x) { return static_cast<float>(x); });
+    const std::vector<double> point = test_point(info, k, options);
     bool outside = false;
-    for (std::size_t i = 0; i < box.min.size(); ++i) outside |= point[i] < box.low[i] || point[i] > box.high[i];
-    const std::vector<double> at = outside && options.clamp ? compensation::nearest_in_box(*model, point) : point;
-    const double bias = model->bias_deg_per_h(at);
+    for (std::size_t i = 0; i < min.size(); ++i) {
+      const double room = compensation::margin_of(info, i) * (max[i] - min[i]);
+      outside |= point[i] < min[i] - room || point[i] > max[i] + room;
+    }
+    const double bias = model.bias_deg_per_h(outside && options.clamp ? nearest_in_box(model, point) : point);
     least = std::min(least, bias);
     most = std::max(most, bias);
-    inputs += "  " + CText(false).list(point) + ",\n";
-    biases += fmt::format("  {:a},\n", bias);
-    flags += outside ? "PRISM_EXTRAPOLATING, " : "0, ";
+    pairs +=
+        fmt::format("  {{{{{:a}}}, {:a}, {}}},\n", fmt::join(point, ", "), bias, outside ? "PRISM_EXTRAPOLATING" : "0");
   }
-  const int seconds = compensation::history_s(info.features) - 1 + kRamp;
-  const Ramp ramp = ramp_of(info, seconds);
-  const std::vector<double> ramp_bias = ramp_biases(model, ramp, seconds, options);
-  if (ramp_bias.empty() || !std::isfinite(most - least)) return {};
-  const double span = std::isfinite(model->bias_span_deg_per_h()) ? model->bias_span_deg_per_h() : most - least;
+  const auto [coldest, warmest] = range_of(info, compensation::kInputTemperature);
+  const auto [slope, steepest] = range_of(info, compensation::kInputSlope);
+  const auto [lowest_v, highest_v] = range_of(info, compensation::kInputUhfo);
+  const double most_degc = (warmest - coldest) / 4 / (compensation::history_s(info.features) - 1 + kRamp);
+  const double start_degc = (coldest + warmest) / 2, uhfo_v = (lowest_v + highest_v) / 2;
+  const double step_degc = std::clamp(slope + 0.7 * (steepest - slope), -most_degc, most_degc);
+  const std::vector<double> ramp = ramp_biases(model, start_degc, step_degc, uhfo_v, options);
+  const double limit = compensation::CompensationSettings().max_bias_deg_per_h;
+  const bool published = std::all_of(ramp.begin(), ramp.end(), [&](double bias) { return std::fabs(bias) <= limit; });
+  if (!published || !std::isfinite(most - least)) return {};
+  const double span = std::isfinite(model.bias_span_deg_per_h()) ? model.bias_span_deg_per_h() : most - least;
   const double tolerance =
-      std::max(span * (options.single ? kFloatTolerance : kDoubleTolerance), rounding(*model, options));
+      std::max(span * (options.single ? kFloatTolerance : kDoubleTolerance), rounding(model, options));
   return fmt::format(
-      "// Pairs of inputs and biases, deg/h, computed by prismcal for model {}.\n#include "
-      "\"prism_predict.h\"\n\n#define PRISM_PAIRS {}\n"
-      "#define PRISM_TOLERANCE {:a} // {} of the range of the correction\n"
-      "static const double prism_pair_inputs[PRISM_PAIRS][PRISM_INPUTS] = {{\n{}}};\n"
-      "static const double prism_pair_bias[PRISM_PAIRS] = {{\n{}}};\n"
-      "static const unsigned prism_pair_flags[PRISM_PAIRS] = {{{}}};\n"
+      "// Pairs of inputs and biases, deg/h, computed by prismcal for model {}.\n#include \"prism_predict.h\"\n\n"
+      "#define PRISM_PAIRS {}\n#define PRISM_TOLERANCE {:a} // {} of the range of the correction\n"
+      "static const struct {{\n  double inputs[PRISM_INPUTS], bias;\n  unsigned flags;\n}} prism_pairs[PRISM_PAIRS] = "
+      "{{\n{}}};\n"
       "#define PRISM_RAMP {}\n#define PRISM_RAMP_T {:a}\n#define PRISM_RAMP_STEP {:a}\n#define PRISM_RAMP_U {:a}\n"
-      "static const double prism_ramp_bias[PRISM_RAMP] = {};\n",
-      info.id, kPairs, tolerance, tolerance / span, inputs, biases, flags, kRamp, ramp.start_degc, ramp.step_degc,
-      ramp.uhfo_v, CText(false).list(ramp_bias));
-}
-
-/// prism_model.h. Sets `bytes` of its tables.
-std::string model_text(const Model& model, const COptions& options, const std::vector<std::string>& remarks,
-                       int& bytes) {
-  const ModelInfo& info = model.info();
-  const compensation::FeatureDefinition& f = info.features;
-  const auto uses = [&](const char* name) {
-    return std::find(info.inputs.begin(), info.inputs.end(), name) != info.inputs.end();
-  };
-  CText c(options.single);
-  c.define("PRISM_FLOAT", options.single ? 1 : 0);
-  c.define("PRISM_CLAMP", options.clamp ? 1 : 0);
-  c.define("PRISM_LENGTH_S", f.length_s);
-  c.define("PRISM_END_MEAN_S", f.end_mean_s);
-  c.define("PRISM_LEAST_SQUARES", f.slope == compensation::SlopeMethod::kLeastSquares ? 1 : 0);
-  c.define("PRISM_MAX_GAP_S", f.max_gap_s);
-  c.define("PRISM_HISTORY_S", compensation::history_s(f));
-  c.define("PRISM_INPUTS", static_cast<int>(info.inputs.size()));
-  c.define("PRISM_USES_UHFO", uses(compensation::kInputUhfo) ? 1 : 0);
-  c.define("PRISM_LAGS", static_cast<int>(f.lag_time_constants_s.size()));
-  c.defines +=
-      "#define PRISM_INPUT_T 0\n#define PRISM_INPUT_SLOPE 1\n#define PRISM_INPUT_U 2\n#define PRISM_INPUT_LAG1 3\n";
-  c.tables += fmt::format("static const unsigned char prism_input[PRISM_INPUTS] = {{{}}};\n", input_codes(info.inputs));
-  if (const auto& lags = f.lag_time_constants_s; !lags.empty()) {
-    const double bridge_s = std::max<double>(f.max_gap_s + 1, *std::min_element(lags.begin(), lags.end()) / 10);
-    c.defines += fmt::format("#define PRISM_LAG_BRIDGE_S {:a}\n#define PRISM_LAG_SETTLED_S {:a}\n", bridge_s,
-                             3 * *std::max_element(lags.begin(), lags.end()));
-    c.tables += fmt::format("static const double prism_lag_s[PRISM_LAGS] = {};\n", CText(false).list(lags));
-    c.bytes += static_cast<int>(lags.size() * sizeof(double));
-  }
-  const compensation::CompensationSettings settings;
-  c.define("PRISM_HUGE", 1e30);
-  c.define("PRISM_MAX_BIAS", settings.max_bias_deg_per_h);
-  c.define("PRISM_MAX_SLEW",
-           compensation::greatest_slew_deg_per_h_per_s(model, settings.slew, settings.max_bias_deg_per_h));
-  c.define("PRISM_HAS_RANGE", info.domain.min.empty() ? 0 : 1);
-  if (const Box box = box_of(info); !box.min.empty()) {
-    c.table("prism_low", "[PRISM_INPUTS]", box.low);
-    c.table("prism_high", "[PRISM_INPUTS]", box.high);
-    if (options.clamp) {
-      c.table("prism_min", "[PRISM_INPUTS]", box.min);
-      c.table("prism_max", "[PRISM_INPUTS]", box.max);
-    }
-  }
-  int operations = 0;
-  if (const auto* polynomial = dynamic_cast<const PolynomialModel*>(&model)) {
-    operations = append_polynomial(c, *polynomial);
-  } else if (const auto* composite = dynamic_cast<const CompositeModel*>(&model)) {
-    operations = append_kernel(c, sum_of(*composite));
-  } else {
-    operations = append_kernel(c, sum_of(static_cast<const LssvmModel&>(model)));
-  }
-  c.define("PRISM_OPERATIONS", operations);
-  bytes = c.bytes;
-  std::string text = fmt::format("// Model {}, {}, as tables. Inputs: {}. Made by prismcal export.\n", info.id,
-                                 info.kind, fmt::join(info.inputs, ", "));
-  for (const std::string& remark : remarks) text += "// " + remark + "\n";
-  return text + fmt::format(
-                    "#ifndef PRISM_MODEL_H\n#define PRISM_MODEL_H\n\ntypedef {} prism_number;\n{}\n#endif\n\n#ifdef "
-                    "PRISM_TABLES\n{}#endif\n",
-                    options.single ? "float" : "double", c.defines, c.tables);
-}
-
-/// The parts of prismd's correction that the files lack.
-std::vector<std::string> not_exported(const Model& model, const COptions& options) {
-  const auto* composite = dynamic_cast<const CompositeModel*>(&model);
-  const auto* kernel = dynamic_cast<const LssvmModel*>(&model);
-  std::vector<std::string> remarks;
-  if (composite || (kernel && kernel->parameters().uncertainty))
-    remarks.push_back(
-        "Not exported: the variance, by which prismd also marks points far from the training samples as "
-        "extrapolating; here only the training range counts.");
-  if (composite) {
-    remarks.push_back(
-        fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
-                    "prismd gives the same biases with \"extrapolation\": \"{1}\".",
-                    composite->parameters().centres.cols(), options.clamp ? "clamp" : "flag"));
-  }
-  if (model.info().domain.min.empty())
-    remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
-  return remarks;
-}
-
-Result<CExport> files_of(const ModelPtr& model, const std::string& where, const COptions& options,
-                         std::vector<std::string> remarks) {
-  const double error = rounding(*model, options), most = kFloatTolerance / 3 * model->bias_span_deg_per_h();
-  if (options.single && error > most)
-    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
-                                         "{:.1g}: its terms cancel; export it without --float",
-                                         error, most));
-  const std::string pairs = pairs_text(model, options);
-  if (pairs.empty())
-    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
-  CExport done;
-  done.files = {{"prism_model.h", model_text(*model, options, remarks, done.bytes)}, {"prism_pairs.h", pairs}};
-  for (const EvaluatorFile& file : kEvaluator) done.files.push_back({file.name, file.text});
-  done.remarks = std::move(remarks);
-  return done;
+      "static const double prism_ramp_bias[PRISM_RAMP] = {{{:a}}};\n",
+      info.id, kPairs, tolerance, tolerance / span, pairs, kRamp, start_degc, step_degc, uhfo_v, fmt::join(ramp, ", "));
 }
 
 }  // namespace
@@ -392,23 +317,53 @@ Result<CExport> export_c(const ModelPtr& model, const std::string& where, const 
   if (composite && composite->parameters().prior)
     return make_error(where,
                       "contains the models of other gyros (train --prior), expected one model: train it without");
-  std::vector<std::string> remarks = not_exported(*model, options);
-  int bytes = 0;
-  model_text(*model, options, remarks, bytes);
-  if (options.max_bytes == 0 || bytes <= options.max_bytes) return files_of(model, where, options, std::move(remarks));
-  const int centre_bytes = CText(options.single).size() * static_cast<int>(info.inputs.size() + 1);
-  const int centres = centres_of(*model),
-            most = centres - (bytes - options.max_bytes + centre_bytes - 1) / centre_bytes;
-  if (most < 1)
-    return make_error(where, fmt::format("its tables have {} bytes without a centre, expected at most {}",
-                                         bytes - centres * centre_bytes, options.max_bytes));
-  const auto fewer = fewer_centres(*model, most);
-  if (!fewer) return tl::unexpected(fewer.error());
-  const auto loss = options.loss(*fewer);
-  if (!loss) return tl::unexpected(loss.error());
-  remarks.push_back(
-      fmt::format("{} of the {} centres of model {:.12}: {}", centres_of(**fewer), centres, info.id, *loss));
-  return files_of(*fewer, where, options, std::move(remarks));
+  CExport done;
+  if (model->predict(test_point(info, 0, options)).knowledge)
+    done.remarks.push_back(
+        "Not exported: the variance, by which prismd also marks points far from the training samples as "
+        "extrapolating; here only the training range counts.");
+  if (composite)
+    done.remarks.push_back(
+        fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
+                    "prismd gives the same biases with \"extrapolation\": \"{1}\".",
+                    composite->parameters().centres.cols(), extrapolation_name(policy_of(options))));
+  if (info.domain.min.empty())
+    done.remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
+  ModelPtr exported = model;
+  std::string tables;
+  std::tie(tables, done.bytes) = tables_of(*model, options);
+  if (options.max_bytes > 0 && done.bytes > options.max_bytes) {
+    const auto form = kernel_form(*model);
+    const int bytes = static_cast<int>((info.inputs.size() + 1) * number_bytes(options));
+    const int centres = form ? static_cast<int>(form->alpha.size()) : 0;
+    const int most = centres - (done.bytes - options.max_bytes + bytes - 1) / bytes;
+    if (most < 1)
+      return make_error(where, fmt::format("its tables have {} bytes without a centre, expected at most {}",
+                                           done.bytes - centres * bytes, options.max_bytes));
+    const auto fewer = fewer_centres(*model, most);
+    if (!fewer) return tl::unexpected(fewer.error());
+    const auto loss = options.loss(*fewer);
+    if (!loss) return tl::unexpected(loss.error());
+    exported = *fewer;
+    std::tie(tables, done.bytes) = tables_of(*exported, options);
+    done.remarks.push_back(fmt::format("{} of the {} centres of model {:.12}: {}", kernel_form(*exported)->alpha.size(),
+                                       centres, info.id, *loss));
+  }
+  const double error = rounding(*exported, options), most = kFloatTolerance / 3 * exported->bias_span_deg_per_h();
+  if (options.single && error > most)
+    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
+                                         "{:.1g}: its terms cancel; export it without --float",
+                                         error, most));
+  std::string& text = done.files["prism_model.h"];
+  text = fmt::format("// Model {}, {}, as tables. Inputs: {}. Made by prismcal export.\n", exported->info().id,
+                     info.kind, fmt::join(info.inputs, ", "));
+  for (const std::string& remark : done.remarks) text += "// " + remark + "\n";
+  text += tables;
+  done.files["prism_pairs.h"] = pairs_text(*exported, options);
+  if (done.files["prism_pairs.h"].empty())
+    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
+  done.files.insert(std::begin(kEvaluator), std::end(kEvaluator));
+  return done;
 }
 
 }  // namespace prism::c_export

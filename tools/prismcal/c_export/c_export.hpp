@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,14 +20,10 @@ struct COptions {
   std::function<Result<std::string>(const compensation::ModelPtr& fewer)> loss;
 };
 
-struct CFile {
-  std::string name, text;
-};
-
 struct CExport {
-  std::vector<CFile> files;
-  std::vector<std::string> remarks;  ///< what prismd does and the files do not, one sentence each
-  int bytes = 0;                     ///< of the tables
+  std::map<std::string, std::string> files;  ///< texts by name
+  std::vector<std::string> remarks;          ///< what prismd does and the files do not, one sentence each
+  int bytes = 0;                             ///< of the tables
 };
 
 /// Errors (`where`: the model's path): a model of a table, one with inputs of sensors, one with a population prior;

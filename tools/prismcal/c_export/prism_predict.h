@@ -2,9 +2,9 @@
 // Bias of a laser gyro from its one-second means, as prismd computes it. C99; needs a libm. Made by prismcal export.
 //
 // No allocation, no recursion, no file-scope state. RAM: sizeof(prism_state) for each gyro; stack: at most 512 bytes and that
-// of exp(). Operations for each second: two passes over the window (PRISM_HISTORY_S additions for each quantity), then
-// PRISM_OPERATIONS multiplications and additions and PRISM_CENTRES exponentials. Do not compile with -ffast-math: unknown
-// values are NAN.
+// of exp(). Operations for each second: three passes over the window (PRISM_HISTORY_S values of each quantity); for each
+// of PRISM_CENTRES an exponential and 3 PRISM_INPUTS + 2 multiplications and additions; for each of PRISM_TERMS, at most
+// 9 PRISM_INPUTS. Do not compile with -ffast-math: unknown values are NAN.
 #ifndef PRISM_PREDICT_H
 #define PRISM_PREDICT_H
 
@@ -36,17 +36,11 @@ typedef struct {
 
 // Of one gyro. Only for the functions below.
 typedef struct {
-  prism_number temperature_degc[PRISM_HISTORY_S];  // at second modulo PRISM_HISTORY_S; NAN: unknown
-#if PRISM_USES_UHFO
-  prism_number uhfo_v[PRISM_HISTORY_S];
-#endif
-#if PRISM_LAGS > 0
-  double lag_mean_degc[PRISM_LAGS];  // double: a float would lose steps below its last bit
-  int64_t lag_second, lag_age_s;     // age below 0: not started
-#endif
-  int64_t second, warm_since, published_second;
-  prism_number published_deg_per_h;  // NAN: the next bias is not limited
-  int started;
+  prism_number value[PRISM_QUANTITIES][PRISM_HISTORY_S];  // temperature, UHFO voltage; by age, s; NAN: unknown
+  double lag_mean_degc[PRISM_LAGS + 1];                   // double: a float would lose steps below its last bit
+  int64_t second, history_s;                              // of the last push, and seconds of the window until then
+  int64_t lag_second, lag_history_s;                      // the same of the lag filters; 0: not started
+  prism_number published_deg_per_h;                       // NAN: the next bias is not limited
 } prism_state;
 
 // At the start of each session of the gyro.

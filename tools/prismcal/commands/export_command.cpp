@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -36,10 +35,8 @@ Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& 
   const auto less = analysis::evaluate_model(fewer, loaded.table, settings, evaluation::Divisor::kNMinus1);
   if (!less) return tl::unexpected(less.error());
   double largest = 0;
-  for (std::size_t i = 0; i < all->predicted_deg_per_h.size(); ++i) {
-    const double difference = std::abs(all->predicted_deg_per_h[i] - less->predicted_deg_per_h[i]);
-    if (difference > largest) largest = difference;
-  }
+  for (std::size_t i = 0; i < all->predicted_deg_per_h.size(); ++i)
+    largest = std::fmax(largest, std::abs(all->predicted_deg_per_h[i] - less->predicted_deg_per_h[i]));
   return fmt::format(
       "on {} the bias differs by at most {:.2g} deg/h, and its standard deviation after correction is "
       "{:.4g} instead of {:.4g} deg/h ({:.4g} without correction).",
@@ -47,27 +44,25 @@ Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& 
       all->stability.before.sd);
 }
 
-Result<int> run(const ExportChoice& choice) {
+Result<int> run(ExportChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
-  c_export::COptions options = choice.c;
-  options.clamp = choice.policy == "clamp";
-  std::optional<Loaded> loaded;
-  if (options.max_bytes > 0) {
+  choice.c.clamp = choice.policy == "clamp";
+  if (choice.c.max_bytes > 0) {
     auto blocks = load_blocks(choice.recording, (*model)->info().features, &(*model)->info(), choice.common);
     if (!blocks) return tl::unexpected(blocks.error());
-    loaded = std::move(*blocks);
-    options.loss = [&](const compensation::ModelPtr& fewer) { return loss_on(*loaded, *model, fewer, options.clamp); };
+    choice.c.loss = [&choice, model, loaded = std::move(*blocks)](const compensation::ModelPtr& fewer) {
+      return loss_on(loaded, *model, fewer, choice.c.clamp);
+    };
   }
-  const auto made = c_export::export_c(*model, choice.model, options);
+  const auto made = c_export::export_c(*model, choice.model, choice.c);
   if (!made) return tl::unexpected(made.error());
   const std::filesystem::path folder = choice.folder;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return make_error(choice.folder, error.message());
-  for (const c_export::CFile& file : made->files) {
-    if (auto done = write_text_file((folder / file.name).string(), file.text); !done)
-      return tl::unexpected(done.error());
+  for (const auto& [name, text] : made->files) {
+    if (auto done = write_text_file((folder / name).string(), text); !done) return tl::unexpected(done.error());
   }
   for (const std::string& remark : made->remarks) fmt::print(stderr, "prismcal: {}: {}\n", choice.model, remark);
   fmt::print("{}: {} files, {} bytes of tables\n", choice.folder, made->files.size(), made->bytes);
