@@ -29,6 +29,20 @@ contains "the model" "$(jq -c .features.sensors model.json)" '{"acc_temp_x":"deg
 
 ! prismcal export model.json --c c 2>export.err || fail "a model of sensors became C"
 contains "its error" "$(cat export.err)" "model.json: has inputs of sensors"
+# The same numbers in a table give the same model.
+python3 - <<'END'
+import csv, glob
+with open("table.csv", "w") as out:
+    print("time s,rate deg/h,T degC,case K", file=out)
+    for name in sorted(glob.glob("one/*.csv")):
+        for row in csv.DictReader(line for line in open(name) if not line.startswith("#")):
+            if row["partial"] == "0":
+                print(row["time_s"], row["rate_deg_per_h"], row["temperature_degc"], float(row["acc_temp_x_degc"]) + 273.15, sep=",", file=out)
+END
+prismcal train table.csv --map time=1:s,rate=2:deg/h,temperature=3:degC,imu.acc_temp_x=4:K --latitude 34.25 --elevation 90 --inputs T,dTdt,imu.acc_temp_x-T --method stepwise --quiet --out table.json >/dev/null || fail "training on the table"
+same "the sensor" "$(jq -c .features.sensors table.json)" '{"imu.acc_temp_x":"degC"}'
+jq -s -e '[.[].terms] | (.[0] | map(.powers)) == (.[1] | map(.powers)) and ([(.[0] | map(.coefficient)), (.[1] | map(.coefficient))] | transpose | all((.[0] / .[1] - 1) | fabs < 1e-6))' model.json table.json >/dev/null || fail "the table gives another model: $(jq -c .terms table.json) instead of $(jq -c .terms model.json)"
+
 jq '.axes.x.model = "./model.json"' imu.json >served.json
 prismd served.json --replay other.pcap --out served >summary || fail "the corrected replay"
 contains "its summary" "$(cat summary)" "improvement"

@@ -43,7 +43,8 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
 void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
   command
       .add_option("--map", options.map,
-                  "any table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time; repeat or list")
+                  "any table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
+                  "(LINE.NAME); repeat or list")
       ->delimiter(',');
   command.add_option("--interval", options.table.interval_s, "seconds between rows, if a mapped table has no time")
       ->check(tools::positive());

@@ -22,7 +22,7 @@
 namespace prism::recordings {
 namespace {
 
-constexpr std::array<const char*, 3> kQuantities = {"rate", "temperature", "uhfo"};
+constexpr std::array<const char*, 3> kQuantities = {"rate", "temperature", "uhfo"};  // before the sensors
 
 struct Conversion {
   double scale = 1, offset = 0, factor = 1, shift = 0;
@@ -32,9 +32,14 @@ struct Conversion {
 /// The table with the mapped columns selected.
 struct MappedTable {
   std::unique_ptr<tables::TableSource> source;
-  std::array<std::optional<std::size_t>, 3> place;  ///< of each quantity in a block
-  std::array<Conversion, 3> conversion;
+  std::vector<std::optional<std::size_t>> place;  ///< of each quantity in a block
+  std::vector<Conversion> conversion;
+  SensorList sensors;  ///< null: none
   bool timed = false;
+
+  double value(std::size_t quantity, const tables::Block& block, std::size_t row) const {
+    return place[quantity] ? conversion[quantity](block.columns[*place[quantity]][row]) : kUnknown;
+  }
 };
 
 Result<MappedTable> open_mapped(const std::string& path, const QuantityMap& map, const SourceOptions& options,
@@ -44,18 +49,27 @@ Result<MappedTable> open_mapped(const std::string& path, const QuantityMap& map,
   if (!source) return tl::unexpected<Error>(source.error());
   table.source = std::move(*source);
   tables::Selection selection;
-  for (std::size_t q = 0; q < kQuantities.size(); ++q) {
-    const auto at = map.find(kQuantities[q]);
+  std::vector<std::string> quantities(kQuantities.begin(), kQuantities.end());
+  for (const auto& [name, mapped] : map) {
+    if (is_sensor(name)) quantities.push_back(name);
+  }
+  table.place.resize(quantities.size());
+  table.conversion.resize(quantities.size());
+  std::vector<SensorName> sensors;
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    const auto at = map.find(quantities[q]);
     if (at == map.end()) continue;
     const auto column = table.source->find(at->second.column);
     if (!column) return tl::unexpected<Error>(column.error());
-    const auto unit = unit_of_quantity(kQuantities[q], at->second, table.source->columns()[*column]);
+    const auto unit = unit_of_quantity(quantities[q], at->second, table.source->columns()[*column]);
     if (!unit) return tl::unexpected<Error>(unit.error());
     table.conversion[q] = {at->second.scale, at->second.offset, (*unit)->factor, (*unit)->offset};
+    if (q >= kQuantities.size()) sensors.push_back({quantities[q], sensor_unit(**unit)});
     if (only_time) continue;
     table.place[q] = selection.numbers.size();
     selection.numbers.push_back(*column);
   }
+  if (!sensors.empty()) table.sensors = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
   if (const auto at = map.find("time"); at != map.end()) {
     const auto column = table.source->find(at->second.column);
     if (!column) return tl::unexpected<Error>(column.error());
@@ -81,8 +95,13 @@ Result<PackedStamps> read_stamps(MappedTable& table) {
 /// Averages the rows to seconds. `times_ns`: ends of the samples; empty: `interval_s` apart.
 class Averaging {
  public:
-  Averaging(const PackedStamps& times_ns, const SourceOptions& options, LeaveOut& leave_out)
-      : times_(times_ns), interval_s_(options.table.interval_s), judged_(options.judged), leave_out_(leave_out) {}
+  Averaging(const PackedStamps& times_ns, const SourceOptions& options, LeaveOut& leave_out, SensorList sensors)
+      : times_(times_ns),
+        interval_s_(options.table.interval_s),
+        judged_(options.judged),
+        leave_out_(leave_out),
+        sensors_(sensors_of_list(sensors).size()),
+        averager_(std::move(sensors)) {}
 
   Result<void> begin(bool is_date) {
     return leave_out_.begin(times_.empty() ? 0 : compensation::second_number(times_.front()), is_date);
@@ -92,16 +111,14 @@ class Averaging {
     sample.time_ns = time_of(index_);
     const std::int64_t before = index_ > 0 ? time_of(index_ - 1) : sample.time_ns - first_step_ns();
     sample.interval_s = static_cast<double>(sample.time_ns - before) / 1e9;
-    const auto value = [&](std::size_t quantity) {
-      return table.place[quantity] ? table.conversion[quantity](block.columns[*table.place[quantity]][row]) : kUnknown;
-    };
-    sample.rate_deg_per_h = value(0);
-    sample.temperature_degc = value(1);
-    sample.uhfo_v = value(2);
+    sample.rate_deg_per_h = table.value(0, block, row);
+    sample.temperature_degc = table.value(1, block, row);
+    sample.uhfo_v = table.value(2, block, row);
+    for (std::size_t i = 0; i < sensors_.size(); ++i) sensors_[i] = table.value(kQuantities.size() + i, block, row);
     ++index_;
     if (leave_out_.contains(compensation::second_number(sample.time_ns))) return;
     const QuantitySet implausible = judged_ ? judge_.push(sample, block.lines[row]) : QuantitySet();
-    if (const auto second_mean = averager_.push(sample, implausible)) second_means_.push_back(*second_mean);
+    if (const auto second_mean = averager_.push(sample, implausible, sensors_)) second_means_.push_back(*second_mean);
   }
   /// Judges the seconds.
   Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
@@ -127,6 +144,7 @@ class Averaging {
   double interval_s_;
   bool judged_;
   LeaveOut& leave_out_;
+  std::vector<double> sensors_;  ///< of the row
   compensation::SecondAverager averager_;
   TableJudge judge_;
   std::vector<compensation::SecondMean> second_means_;
@@ -162,7 +180,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   if (!timed && !(options.table.interval_s > 0))
     return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
   recording.name = std::filesystem::path(path).stem().string();
-  Averaging averaging(times, options, leave_out);
+  Averaging averaging(times, options, leave_out, table->sensors);
   const bool is_date = table->source->time() && table->source->time()->has_date;
   if (auto good = averaging.begin(is_date); !good) return tl::unexpected<Error>(good.error());
   tables::Block block;

@@ -7,10 +7,12 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <string_view>
 #include <utility>
 
 #include "base/escape.hpp"
+#include "compensation/sensors.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -36,13 +38,33 @@ bool is_quantity(std::string_view name) {
                      [&](const tables::Unit& unit) { return unit.quantity == name; });
 }
 
+/// Units of sensors besides those of temperatures and voltages.
+constexpr tables::Unit kOtherUnits[] = {{"", "A", 1, 0}, {"", "mA", 1, 0}, {"", "Pa", 1, 0}, {"", "g", 1, 0}};
+
+bool fits(const std::string& quantity, const tables::Unit& unit) {
+  return unit.quantity == quantity ||
+         (is_sensor(quantity) && (unit.quantity == "temperature" || unit.quantity == "uhfo" || unit.quantity.empty()));
+}
+
+const tables::Unit* find_unit(const std::string& quantity, std::string_view name) {
+  using Units = std::span<const tables::Unit>;
+  for (const Units units : {Units(tables::kUnits), Units(kOtherUnits)}) {
+    for (const tables::Unit& unit : units) {
+      if (unit.name == name && fits(quantity, unit)) return &unit;
+    }
+  }
+  return nullptr;
+}
+
 std::string known_units(const std::string& quantity) {
+  constexpr const char* kOfSensors = "degC, K, degF, V, mV, A, mA, Pa or g";
+  if (is_sensor(quantity)) return kOfSensors;
   std::string known;
   for (const tables::Unit& unit : tables::kUnits) {
     if (quantity.empty() || unit.quantity == quantity)
       known += fmt::format("{}{} in {}", known.empty() ? "" : ", ", unit.quantity, unit.name);
   }
-  return known;
+  return quantity.empty() ? known + ", a sensor LINE.NAME in " + kOfSensors : known;
 }
 
 /// The first number of this unit.
@@ -109,6 +131,14 @@ std::string options_text(const tables::TableOptions& options) {
 
 }  // namespace
 
+bool is_sensor(const std::string& quantity) {
+  return quantity.find('.') != std::string::npos && is_sensor_name(quantity);
+}
+
+std::string sensor_unit(const tables::Unit& unit) {
+  return unit.quantity == "temperature" ? "degC" : unit.quantity == "uhfo" ? "V" : std::string(unit.name);
+}
+
 Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
   QuantityMap map;
   for (const std::string& entry : entries) {
@@ -119,13 +149,13 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
     const std::size_t colon = entry.rfind(':');
     MappedColumn mapped;
     if (colon == std::string::npos || colon < equals) {
-      if (!is_quantity(quantity))
+      if (!is_quantity(quantity) && !is_sensor(quantity))
         return make_error("--map", fmt::format("found {} in \"\", expected one of: {}", quantity, known_units("")));
       mapped.column = entry.substr(equals + 1);
     } else {
       const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
       const std::string unit = entry.substr(colon + 1, scale_at - colon - 1);
-      mapped.unit = tables::find_unit(quantity, unit);
+      mapped.unit = find_unit(quantity, unit);
       if (!mapped.unit)
         return make_error("--map",
                           fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known_units("")));
@@ -157,7 +187,7 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                            quantity, mapped.column, mapped.unit->name, header.text, header.unit->name,
                                            quantity, mapped.column, mapped.unit->name));
   }
-  if (header.unit && header.unit->quantity == quantity) return header.unit;
+  if (header.unit && fits(quantity, *header.unit)) return header.unit;
   return make_error("--map", fmt::format("found {}={} without a unit, and none in the header \"{}\", expected {}",
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }

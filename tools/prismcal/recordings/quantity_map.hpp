@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --map: which column of a table is the rate, the temperature, the voltage and the time, and in which unit.
+// --map: which column of a table is the rate, the temperature, the voltage, the time or a sensor, and in which unit.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,13 @@ struct MappedColumn {
   double scale = 1, offset = 0;        ///< file value · scale + offset is in `unit`
   bool is_scaled = false;              ///< scale or offset is stated: the unit may differ from the header's
 };
+/// By "rate", "temperature", "uhfo", "time", or the name of a sensor of a line, LINE.NAME.
 using QuantityMap = std::map<std::string, MappedColumn>;
+
+/// True for "daq.uhfo": a sensor, not one of the four.
+bool is_sensor(const std::string& quantity);
+/// The sensor's unit to which `unit` is converted.
+std::string sensor_unit(const tables::Unit& unit);
 
 /// Parses "QUANTITY=COLUMN[:UNIT[*SCALE][+OFFSET]]" entries. Errors: the grammar, an unknown unit, no rate.
 Result<QuantityMap> parse_map(const std::vector<std::string>& entries);
