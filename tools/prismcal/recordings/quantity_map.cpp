@@ -150,7 +150,7 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
     MappedColumn mapped;
     if (colon == std::string::npos || colon < equals) {
       if (!is_quantity(quantity) && !is_sensor(quantity))
-        return make_error("--map", fmt::format("found {} in \"\", expected one of: {}", quantity, known_units("")));
+        return make_error("--map", fmt::format("found {}, expected one of: {}", quantity, known_units("")));
       mapped.column = entry.substr(equals + 1);
     } else {
       const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
@@ -158,7 +158,9 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
       mapped.unit = find_unit(quantity, unit);
       if (!mapped.unit)
         return make_error("--map",
-                          fmt::format("found {} in \"{}\", expected one of: {}", quantity, unit, known_units("")));
+                          fmt::format("found {} in \"{}\", expected {}{}", quantity, unit,
+                                      is_quantity(quantity) || is_sensor(quantity) ? "" : "one of: ",
+                                      known_units(is_quantity(quantity) || is_sensor(quantity) ? quantity : "")));
       mapped.column = entry.substr(equals + 1, colon - equals - 1);
       mapped.is_scaled = scale_at != std::string::npos;
       if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
