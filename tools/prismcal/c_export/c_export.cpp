@@ -13,22 +13,26 @@
 
 #include "compensation/compensation_engine.hpp"
 #include "compensation/composite_model.hpp"
-#include "compensation/extrapolation.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/polynomial_model.hpp"
 #include "compensation/training/low_rank.hpp"
-#include "tools/prismcal/c_export/evaluator.hpp"
 
 namespace prism::c_export {
 namespace {
 
 using compensation::CompositeModel;
+using compensation::Extrapolation;
 using compensation::LssvmModel;
 using compensation::Model;
 using compensation::ModelInfo;
 using compensation::ModelPtr;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+/// Names and texts.
+constexpr std::pair<const char*, const char*> kEvaluator[] = {
+#include "tools/prismcal/c_export/evaluator.inc"
+};
 
 constexpr int kPairs = 100, kRamp = 20;
 constexpr double kDoubleTolerance = 1e-12, kFloatTolerance = 5e-5;  // of the range of the correction
@@ -135,11 +139,6 @@ int input_code(const std::string& name) {
 double rounded(double value, const COptions& options) { return options.single ? static_cast<float>(value) : value; }
 std::size_t number_bytes(const COptions& options) { return options.single ? sizeof(float) : sizeof(double); }
 
-/// The policy with which prismd gives the same biases.
-compensation::Extrapolation policy_of(const COptions& options) {
-  return options.clamp ? compensation::Extrapolation::kClamp : compensation::Extrapolation::kFlag;
-}
-
 /// prism_model.h after its first lines, and the bytes of its tables.
 std::pair<std::string, int> tables_of(const Model& model, const COptions& options) {
   const ModelInfo& info = model.info();
@@ -176,7 +175,7 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
   const auto [shortest, longest] = std::minmax_element(lags.begin(), lags.end());
   const compensation::CompensationSettings settings;
   define("PRISM_EXP", options.single ? "expf" : "exp");
-  define("PRISM_CLAMP", options.clamp ? 1 : 0);
+  define("PRISM_CLAMP", options.policy == Extrapolation::kClamp ? 1 : 0);
   define("PRISM_LENGTH_S", f.length_s);
   define("PRISM_END_MEAN_S", f.end_mean_s);
   define("PRISM_LEAST_SQUARES", f.slope == compensation::SlopeMethod::kLeastSquares ? 1 : 0);
@@ -252,7 +251,7 @@ std::vector<double> ramp_biases(const Model& model, double start_degc, double st
     mean.uhfo_v = rounded(uhfo_v, options);
     const std::vector<double> inputs = gather_inputs(model, windows.push(mean));
     if (second < seconds - kRamp) continue;
-    biases.push_back(inputs.empty() ? kUnknown : predict_within(model, inputs, policy_of(options)).bias_deg_per_h);
+    biases.push_back(inputs.empty() ? kUnknown : predict_within(model, inputs, options.policy).bias_deg_per_h);
   }
   return biases;
 }
@@ -276,7 +275,8 @@ std::string pairs_text(const Model& model, const COptions& options) {
       const double room = compensation::margin_of(info, i) * (max[i] - min[i]);
       outside |= point[i] < min[i] - room || point[i] > max[i] + room;
     }
-    const double bias = model.bias_deg_per_h(outside && options.clamp ? nearest_in_box(model, point) : point);
+    const bool nearest = outside && options.policy == Extrapolation::kClamp;
+    const double bias = model.bias_deg_per_h(nearest ? nearest_in_box(model, point) : point);
     least = std::min(least, bias);
     most = std::max(most, bias);
     pairs +=
@@ -326,7 +326,7 @@ Result<CExport> export_c(const ModelPtr& model, const std::string& where, const 
     done.remarks.push_back(
         fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
                     "prismd gives the same biases with \"extrapolation\": \"{1}\".",
-                    composite->parameters().centres.cols(), extrapolation_name(policy_of(options))));
+                    composite->parameters().centres.cols(), extrapolation_name(options.policy)));
   if (info.domain.min.empty())
     done.remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
   ModelPtr exported = model;

@@ -8,14 +8,15 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "compensation/extrapolation.hpp"
 #include "compensation/model.hpp"
 
 namespace prism::c_export {
 
 struct COptions {
-  bool single = false;  ///< numbers are float instead of double
-  bool clamp = false;   ///< outside the training range: the nearest point of its box
-  int max_bytes = 0;    ///< of the tables: a larger kernel model loses centres; 0: no limit
+  bool single = false;                                                      ///< numbers are float instead of double
+  compensation::Extrapolation policy = compensation::Extrapolation::kFlag;  ///< or kClamp
+  int max_bytes = 0;  ///< of the tables: a larger kernel model loses centres; 0: no limit
   /// One sentence on what a model with fewer centres loses; needed with max_bytes.
   std::function<Result<std::string>(const compensation::ModelPtr& fewer)> loss;
 };

@@ -27,9 +27,9 @@ struct ExportChoice {
 
 /// The bias stability of a recording with a model and with its replacement, and the largest difference of both.
 Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& model,
-                            const compensation::ModelPtr& fewer, bool clamp) {
+                            const compensation::ModelPtr& fewer, compensation::Extrapolation policy) {
   analysis::CorrectionSettings settings;
-  settings.engine.extrapolation = clamp ? compensation::Extrapolation::kClamp : compensation::Extrapolation::kFlag;
+  settings.engine.extrapolation = policy;
   const auto all = analysis::evaluate_model(model, loaded.table, settings, evaluation::Divisor::kNMinus1);
   if (!all) return tl::unexpected(all.error());
   const auto less = analysis::evaluate_model(fewer, loaded.table, settings, evaluation::Divisor::kNMinus1);
@@ -47,12 +47,12 @@ Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& 
 Result<int> run(ExportChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
-  choice.c.clamp = choice.policy == "clamp";
+  if (choice.policy == "clamp") choice.c.policy = compensation::Extrapolation::kClamp;
   if (choice.c.max_bytes > 0) {
     auto blocks = load_blocks(choice.recording, (*model)->info().features, &(*model)->info(), choice.common);
     if (!blocks) return tl::unexpected(blocks.error());
     choice.c.loss = [&choice, model, loaded = std::move(*blocks)](const compensation::ModelPtr& fewer) {
-      return loss_on(loaded, *model, fewer, choice.c.clamp);
+      return loss_on(loaded, *model, fewer, choice.c.policy);
     };
   }
   const auto made = c_export::export_c(*model, choice.model, choice.c);
