@@ -180,9 +180,9 @@ class Model:
         for run in np.split(rows, np.flatnonzero((step <= 0) | (step > gap + 1)) + 1) if len(rows) else []:
             at = time[run] - time[run[0]]
             full[run] = at + 1 >= self.history
-            mean_rate[run], _, _ = self._window(at, rate[run])
+            mean_rate[run], _ = self._window(at, rate[run], self.history)
             for name, series in values.items():
-                _, known[name][run], known[f"d{name}/dt"][run] = self._window(at, series[run])
+                known[name][run], known[f"d{name}/dt"][run] = self._window(at, series[run], gap)
         lags, settling = self._lags(time, {name: each for name, each in values.items() if name != "U"})
         known |= {"dTdt": np.where(full, known["dT/dt"], np.nan)} | lags
         known |= {name: known[a] - known[b] for name in self.inputs for a, _, b in [name.partition("-")] if b}
@@ -205,30 +205,28 @@ class Model:
                     mean_uhfo_v=known["U"], bias_deg_per_h=bias, sd_deg_per_h=sd, sd_mean_deg_per_h=sd_mean,
                     corrected_deg_per_h=rate - bias, corrected_mean_deg_per_h=mean_rate - bias, quality=quality)
 
-    def _window(self, at, values):
-        """Of windows that end `at` seconds of a run: means of known values, means and slopes that a gap makes NaN."""
-        length, gap, age = self.features["length_s"], self.features["max_gap_s"], np.arange(self.history)
-        dense = np.full(at[-1] + 1, np.nan)
+    def _window(self, at, values, max_gap):
+        """Means and slopes of the windows that end `at` seconds of a run; NaN after a gap longer than max_gap."""
+        length, age, dense = self.features["length_s"], np.arange(self.history), np.full(at[-1] + 1, np.nan)
         dense[at] = values
         known = np.where(np.isfinite(dense), 1.0, 0.0)
         dense = np.where(known, dense, 0)
-        holes = np.convolve(1 - known, np.ones(gap + 1))[: len(dense)] > gap
+        holes = np.convolve(1 - known, np.ones(max_gap + 1))[: len(dense)] > max_gap
         over = lambda series, weights: np.convolve(series, weights)[at]
 
         def mean(first, last):
             part = (age >= first) & (age < last)
-            count = np.where(over(holes, part & (age < last - gap)), np.nan, over(known, part))
+            count = np.where(over(holes, part & (age < last - max_gap)), np.nan, over(known, part))
             return over(dense, part) / count, over(known, part * age) / count, count
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            part, (level, centre, count) = age < length, mean(0, length)
+            level, centre, count = mean(0, length)
             if self.features["slope"] == "difference":
                 (now, new, _), (before, old, _) = mean(0, self.history - length), mean(length, self.history)
-                slope = (now - before) / (old - new)
-            else:
-                covariance = centre * over(dense, part) - over(dense, part * age)
-                slope = covariance / (over(known, part * age**2) - centre**2 * count)
-            return over(dense, part) / over(known, part), level, slope
+                return level, (now - before) / (old - new)
+            weight = (age < length) * age
+            covariance = centre * level * count - over(dense, weight)
+            return level, covariance / (over(known, weight * age) - centre**2 * count)
 
     def _lags(self, time, values):
         """Value minus EMA of each quantity and time constant, by names of inputs; and the rows before they settle."""
