@@ -7,6 +7,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 #include "base/time_scale.hpp"
 #include "tools/prismweb/log_page.hpp"
@@ -34,6 +35,7 @@ void AxisArchive::report(const std::string& what) {
 void AxisArchive::follow() {
   has_log_ = true;
   behind_ = true;
+  recent_.forget_now();
   const auto history = [weak = weak_from_this()](std::string_view member) {
     if (const auto self = weak.lock()) self->take_history(member);
   };
@@ -59,9 +61,15 @@ void AxisArchive::on_change(const AsyncStore::Status& status) {
 void AxisArchive::take_history(std::string_view member) {
   const client::Response history = client::response_of_member("history", member);
   if (!history) return;
+  std::vector<PeriodSummary> since_reset;
   for (const json& window : client::of_axis(*history, axis_)) {
-    if (const auto second = second_of(window)) recent_.put(*second);
+    const auto second = second_of(window);
+    if (!second) continue;
+    if (!since_reset.empty() && second->begin_s < since_reset.back().begin_s) since_reset.clear();
+    since_reset.push_back(*second);
   }
+  if (!since_reset.empty()) recent_.put_now(since_reset.back());
+  for (const PeriodSummary& second : since_reset) recent_.put(second);
 }
 
 void AxisArchive::window(const json& params) {

@@ -13,6 +13,7 @@ constexpr std::size_t kSlack = 600;  // extra seconds, so that not every inserti
 
 void RecentSeconds::put(const PeriodSummary& second) {
   if (!seconds_.empty() && second.begin_s <= last_s() - kLength_s) return;
+  if (now_s_ && second.begin_s > *now_s_) return;
   const auto before = [](const PeriodSummary& one, std::int64_t begin_s) { return one.begin_s < begin_s; };
   const auto at = std::lower_bound(seconds_.begin(), seconds_.end(), second.begin_s, before);
   if (at != seconds_.end() && at->begin_s == second.begin_s) {
@@ -27,6 +28,7 @@ void RecentSeconds::put(const PeriodSummary& second) {
 
 void RecentSeconds::put_now(const PeriodSummary& second) {
   if (!seconds_.empty() && second.begin_s < last_s() - kClockReset_s) seconds_.clear();
+  now_s_ = second.begin_s;
   put(second);
 }
 

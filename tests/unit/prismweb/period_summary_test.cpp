@@ -93,6 +93,13 @@ TEST(RecentSeconds, AreSortedWithoutDuplicates) {
   EXPECT_GT(recent.first_s(), 1) << "too old";
   recent.put_now(second(100, 0));
   EXPECT_EQ(recent.all().size(), 1U) << "the device clock was reset";
+  recent.put(second(20000, 0));
+  recent.put(second(99, 0));
+  EXPECT_EQ(recent.last_s(), 100) << "the log is read later than the seconds come: a second from before the reset";
+  EXPECT_EQ(recent.first_s(), 99);
+  recent.forget_now();
+  recent.put(second(101, 0));
+  EXPECT_EQ(recent.last_s(), 101);
 }
 
 TEST(Windows, AreConvertedToSeconds) {
