@@ -62,7 +62,8 @@ class JsonTable {
       if (row.contents) key.update(row.contents(usual));
       if (row.is_required) required.push_back(row.key);
       const Json value = row.usual && !row.is_required ? row.usual(usual) : Json();
-      if (!value.is_null() && value != "") key["default"] = value.is_number() ? plain(value.get<double>()) : value;
+      const bool says_nothing = value.is_null() || value == "" || (value.is_array() && value.empty());
+      if (!says_nothing) key["default"] = value.is_number() ? plain(value.get<double>()) : value;
     }
     Json json = {{"type", "object"}, {"additionalProperties", false}};
     if (!required.empty()) json["required"] = required;
@@ -103,6 +104,16 @@ class JsonTable {
         key, {{"type", "string"}}, member, help,
         [rule](const Section& section, const std::string& name) { return section.text(name, {}, rule); },
         [](const std::string& stored) { return Json(stored); });
+  }
+
+  /// One string, or an array of at least one.
+  template <class Member>
+  JsonTable& texts(const char* key, Member member, const char* help) {
+    const Json one = {{"type", "string"}}, several = {{"type", "array"}, {"minItems", 1}, {"items", one}};
+    return value(
+        key, {{"anyOf", {one, several}}}, member, help,
+        [](const Section& section, const std::string& name) { return section.texts(name); },
+        [](const std::vector<std::string>& stored) { return Json(stored); });
   }
 
   /// The member is a string with one of the names, or their index.

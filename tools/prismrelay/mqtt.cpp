@@ -100,9 +100,9 @@ std::string Mqtt::prepare() {
   }
   if (settings_.tls) {
     const auto text = [](const std::string& path) { return path.empty() ? nullptr : path.c_str(); };
-    const int code = mosquitto_tls_set(client, text(settings_.ca_file), nullptr, text(settings_.cert_file),
-                                       text(settings_.key_file), nullptr);
-    if (code != MOSQ_ERR_SUCCESS) return fmt::format("{}: {}", settings_.ca_file, mosquitto_strerror(code));
+    const int code = mosquitto_tls_set(client, text(settings_.tls->ca), nullptr, text(settings_.tls->certificate),
+                                       text(settings_.tls->key), nullptr);
+    if (code != MOSQ_ERR_SUCCESS) return fmt::format("{}: {}", settings_.tls->ca, mosquitto_strerror(code));
   }
   const std::string will = "offline";
   mosquitto_will_set(client, (base_ + "relay").c_str(), static_cast<int>(will.size()), will.data(), kAtLeastOnce, true);

@@ -13,6 +13,7 @@
 #include "base/file.hpp"
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
+#include "base/json_table.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
 
@@ -47,51 +48,66 @@ void check_topic_part(const Section& section, const char* key, const std::string
                                   shortened(text)));
 }
 
-PostgresSettings read_postgresql(const Section& section, const fs::path& base) {
-  PostgresSettings settings;
-  settings.connection = section.text("connection");
-  if (settings.connection.find("password=") != std::string::npos)
-    section.fail("connection", "contains a password; put it in the file named by password_file");
-  settings.password_file = secret_path(section.text("password_file", ""), base);
-  if (section.has("keep_days")) settings.keep_days = static_cast<int>(section.integer("keep_days", {1, 36500}));
-  settings.gather_s = section.number("gather_s", {0.01, 10}, settings.gather_s);
-  return settings;
+JsonTable<PostgresSettings> postgresql_keys() {
+  using P = PostgresSettings;
+  return JsonTable<P>()
+      .text("connection", &P::connection, "As libpq takes it, without a password: host=/run/postgresql dbname=prism.")
+      .required()
+      .text("password_file", &P::password_file,
+            "Its first line is the password; only the owner may read it. Without a / it is in "
+            "/etc/prism/credentials, readable only by root: systemd passes it.")
+      .integer("keep_days", {1, 36500}, &P::keep_days, "Older days of arrival are deleted and reported. Default: none.")
+      .number("gather_s", {0.01, 10}, &P::gather_s, "Rows within this time are committed together.")
+      .then([](const Section& section, P& settings) {
+        if (settings.connection.find("password=") != std::string::npos)
+          section.fail("connection", "contains a password; put it in the file named by password_file");
+      });
 }
 
-void read_tls(const Section& section, const fs::path& base, MqttSettings& settings) {
-  settings.tls = true;
-  settings.port = 8883;
-  settings.ca_file = path_of(section.text("ca_file", ""), base);
-  settings.cert_file = path_of(section.text("cert_file", ""), base);
-  settings.key_file = path_of(section.text("key_file", ""), base);
-  if (settings.ca_file.empty())
-    section.fail("ca_file", "is missing, expected the CA certificate that verifies the broker");
-  if (settings.cert_file.empty() != settings.key_file.empty())
-    section.fail("key_file", "found one of cert_file and key_file, expected both or neither");
+JsonTable<TlsFiles> tls_keys() {
+  using T = TlsFiles;
+  return JsonTable<T>()
+      .text("ca_file", &T::ca, "CA certificate that verifies the broker.")
+      .text("cert_file", &T::certificate, "")
+      .text("key_file", &T::key, "Client certificate and its key, if the broker requires one.")
+      .then([](const Section& section, T& files) {
+        if (files.ca.empty())
+          section.fail("ca_file", "is missing, expected the CA certificate that verifies the broker");
+        if (files.certificate.empty() != files.key.empty())
+          section.fail("key_file", "found one of cert_file and key_file, expected both or neither");
+      });
 }
 
-MqttSettings read_mqtt(const Section& section, const fs::path& base, const std::string& site) {
-  MqttSettings settings;
-  settings.host = section.text("host");
-  if (settings.host.empty()) section.fail("host", "is empty, expected the broker's host name");
-  if (section.has("tls")) read_tls(section.object("tls"), base, settings);
-  settings.port = static_cast<int>(section.integer("port", {1, 65535}, settings.port));
-  settings.user = section.text("user", "");
-  settings.password_file = secret_path(section.text("password_file", ""), base);
-  if (!settings.password_file.empty() && settings.user.empty()) section.fail("password_file", "requires user");
-  settings.client_id = section.text("client_id", "prismrelay-" + site);
-  settings.prefix = section.text("prefix", settings.prefix);
-  check_topic_part(section, "prefix", settings.prefix);
-  return settings;
+JsonTable<MqttSettings> mqtt_keys() {
+  using M = MqttSettings;
+  return JsonTable<M>()
+      .text("host", &M::host, "The broker's host name.")
+      .required()
+      .integer("port", {1, 65535}, &M::port, "With tls the default is 8883.")
+      .text("user", &M::user, "")
+      .text("password_file", &M::password_file, "For a broker with users; as that of the database.")
+      .text("client_id", &M::client_id, "Default: prismrelay-SITE.")
+      .text("prefix", &M::prefix, "First part of every topic.")
+      .object("tls", tls_keys(), &M::tls, "")
+      .then([](const Section& section, M& settings) {
+        if (settings.host.empty()) section.fail("host", "is empty, expected the broker's host name");
+        if (settings.tls && !section.has("port")) settings.port = 8883;
+        if (!settings.password_file.empty() && settings.user.empty()) section.fail("password_file", "requires user");
+        check_topic_part(section, "prefix", settings.prefix);
+      });
 }
 
-MetricsSettings read_metrics(const Section& section, const fs::path& base) {
-  MetricsSettings settings;
-  settings.file = path_of(section.text("file", ""), base);
-  if (fs::path(settings.file).extension() != ".prom")
-    section.fail("file", fmt::format("found \"{}\", expected a path that ends in .prom", settings.file));
-  settings.every_s = section.number("every_s", {1, 3600}, settings.every_s);
-  return settings;
+JsonTable<MetricsSettings> metrics_keys() {
+  using M = MetricsSettings;
+  return JsonTable<M>()
+      .text("file", &M::file,
+            "Ends in .prom, in node_exporter's textfile directory; a regular file, not a link. A new file has mode "
+            "0644, an existing one keeps its mode.")
+      .number("every_s", {1, 3600}, &M::every_s, "Seconds between two texts.")
+      .then([](const Section& section, M& settings) {
+        if (fs::path(settings.file).extension() != ".prom")
+          section.fail("file", fmt::format("found \"{}\", expected a path that ends in .prom", settings.file));
+      });
 }
 
 void check_instances(const Section& top, const std::vector<std::string>& instances) {
@@ -106,6 +122,47 @@ void check_instances(const Section& top, const std::vector<std::string>& instanc
     if (!names.insert(fs::path(entry).stem().string()).second)
       return top.fail("instances", fmt::format("found \"{}\" twice", fs::path(entry).stem().string()));
   }
+}
+
+JsonTable<Settings> keys() {
+  using S = Settings;
+  return JsonTable<S>()
+      .custom(
+          "$schema", {{"type", "string"}}, "", [](const Section& section, S&) { section.any("$schema"); }, nullptr)
+      .text("site", &S::site,
+            "Name of this host, different for each host: gyros are SITE/NAME in tables and topics. 1 to 64 printable "
+            "characters without blanks, /, + and #, without a . or $ first.")
+      .required()
+      .texts(
+          "instances", &S::instances,
+          "One or several: a name, found as by prismctl(1) (in /run/prismd, then $XDG_RUNTIME_DIR/prismd), a socket, "
+          "or "
+          "a directory, ending in /, for all its sockets. A name is 1 to 90 bytes of printable UTF-8, without a . or "
+          "blank first or a blank last. An invalid name in a directory is skipped and logged once. Default: "
+          "/run/prismd/.")
+      .text("status_file", &S::status_file,
+            "File that --status reads. Default: /run/prismrelay/status.json for the service and root.")
+      .object("postgresql", postgresql_keys(), &S::postgresql, "")
+      .object("mqtt", mqtt_keys(), &S::mqtt, "")
+      .object("metrics", metrics_keys(), &S::metrics, "")
+      .then([](const Section& top, S& settings) {
+        check_topic_part(top, "site", settings.site);
+        check_instances(top, settings.instances);
+        if (top.good() && !settings.postgresql && !settings.mqtt && !settings.metrics)
+          top.fail("", "has no target, expected postgresql, mqtt or metrics");
+      });
+}
+
+void find_files(Settings& settings, const fs::path& base) {
+  settings.status_file = path_of(settings.status_file, base);
+  if (settings.status_file.empty()) settings.status_file = default_status_file();
+  if (auto& database = settings.postgresql) database->password_file = secret_path(database->password_file, base);
+  if (auto& metrics = settings.metrics) metrics->file = path_of(metrics->file, base);
+  if (!settings.mqtt) return;
+  settings.mqtt->password_file = secret_path(settings.mqtt->password_file, base);
+  if (!settings.mqtt->tls) return;
+  for (std::string* file : {&settings.mqtt->tls->ca, &settings.mqtt->tls->certificate, &settings.mqtt->tls->key})
+    *file = path_of(*file, base);
 }
 
 }  // namespace
@@ -126,25 +183,24 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
   const auto document = parse_json_object(text, path);
   if (!document) return tl::unexpected<Error>(document.error());
   const Section top(*document);
-  const fs::path base = fs::absolute(path).parent_path();
   Settings settings;
   settings.path = path;
   settings.warnings = top.removed(KeyFile::kRelay);
-  top.text("$schema", "");
-  settings.site = top.text("site");
-  check_topic_part(top, "site", settings.site);
-  settings.instances = top.texts("instances", false);
-  check_instances(top, settings.instances);
-  if (settings.instances.empty()) settings.instances = {"/run/prismd/"};
-  settings.status_file = path_of(top.text("status_file", ""), base);
-  if (settings.status_file.empty()) settings.status_file = default_status_file();
-  if (top.has("postgresql")) settings.postgresql = read_postgresql(top.object("postgresql"), base);
-  if (top.has("mqtt")) settings.mqtt = read_mqtt(top.object("mqtt"), base, settings.site);
-  if (top.has("metrics")) settings.metrics = read_metrics(top.object("metrics"), base);
-  if (top.good() && !settings.postgresql && !settings.mqtt && !settings.metrics)
-    top.fail("", "has no target, expected postgresql, mqtt or metrics");
+  keys().read(top, settings);
   if (const auto done = top.finish(); !done) return tl::unexpected<Error>(done.error());
+  if (settings.instances.empty()) settings.instances = {"/run/prismd/"};
+  if (settings.mqtt && settings.mqtt->client_id.empty()) settings.mqtt->client_id = "prismrelay-" + settings.site;
+  find_files(settings, fs::absolute(path).parent_path());
   return settings;
+}
+
+Json settings_schema() {
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                 {"$comment",
+                  "SPDX-License-Identifier: MIT. For editors; written from tools/prismrelay/settings.cpp by its test."},
+                 {"title", "prismrelay configuration"}};
+  schema.update(keys().schema());
+  return schema;
 }
 
 Result<Settings> load_settings(const std::string& path) {

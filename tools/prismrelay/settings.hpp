@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/json_document.hpp"
 #include "base/result.hpp"
 
 namespace prism::prismrelay {
@@ -20,14 +21,19 @@ struct PostgresSettings {
   bool operator==(const PostgresSettings&) const = default;
 };
 
+struct TlsFiles {
+  std::string ca, certificate, key;  ///< the last two: empty without a client certificate
+
+  bool operator==(const TlsFiles&) const = default;
+};
+
 struct MqttSettings {
   std::string host;
   int port = 1883;
   std::string user, password_file;
   std::string client_id;  ///< default: prismrelay-SITE
   std::string prefix = "prism";
-  bool tls = false;  ///< then the default port is 8883
-  std::string ca_file, cert_file, key_file;
+  std::optional<TlsFiles> tls = std::nullopt;  ///< then the default port is 8883
 
   bool operator==(const MqttSettings&) const = default;
 };
@@ -60,6 +66,8 @@ std::string default_status_file();
 /// Errors have the form file:/pointer: found, expected.
 Result<Settings> parse_settings(std::string_view text, const std::string& path);
 Result<Settings> load_settings(const std::string& path);
+/// JSON Schema of the configuration.
+Json settings_schema();
 
 /// Returns the first line of a password file. Errors: unreadable, empty, or readable by other users.
 Result<std::string> read_password(const std::string& path);

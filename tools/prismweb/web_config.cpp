@@ -5,10 +5,12 @@
 
 #include <charconv>
 #include <filesystem>
+#include <utility>
 
 #include "base/file.hpp"
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
+#include "base/json_table.hpp"
 #include "tools/prismweb/access.hpp"
 
 namespace prism::prismweb {
@@ -16,14 +18,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string path_of(const Section& section, const char* key, const fs::path& base, const std::string& otherwise) {
-  const std::string path = section.text(key, otherwise);
-  return path.empty() ? path : (base / path).lexically_normal().string();
-}
-
-void read_listen(const Section& section, Settings& settings) {
-  const std::string listen = section.text("listen");
-  if (const auto parsed = parse_listen(listen, settings); !parsed) section.fail("listen", parsed.error().what);
+JsonTable<Settings> keys() {
+  using S = Settings;
+  return JsonTable<S>()
+      .custom(
+          "$schema", {{"type", "string"}}, "", [](const Section& section, S&) { section.any("$schema"); }, nullptr)
+      .custom(
+          "listen", {{"type", "string"}, {"pattern", "^([0-9.]+|\\[[0-9a-fA-F:.]+\\]):[0-9]+$"}}, "",
+          [](const Section& section, S& settings) {
+            if (!section.has("listen")) return;
+            const std::string listen = section.text("listen");
+            if (const auto parsed = parse_listen(listen, settings); !parsed)
+              section.fail("listen", parsed.error().what);
+          },
+          nullptr)
+      .custom(
+          "socket", {{"type", "string"}, {"minLength", 1}},
+          "As the options; at most one. Default: listen 127.0.0.1:8467.",
+          [](const Section& section, S& settings) {
+            if (!section.has("socket")) return;
+            if (section.has("listen")) section.fail("socket", "conflicts with \"listen\"; use one of them");
+            settings.unix_socket = section.text("socket");
+            settings.address.clear();
+            if (settings.unix_socket.empty()) section.fail("socket", "found \"\", expected a path");
+          },
+          nullptr)
+      .texts(
+          "hosts", &S::hosts,
+          "One or more names of this server, in addition to localhost, 127.0.0.1, [::1] and the address listened on. "
+          "A request with another Host is rejected (421), so that pages of other sites cannot access the gyros (DNS "
+          "rebinding).")
+      .texts("instances", &S::instances, "")
+      .text("page", &S::page, "")
+      .text("state", &S::state, "As the options.")
+      .text("dygraphs", &S::dygraphs, "Directory of Debian's libjs-dygraphs. Default: /usr/share/javascript/dygraphs.");
 }
 
 }  // namespace
@@ -64,21 +92,21 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   const fs::path base = fs::absolute(path, error).parent_path();
   const Section section(*document);
   settings.warnings = section.removed(KeyFile::kWeb);
-  section.any("$schema");  // for editors
-  if (section.has("listen") && section.has("socket"))
-    section.fail("socket", "conflicts with \"listen\"; use one of them");
-  if (section.has("listen")) read_listen(section, settings);
-  if (section.has("socket")) {
-    settings.unix_socket = path_of(section, "socket", base, "");
-    settings.address.clear();
-    if (settings.unix_socket.empty()) section.fail("socket", "found \"\", expected a path");
+  keys().read(section, settings);
+  for (auto& [key, file] : {std::pair("socket", &settings.unix_socket), std::pair("page", &settings.page),
+                            std::pair("dygraphs", &settings.dygraphs), std::pair("state", &settings.state)}) {
+    if (section.has(key) && !file->empty()) *file = (base / *file).lexically_normal().string();
   }
-  if (section.has("hosts")) settings.hosts = section.texts("hosts");
-  if (section.has("instances")) settings.instances = section.texts("instances");
-  settings.page = path_of(section, "page", base, settings.page);
-  settings.dygraphs = path_of(section, "dygraphs", base, settings.dygraphs);
-  settings.state = path_of(section, "state", base, settings.state);
   return section.finish();
+}
+
+Json web_config_schema() {
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                 {"$comment",
+                  "SPDX-License-Identifier: MIT. For editors; written from tools/prismweb/web_config.cpp by its test."},
+                 {"title", "prismweb configuration"}};
+  schema.update(keys().schema());
+  return schema;
 }
 
 Result<void> load_web_config(const std::string& path, Settings& settings) {

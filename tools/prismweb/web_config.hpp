@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/json_document.hpp"
 #include "base/result.hpp"
 #include "tools/prismweb/settings.hpp"
 
@@ -18,5 +19,7 @@ Result<void> parse_listen(std::string_view text, Settings& settings);
 /// the key.
 Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings);
 Result<void> load_web_config(const std::string& path, Settings& settings);
+/// JSON Schema of the configuration.
+Json web_config_schema();
 
 }  // namespace prism::prismweb

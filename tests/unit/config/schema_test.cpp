@@ -8,6 +8,7 @@
 
 #include "compensation/sensors.hpp"
 #include "config/config_keys.hpp"
+#include "tests/support/generated.hpp"
 #include "tests/support/schema_validator.hpp"
 #include "tests/support/shared_files.hpp"
 
@@ -110,16 +111,9 @@ TEST_P(ConfigForms, GetTheSameResultFromSchemaAndReader) {
   });
 }
 
-void expect_generated(const std::string& path, const std::string& text) {
-  if (std::getenv("PRISM_REGENERATE") != nullptr) std::ofstream(kSource / path) << text;
-  EXPECT_TRUE(test::read_file(kSource / path) == text) << path << " differs: PRISM_REGENERATE=1 writes it";
-}
-
 TEST(ConfigSchema, IsWrittenFromTheTable) {
-  expect_generated("config/prismd.schema.json", schema_text(config_schema()));
-  const std::string name = "docs/man/prismd.json.5.scd", page = test::read_file(kSource / name);
-  const std::size_t keys = page.find("# KEYS\n\n") + 8;
-  expect_generated(name, page.substr(0, keys) + man_keys(config_schema()) + page.substr(page.find("# EXAMPLES")));
+  test::expect_pages_of(config_schema(), "config/prismd.schema.json", "docs/man/prismd.json.5.scd", "# KEYS\n\n",
+                        "# EXAMPLES");
 }
 
 // The defaults of `keys`, as a configuration that states them.

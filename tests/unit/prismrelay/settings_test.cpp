@@ -12,7 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/blocks.hpp"
-#include "tests/support/schema_keys.hpp"
+#include "tests/support/generated.hpp"
+#include "tests/support/schema_validator.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismrelay/instance_client.hpp"
 #include "tools/prismrelay/instances.hpp"
@@ -49,7 +50,7 @@ TEST(RelaySettings, ReadsEveryKey) {
   EXPECT_EQ(settings->postgresql->password_file, "/etc/prism/pg");
   EXPECT_EQ(settings->postgresql->keep_days, 30);
   EXPECT_EQ(settings->mqtt->port, 8884);
-  EXPECT_EQ(settings->mqtt->ca_file, "/etc/prism/ca.pem");
+  EXPECT_EQ(settings->mqtt->tls->ca, "/etc/prism/ca.pem");
   EXPECT_EQ(settings->metrics->file, "/run/prismrelay/prism.prom");
 }
 
@@ -99,16 +100,12 @@ TEST(RelaySettings, ReadsACredentialOfSystemd) {
   EXPECT_EQ(settings->postgresql->password_file, folder.file("relay_pg"));
 }
 
-TEST(RelaySettings, SchemaAndReaderHaveTheSameKeys) {
-  const std::filesystem::path source = PRISM_SOURCE_DIR;
-  const Json schema = Json::parse(test::read_file(source / "config/relay.schema.json"));
-  std::set<std::string> schema_keys, reader_keys;
-  test::add_schema_keys(schema, schema_keys);
-  test::add_reader_keys("tools/prismrelay/settings.cpp", reader_keys);
-  EXPECT_EQ(schema_keys, reader_keys);
-  const test::SchemaValidator validator(schema);
+TEST(RelaySettings, SchemaAndManPageAreWrittenFromTheTable) {
+  test::expect_pages_of(settings_schema(), "config/relay.schema.json", "docs/man/prismrelay.8.scd",
+                        "Paths are relative to the file's directory.\n\n", "# MQTT TOPICS");
+  const test::SchemaValidator validator(settings_schema());
   EXPECT_TRUE(validator.accepts(Json::parse(kComplete)));
-  const std::string shipped = test::read_file(source / "config/examples/relay.json");
+  const std::string shipped = test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/examples/relay.json");
   EXPECT_TRUE(validator.accepts(Json::parse(shipped, nullptr, true, true)));
   EXPECT_TRUE(parse_settings(shipped, "/etc/prism/relay.json"));
 }
@@ -116,8 +113,7 @@ TEST(RelaySettings, SchemaAndReaderHaveTheSameKeys) {
 // Replaces each value by one of every other type: schema and reader must reject it.
 TEST(RelaySettings, SchemaAndReaderRejectAWrongType) {
   const Json complete = Json::parse(kComplete);
-  const test::SchemaValidator validator(
-      Json::parse(test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "config/relay.schema.json")));
+  const test::SchemaValidator validator(settings_schema());
   const Json flat = complete.flatten();
   for (const auto& [pointer, value] : flat.items()) {
     if (pointer == "/$schema") continue;
