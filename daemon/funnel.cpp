@@ -29,7 +29,7 @@ std::string funnel_text(const pipeline::Device& device) {
   text += row("frames", line.frames,
               losses({{line.bad_check, "failed their check"},
                       {clock.missing_frames, "missing"},
-                      {pipeline.rejected_counters(), "with a wrong counter"}}));
+                      {clock.rejected_counters, "with a wrong counter"}}));
   text += row("samples", clock.samples, losses({{clock.duplicates, "repeat the counter or time of the frame before"}}));
   for (std::size_t i = 0; i < device.axes.size(); ++i) {
     const std::string axis = device.axes.size() > 1 ? " " + device.axes[i].name : "";

@@ -9,8 +9,7 @@
 
 namespace prism::pipeline {
 
-Pipeline::Pipeline(const Setup& setup)
-    : decoder_(setup.frames), counter_check_(setup.frames), clock_(setup.frames, setup.clock) {
+Pipeline::Pipeline(const Setup& setup) : decoder_(setup.frames), clock_(setup.frames, setup.clock) {
   for (std::size_t i = 0; i < setup.axes.size(); ++i) {
     axes_.push_back({.name = setup.frames->axes[i].name,
                      .engine = compensation::CompensationEngine(setup.axes[i].engine, setup.sensors),
@@ -56,7 +55,7 @@ Rows& Pipeline::finish() {
   readings_.clear();
   decoder_.finish(readings_);
   pass();
-  for (const wire::DecodedMessage& held : counter_check_.finish()) handle(held);
+  if (const auto held = clock_.take_held()) handle(*held);
   end_axes();
   return rows_;
 }
@@ -130,7 +129,7 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
 Rows& Pipeline::pass() {
   for (const wire::DecodedMessage& reading : readings_) {
     if (keeps_frames_ && reading.has_gyro) rows_.frames.push_back({.message = reading});
-    for (const wire::DecodedMessage& passed : counter_check_.push(reading)) handle(passed);
+    clock_.check_counter(reading, [this](const wire::DecodedMessage& passed) { handle(passed); });
   }
   return rows_;
 }

@@ -13,7 +13,6 @@
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/counter.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace prism::pipeline {
@@ -89,7 +88,6 @@ class Pipeline {
   const drivers::Clock& clock() const { return clock_; }
   /// Arrival of the last frame with gyro data; 0: none yet.
   std::int64_t last_frame_ns() const;
-  std::uint64_t rejected_counters() const { return counter_check_.rejected(); }
   const std::vector<Axis>& axes() const { return axes_; }
   const std::vector<SensorFeed>& sensor_feeds() const { return feeds_; }
   /// Values of all sensors, as Setup::sensors; kUnknown: not known at that time.
@@ -105,7 +103,6 @@ class Pipeline {
   std::span<const double> sensors_at(const wire::DecodedMessage& reading);
 
   wire::FrameDecoder decoder_;
-  drivers::CounterCheck counter_check_;
   drivers::Clock clock_;
   std::vector<Axis> axes_;
   std::vector<SensorFeed> feeds_;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/pipeline/pipeline.hpp"
-#include "drivers/arrival_check.hpp"
+#include "drivers/frame_rate_check.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {

@@ -60,7 +60,7 @@ ordered_json clock_json(const pipeline::Pipeline& pipeline) {
           {"missing_frames", c.missing_frames},
           {"missing_by_arrival", c.missing_by_arrival},
           {"duplicates", c.duplicates},
-          {"rejected_counters", pipeline.rejected_counters()},
+          {"rejected_counters", c.rejected_counters},
           {"resets", c.resets},
           {"period_s", known(c.period_s)},
           {"period_is_estimated", c.period_is_estimated},

@@ -14,7 +14,6 @@
 
 #include "compensation/second_averager.hpp"
 #include "drivers/clock.hpp"
-#include "drivers/counter.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism {
@@ -150,8 +149,7 @@ struct TimedSample {
 class Timeline {
  public:
   Timeline(const wire::FrameDescriptionPtr& description, TimeSource source)
-      : check_(description),
-        clock_(description,
+      : clock_(description,
                {.source = source == TimeSource::kHost ? drivers::ClockSource::kHost : drivers::ClockSource::kDevice,
                 .arrivals_are_measured = source != TimeSource::kRawBytes}) {}
 
@@ -161,24 +159,23 @@ class Timeline {
     std::vector<TrueFrame> recent;
     for (const TrueFrame& frame : frames) {
       recent.push_back(frame);
-      for (const wire::DecodedMessage& reading : check_.push(frame.reading)) {
+      clock_.check_counter(frame.reading, [&](const wire::DecodedMessage& reading) {
         const bool measured = clock_.push(reading);
         session += clock_.began_session();
-        if (!measured) continue;
+        if (!measured) return;
         const auto sample = clock_.sample(reading, 0);
-        if (!sample) continue;
+        if (!sample) return;
         const auto truth = std::find_if(recent.rbegin(), recent.rend(),
                                         [&](const TrueFrame& f) { return f.reading.offset == reading.offset; });
         samples.push_back({*sample, session, truth->t_s});
-      }
+      });
     }
     return samples;
   }
   const drivers::ClockStatus& status() const { return clock_.status(); }
-  std::uint64_t rejected() const { return check_.rejected(); }
+  std::uint64_t rejected() const { return clock_.status().rejected_counters; }
 
  private:
-  drivers::CounterCheck check_;
   drivers::Clock clock_;
 };
 

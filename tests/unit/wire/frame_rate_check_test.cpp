@@ -6,7 +6,7 @@
 #include <sstream>
 #include <vector>
 
-#include "drivers/arrival_check.hpp"
+#include "drivers/frame_rate_check.hpp"
 #include "tests/support/blocks.hpp"
 
 namespace prism::drivers {
