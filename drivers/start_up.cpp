@@ -10,10 +10,7 @@ namespace {
 
 constexpr std::size_t kShown = 16;
 
-template <class Bytes>
-std::string hex_text(const Bytes& bytes) {
-  return fmt::format("{:02X}", fmt::join(bytes, " "));
-}
+std::string hex_text(std::span<const std::uint8_t> bytes) { return fmt::format("{:02X}", fmt::join(bytes, " ")); }
 
 }  // namespace
 
@@ -47,13 +44,11 @@ void StartUp::received(std::span<const std::uint8_t> bytes) {
   if (is_done() || !sent_ || answered_) return;
   const wire::CommandBytes& expected = steps_[step_].expect;
   answer_bytes_ += bytes.size();
-  for (const std::uint8_t byte : bytes) {
-    last_bytes_.push_back(byte);
-    if (last_bytes_.size() > wire::kMostExpectedBytes) last_bytes_.pop_front();
-    if (expected.empty() || byte != expected.back() || last_bytes_.size() < expected.size()) continue;
-    answered_ = std::equal(expected.rbegin(), expected.rend(), last_bytes_.rbegin());
-    if (answered_) return;
-  }
+  last_bytes_.insert(last_bytes_.end(), bytes.begin(), bytes.end());
+  answered_ = !expected.empty() && std::search(last_bytes_.begin(), last_bytes_.end(), expected.begin(),
+                                               expected.end()) != last_bytes_.end();
+  if (last_bytes_.size() > wire::kMostExpectedBytes)
+    last_bytes_.erase(last_bytes_.begin(), last_bytes_.end() - wire::kMostExpectedBytes);
 }
 
 std::string StartUp::text() const {
@@ -62,9 +57,8 @@ std::string StartUp::text() const {
   text += fmt::format(": expected {}, received ", bytes_text(steps_[step_].expect));
   if (last_bytes_.empty()) return text + "nothing";
   const std::size_t shown = std::min(last_bytes_.size(), kShown);
-  const std::vector<std::uint8_t> last(last_bytes_.end() - static_cast<std::ptrdiff_t>(shown), last_bytes_.end());
   if (answer_bytes_ > shown) text += fmt::format("{} bytes, the last ", answer_bytes_);
-  return text + hex_text(last);
+  return text + hex_text(std::span(last_bytes_).last(shown));
 }
 
 }  // namespace prism::drivers

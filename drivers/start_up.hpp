@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,8 +36,8 @@ class StartUp {
   std::vector<wire::Command> steps_;
   std::size_t step_ = 0;
   bool sent_ = false, answered_ = false, failed_ = false;
-  std::uint64_t answer_bytes_ = 0;       ///< since the step began
-  std::deque<std::uint8_t> last_bytes_;  ///< of the answer
+  std::uint64_t answer_bytes_ = 0;        ///< since the step began
+  std::vector<std::uint8_t> last_bytes_;  ///< of the answer
   Time deadline_;
 };
 
