@@ -113,7 +113,7 @@ class Live {
   // Again after a reload that changed the outputs.
   void open_outputs() {
     outputs_.clear();
-    device_.output_lines.assign(device_.outputs.size(), {});
+    device_.output_lines = std::vector<pipeline::OutputStatus>(device_.outputs.size());
     for (std::size_t i = 0; i < device_.outputs.size(); ++i) {
       const pipeline::Setup::Output& output = setup().outputs[i];
       std::unique_ptr<pipeline::CaptureSink> capture;

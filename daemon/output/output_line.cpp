@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "base/host_time.hpp"
@@ -28,80 +28,53 @@ OutputLine::OutputLine(boost::asio::io_context& io, pipeline::Setup::Output setu
       problems_(problems),
       tell_(std::move(tell)),
       capture_(std::move(capture)),
-      retry_timer_(io),
-      flush_timer_(io) {}
+      timer_(io) {}
 
-void OutputLine::set(LineState state, const std::string& detail) {
-  if (status_.state != state) status_.since_ns = host_time_ns();
-  status_.state = state;
-  status_.detail = detail;
-}
-
-void OutputLine::open() {
-  auto line = transport::open(io_, setup_.line);
-  if (!line) return lose(line.error().text());
-  transport_ = std::move(*line);
-  if (transport_->opening().empty()) return opened();
-  set(LineState::kConnecting, transport_->opening());
-  listen();
-}
-
-void OutputLine::opened() {
-  is_open_ = true;
-  retry_.reset();
-  set(LineState::kReceiving, "");
-  tell_(pipeline::Severity::kInfo, "output_open", name_ + ": open");
-  problems_.forget(fault_key_);
-  if (capture_) capture_->mark_opened(host_time_ns());
-  listen();
-}
-
-void OutputLine::listen() {
-  transport_->wait([this, alive = std::weak_ptr(alive_), open = transport_.get()](const auto& error) {
-    if (!error && !alive.expired() && transport_.get() == open) readable();
+void OutputLine::wait(Clock::duration duration) {
+  timer_.expires_after(duration);  // ends another wait
+  timer_.async_wait([this, alive = std::weak_ptr(alive_)](const auto& error) {
+    if (!error && !alive.expired()) proceed();
   });
 }
 
-// Bytes of the far end are ignored, but a read finds that it is gone.
-void OutputLine::readable() {
-  using Kind = transport::Received::Kind;
-  const transport::Received received = transport_->read(ignored_);
-  if (received.kind == Kind::kLost) return lose(received.why);
-  if (!is_open_) {
-    if (const std::string step = transport_->opening(); !step.empty()) {
-      set(LineState::kConnecting, step);
-      return listen();
-    }
-    return opened();
+// Bytes of the far end are ignored, but a read opens the line further, and finds that the far end is gone.
+void OutputLine::proceed() {
+  std::array<std::uint8_t, 4096> ignored;
+  transport::Received received;
+  if (transport_) {
+    received = transport_->read(ignored);
+  } else if (auto line = transport::open(io_, setup_.line)) {
+    transport_ = std::move(*line);
+  } else {
+    return lose(line.error().text());
   }
-  if (received.kind != Kind::kEmpty) return listen();
-  retry_timer_.expires_after(kRest);
-  retry_timer_.async_wait([this, alive = std::weak_ptr(alive_), open = transport_.get()](const auto& error) {
-    if (!error && !alive.expired() && transport_.get() == open) listen();
-  });
+  if (received.kind == transport::Received::Kind::kLost) return lose(received.why);
+  if (const std::string step = transport_->opening(); !step.empty()) {
+    status_.set(LineState::kConnecting, step, host_time_ns());
+  } else if (!is_open()) {
+    retry_.reset();
+    status_.set(LineState::kReceiving, "", host_time_ns());
+    tell_(pipeline::Severity::kInfo, "output_open", name_ + ": open");
+    problems_.forget(fault_key_);
+    if (capture_) capture_->mark_opened(host_time_ns());
+  }
+  wait(kRest);
+  if (is_open()) flush();
 }
 
 void OutputLine::lose(const std::string& why) {
-  set(LineState::kConnecting, why);
+  status_.set(LineState::kConnecting, why, host_time_ns());
   problems_.set(
       fault_key_,
       {.kind = "output", .level = Problem::Level::kFailed, .text = fmt::format("{}: {}; no frame leaves", name_, why)});
-  is_open_ = false;
   for (const Chunk& chunk : waiting_) status_.lost_bytes += chunk.bytes.size() - chunk.written;
   waiting_.clear();
   transport_.reset();
-  pause();
-}
-
-void OutputLine::pause() {
-  retry_timer_.expires_after(retry_.next(setup_.config.line, transport::is_present(setup_.line)));
-  retry_timer_.async_wait([this, alive = std::weak_ptr(alive_)](const auto& error) {
-    if (!error && !alive.expired() && !transport_) open();
-  });
+  wait(retry_.next(setup_.config.line, transport::is_present(setup_.line)));
 }
 
 void OutputLine::send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns) {
-  if (!is_open_) {
+  if (!is_open()) {
     status_.lost_bytes += bytes.size();
     return;
   }
@@ -117,19 +90,13 @@ void OutputLine::flush() {
     status_.bytes += *written;
     chunk.written += *written;
     if (chunk.written < chunk.bytes.size()) break;
-    status_.add_latency(std::chrono::duration<double>(Clock::now() - chunk.read_at).count());
+    status_.latencies_s.push_back(std::chrono::duration<float>(Clock::now() - chunk.read_at).count());
     if (capture_) capture_->data(chunk.bytes, chunk.arrival_ns);
     waiting_.pop_front();
   }
   if (waiting_.empty()) return;
   drop_old();
-  if (std::exchange(flushes_later_, true)) return;
-  flush_timer_.expires_after(kTryAgain);
-  flush_timer_.async_wait([this, alive = std::weak_ptr(alive_)](const auto& error) {
-    if (error || alive.expired()) return;
-    flushes_later_ = false;
-    if (is_open_) flush();
-  });
+  wait(kTryAgain);
 }
 
 void OutputLine::drop_old() {

@@ -2,7 +2,6 @@
 // A line on which corrected frames leave: opens it, writes without waiting, and measures the latency.
 #pragma once
 
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
@@ -14,9 +13,9 @@
 #include <vector>
 
 #include "base/problems.hpp"
+#include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/output_status.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/transport/transport.hpp"
 
@@ -36,7 +35,7 @@ class OutputLine {
   OutputLine(const OutputLine&) = delete;
   OutputLine& operator=(const OutputLine&) = delete;
 
-  void start() { open(); }
+  void start() { proceed(); }
   /// Writes the bytes that leave because of bytes that were read at `read_at`, with the stamp `arrival_ns`.
   void send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns);
   /// Call once a second.
@@ -50,15 +49,12 @@ class OutputLine {
     std::int64_t arrival_ns = 0;
   };
 
-  void open();
-  void listen();
-  void readable();
-  void opened();
+  bool is_open() const { return status_.state == pipeline::LineState::kReceiving; }
+  void wait(Clock::duration duration);
+  void proceed();
   void lose(const std::string& why);
-  void pause();
   void flush();
   void drop_old();
-  void set(pipeline::LineState state, const std::string& detail);
 
   boost::asio::io_context& io_;
   const pipeline::Setup::Output setup_;
@@ -68,13 +64,10 @@ class OutputLine {
   const pipeline::Tell tell_;
   const std::unique_ptr<pipeline::CaptureSink> capture_;
   std::unique_ptr<transport::Transport> transport_;
-  bool is_open_ = false;
   std::deque<Chunk> waiting_;
-  boost::asio::steady_timer retry_timer_, flush_timer_;
+  boost::asio::steady_timer timer_;
   pipeline::RetryPause retry_;
-  bool flushes_later_ = false;
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
-  std::array<std::uint8_t, 4096> ignored_{};              ///< what the far end sends
 };
 
 }  // namespace prism::output

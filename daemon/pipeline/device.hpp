@@ -16,7 +16,6 @@
 #include "daemon/pipeline/line_status.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/output_status.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/sensor_feed.hpp"
 #include "daemon/pipeline/stage_monitor.hpp"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One line of a device: its state, independent of its data, and its capture.
+// One line of a device or an output: its state, independent of its data, and its capture.
 #pragma once
 
 #include <algorithm>
+#include <boost/circular_buffer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/sample.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "drivers/poller.hpp"
@@ -50,6 +52,22 @@ struct LineStatus {
     if (now != state) since_ns = now_ns;
     state = now;
     detail = why;
+  }
+};
+
+/// The line of an output; without `hardware` to `capture`.
+struct OutputStatus : LineStatus {
+  std::uint64_t bytes = 0;                          ///< written since the start
+  std::uint64_t lost_bytes = 0;                     ///< not written: the line was closed, or its reader too slow
+  boost::circular_buffer<float> latencies_s{4096};  ///< of the latest writes, from the read of a frame's last byte
+
+  /// `share` 0 to 1; kUnknown: no write yet.
+  double latency_s(double share) const {
+    if (latencies_s.empty()) return kUnknown;
+    std::vector<float> sorted(latencies_s.begin(), latencies_s.end());
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return *at;
   }
 };
 
