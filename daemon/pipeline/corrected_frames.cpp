@@ -4,233 +4,203 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <utility>
 
 #include "compensation/compensated.hpp"
 #include "drivers/wire/description/check.hpp"
 
 namespace prism::pipeline {
+namespace {
 
-namespace message {
-void append(const Fields& fields, std::vector<std::uint8_t>& out) {
-  static const wire::Crc crc({.width = 32,
-                              .poly = 0x04C11DB7,
-                              .init = 0xFFFFFFFF,
-                              .reflect_in = true,
-                              .reflect_out = true,
-                              .xor_out = 0xFFFFFFFF});
+using config::WhenUnknown;
+
+void append(std::vector<std::uint8_t>& out, std::span<const std::uint8_t> bytes) {
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+}  // namespace
+
+void append_message(const Rows::Sample& sample, std::uint32_t number, double correction_deg_per_h, Form form,
+                    std::vector<std::uint8_t>& out) {
+  static const wire::Crc crc({32, 0x04C11DB7, 0xFFFFFFFF, true, true, 0xFFFFFFFF});
   constexpr std::uint64_t kSync = 0x5250, kVersion = 1;  // "PR"
+  const std::uint32_t mark = form == Form::kCorrected ? 0 : 0x8000U << static_cast<unsigned>(form);
+  const compensation::Compensated& row = sample.row;
   const std::size_t begin = out.size();
   const auto put = [&](std::uint64_t value, std::size_t size) { wire::append_number(out, value, size, false); };
   put(kSync, 2);
   put(kVersion, 1);
-  put(fields.axis, 1);
-  put(fields.number, 4);
-  put(static_cast<std::uint64_t>(fields.time_ns), 8);
-  put(std::bit_cast<std::uint64_t>(fields.rate_deg_per_h), 8);
-  put(std::bit_cast<std::uint64_t>(fields.correction_deg_per_h), 8);
-  put(std::bit_cast<std::uint32_t>(fields.sd_deg_per_h), 4);
-  put(fields.flags, 4);
+  put(sample.axis, 1);
+  put(number, 4);
+  put(static_cast<std::uint64_t>(row.sample.time_ns), 8);
+  put(std::bit_cast<std::uint64_t>(row.sample.rate_deg_per_h), 8);
+  put(std::bit_cast<std::uint64_t>(correction_deg_per_h), 8);
+  put(std::bit_cast<std::uint32_t>(static_cast<float>(row.correction.sd_deg_per_h)), 4);
+  put(row.correction.quality | mark, 4);
   put(crc.compute(std::span(out).subspan(begin)), 4);
 }
 
-}  // namespace message
-
-using config::WhenUnknown;
-
-CorrectedFrames::CorrectedFrames(const Setup& setup, const Setup::Output& output)
-    : config_(output.config), in_(setup.frames), editor_(setup.frames), axes_(setup.axes.size()) {
-  if (!output.frames) return;
-  encoder_.emplace(output.frames);
-  const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
-  for (const wire::SensorRule& rule : output.frames->sensors) {
-    const auto same = std::find_if(there.begin(), there.end(),
-                                   [&](const SensorName& sensor) { return sensor.name == rule.sensor.name; });
-    sensors_.push_back(static_cast<std::size_t>(same - there.begin()));  // load_setup checked it
-  }
+CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
+    : config_(setup.outputs[index].config),
+      is_first_(index == 0),
+      same_(config_.frames == "same"),
+      drops_(config_.when_unknown == WhenUnknown::kDrop),
+      in_(setup.frames),
+      editor_(setup.frames),
+      axes_(setup.axes.size()) {
+  const wire::FrameDescriptionPtr& frames = setup.outputs[index].frames;
+  if (!frames) return;
+  encoder_.emplace(frames);
+  for (const wire::SensorRule& rule : frames->sensors)  // load_setup checked that the stream has them
+    sensors_.push_back(sensor_index(sensors_of_list(setup.sensors), rule.sensor.name));
 }
 
 void CorrectedFrames::model_changed() {
-  for (AxisState& axis : axes_) axis.fading = axis.source != Source::kNone;
+  for (AxisState& axis : axes_) axis.fading = axis.source.has_value();
 }
 
-void CorrectedFrames::push(std::span<const std::uint8_t> bytes, const Rows& rows, const wire::FrameDecoder& decoder,
+void CorrectedFrames::push(std::span<const std::uint8_t> bytes, Rows& rows, const wire::FrameDecoder& decoder,
                            std::vector<std::uint8_t>& out) {
-  const bool same = config_.frames == "same";
-  waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+  append(waiting_, bytes);
   const std::uint64_t begin = decoder.counters().bytes - waiting_.size();
-  means_.clear();
-  std::size_t at = 0;  // in waiting_: everything before it has left
+  std::size_t left = 0;  // of those that wait
+  const auto take = [&](std::uint64_t end) {
+    const std::size_t from = std::exchange(left, end - begin);
+    return std::span<const std::uint8_t>(waiting_).subspan(from, left - from);
+  };
+  const auto pass = [&](std::uint64_t end) {
+    const auto between = take(end);
+    if (same_) append(out, between);
+  };
+  std::size_t closed = 0;
+  const auto close_seconds = [&](std::size_t samples_before) {
+    for (; closed < rows.windows.size() && rows.windows[closed].samples_before <= samples_before; ++closed) {
+      AxisState& axis = axes_[rows.windows[closed].axis];
+      if (is_first_ && axis.weight > 0) rows.windows[closed].row.sent_deg_per_h = axis.sum / axis.weight;
+      axis.sum = axis.weight = 0;
+    }
+  };
   for (const Rows::Frame& frame : rows.frames) {
-    if (frame.sample_count > 0) close_seconds(rows, frame.first_sample);
-    const std::size_t first = frame.message.offset - begin, length = frame.message.length;
-    if (same)
-      out.insert(out.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(at),
-                 waiting_.begin() + static_cast<std::ptrdiff_t>(first));
-    at = first + length;
-    const bool left = send(std::span(rows.samples).subspan(frame.first_sample, frame.sample_count), frame.message,
-                           std::span(waiting_).subspan(first, length), out);
-    ++(left ? counters_.frames : counters_.dropped);
+    close_seconds(frame.first_sample);
+    pass(frame.message.offset);
+    const Form form = send(std::span(rows.samples).subspan(frame.first_sample, frame.sample_count), frame.message,
+                           take(frame.message.offset + frame.message.length), out);
+    ++counters_.by_form[static_cast<std::size_t>(form)];
+    counters_.frames += form != Form::kDropped;
   }
-  close_seconds(rows, rows.samples.size());
-  const std::size_t end = decoder.decided() - begin;
-  if (same)
-    out.insert(out.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(at),
-               waiting_.begin() + static_cast<std::ptrdiff_t>(end));
-  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(end));
+  close_seconds(rows.samples.size());
+  pass(decoder.decided());
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(left));
 }
 
-// The windows that were closed before this sample.
-void CorrectedFrames::close_seconds(const Rows& rows, std::size_t first_sample) {
-  while (means_.size() < rows.windows.size() && rows.windows[means_.size()].samples_before <= first_sample) {
-    AxisState& axis = axes_[rows.windows[means_.size()].axis];
-    means_.push_back(axis.weight > 0 ? axis.sum / axis.weight : kUnknown);
-    axis.sum = axis.weight = 0;
+Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
+                           std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
+  for (AxisState& axis : axes_) {
+    axis.sample = nullptr;
+    axis.form = Form::kRaw;
+    axis.sent = kUnknown;
   }
+  Form form = samples.empty() && (!same_ || drops_) ? Form::kDropped : Form::kCorrected;
+  for (const Rows::Sample& sample : samples) form = std::max(form, follow(axes_[sample.axis], sample.row));
+  if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes, out));
+  if (form == Form::kDropped) return form;
+  if (encoder_) encode(samples, message, out);
+  for (const Rows::Sample& sample : samples) {
+    AxisState& axis = axes_[sample.axis];
+    if (!same_ && !encoder_)
+      append_message(sample, number_++, axis.form == Form::kRaw ? 0 : axis.correction, axis.form, out);
+    if (axis.sample == nullptr) continue;
+    axis.sum += axis.sent * axis.sample->interval_s;
+    axis.weight += axis.sample->interval_s;
+  }
+  return form;
 }
 
 // The correction that is sent with this sample. A frame whose rate the device marks as invalid leaves as received; the
 // correction does not change.
-CorrectedFrames::Verdict CorrectedFrames::follow(AxisState& axis, const Sample& measured,
-                                                 const compensation::Compensated& row) {
-  if (std::isnan(measured.rate_deg_per_h)) return {};
+Form CorrectedFrames::follow(AxisState& axis, const compensation::Compensated& row) {
+  const Sample& measured = row.sample;
+  if (std::isnan(measured.rate_deg_per_h)) return axis.form;
   double target = 0;
-  Source source = Source::kRaw;
+  Form form = Form::kRaw;
   if (std::isfinite(row.corrected_deg_per_h)) {
-    target = row.correction.bias_deg_per_h;
-    source = (row.correction.quality & compensation::kFallback) != 0 ? Source::kFallback : Source::kModel;
-    axis.known_ns = measured.time_ns, axis.known = target;
+    form = Form::kCorrected;
+    target = axis.known = row.correction.bias_deg_per_h;
+    axis.known_ns = measured.time_ns;
   } else if (config_.when_unknown != WhenUnknown::kRaw) {
-    const double age_s = axis.known_ns ? static_cast<double>(measured.time_ns - *axis.known_ns) / 1e9 : INFINITY;
-    const bool holds = config_.when_unknown == WhenUnknown::kHold && age_s >= 0 && age_s <= config_.hold_s;
-    if (!holds && (config_.when_unknown == WhenUnknown::kDrop || config_.then_drop)) return {.drop = true};
-    if (holds) target = axis.known, source = Source::kHeld;
+    const double age_s = static_cast<double>(measured.time_ns - axis.known_ns) / 1e9;
+    if (!drops_ && !std::isnan(axis.known) && age_s >= 0 && age_s <= config_.hold_s) {
+      form = Form::kHeld;
+      target = axis.known;
+    } else if (drops_ || config_.then_drop) {
+      return axis.form = Form::kDropped;
+    }
   }
-  axis.fading = axis.fading || (axis.source != Source::kNone && source != axis.source);
+  const bool of_fallback = form == Form::kCorrected && (row.correction.quality & compensation::kFallback) != 0;
+  const std::pair source(form, of_fallback);
+  axis.fading = axis.fading || (axis.source && *axis.source != source);
   axis.source = source;
   const double most = axis.fading ? config_.fade_deg_per_h_per_s * measured.interval_s : INFINITY;
   axis.correction += std::clamp(target - axis.correction, -most, most);
   if (axis.correction == target) axis.fading = false;
-  const Form form = axis.fading               ? Form::kFading
-                    : source == Source::kHeld ? Form::kHeld
-                    : source == Source::kRaw  ? Form::kRaw
-                                              : Form::kCorrected;
-  return {form, false, axis.correction, measured.rate_deg_per_h - axis.correction};
+  axis.sample = &measured;
+  axis.sent = measured.rate_deg_per_h - axis.correction;
+  return axis.form = axis.fading ? Form::kFading : form;
 }
 
-// Returns false if nothing left.
-bool CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-                           std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
-  const bool same = config_.frames == "same";
-  bool drop = samples.empty() && (!same || config_.when_unknown == WhenUnknown::kDrop);
-  verdicts_.clear();
-  for (const Rows::Sample& sample : samples) {
-    verdicts_.push_back(follow(axes_[sample.axis], sample.row.sample, sample.row));
-    drop = drop || verdicts_.back().drop;
-  }
-  if (drop || (same && !edit(samples, message, bytes, out))) return false;
-  if (!same) encode(samples, message, out);
-  count(samples);
-  return true;
-}
-
-void CorrectedFrames::count(std::span<const Rows::Sample> samples) {
-  Form worst = verdicts_.empty() ? Form::kRaw : Form::kCorrected;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    worst = std::max(worst, verdicts_[i].form);
-    if (!std::isfinite(verdicts_[i].sent)) continue;
-    AxisState& axis = axes_[samples[i].axis];
-    axis.sum += verdicts_[i].sent * samples[i].row.sample.interval_s;
-    axis.weight += samples[i].row.sample.interval_s;
-  }
-  static constexpr std::uint64_t OutputCounters::*kForms[] = {&OutputCounters::corrected, &OutputCounters::fading,
-                                                              &OutputCounters::held, &OutputCounters::raw};
-  ++(counters_.*kForms[static_cast<std::size_t>(worst)]);
-}
-
-bool CorrectedFrames::edit(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-                           std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
+Form CorrectedFrames::edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes,
+                           std::vector<std::uint8_t>& out) {
   editor_.begin(message.kind, bytes);
-  bool all = !samples.empty();
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const wire::AxisReading& reading = message.gyro[i];
-    if (!reading.carried) continue;
-    const auto own = std::find_if(samples.begin(), samples.end(), [&](const auto& sample) { return sample.axis == i; });
-    Verdict* const verdict =
-        own == samples.end() ? nullptr : &verdicts_[static_cast<std::size_t>(own - samples.begin())];
-    if (!edit_axis(i, reading, verdict != nullptr ? &own->row.sample : nullptr, verdict)) {
-      ++counters_.unfit;
-      if (config_.when_unknown == WhenUnknown::kDrop) return false;
-    }
-    all = all && verdict != nullptr && verdict->form == Form::kCorrected;
+  Form form = Form::kCorrected;
+  for (std::size_t i = 0; i < axes_.size() && form != Form::kDropped; ++i) {
+    if (message.gyro[i].carried) form = std::max(form, edit_axis(i, message.gyro[i].value));
   }
-  if (all) editor_.mark();
-  const std::span<const std::uint8_t> frame = editor_.finish();
-  out.insert(out.end(), frame.begin(), frame.end());
-  return true;
+  if (form == Form::kDropped) return form;
+  if (form == Form::kCorrected) editor_.mark();
+  append(out, editor_.finish());
+  return form;
 }
 
-// Returns false, with a raw verdict, if the field cannot have the number.
-bool CorrectedFrames::edit_axis(std::size_t index, const wire::AxisReading& reading, const Sample* sample,
-                                Verdict* verdict) {
+Form CorrectedFrames::edit_axis(std::size_t index, double value) {
   AxisState& axis = axes_[index];
-  const double scale = in_->axes[index].scale;
   const wire::RateEncoding meaning = in_->gyro.meaning;
-  const bool known = verdict != nullptr && std::isfinite(verdict->sent) && !std::isnan(reading.value);
   const bool accumulates = meaning == wire::RateEncoding::kAccumulated;
-  if (std::isnan(reading.value) || (!known && !accumulates)) return true;
-  double off = known ? verdict->correction / scale : 0;
-  if (meaning != wire::RateEncoding::kRate && known) off *= sample->interval_s;
+  if (std::isnan(value) || (axis.sample == nullptr && !accumulates)) return axis.form;
+  double unit = in_->axes[index].scale;  // of `value`, deg/h
+  if (axis.sample != nullptr && meaning != wire::RateEncoding::kRate) unit /= axis.sample->interval_s;
+  double off = axis.sample != nullptr ? axis.correction / unit : 0;
   if (accumulates) off = axis.angle += off;  // the sum stays subtracted, so that a raw frame has no step
   if (off == 0) {
     axis.carry = 0;
-    return true;
+    return axis.form;
   }
-  const double wanted = reading.value - off + axis.carry, found = editor_.put(index, wanted);
+  const double wanted = value - off + axis.carry, found = editor_.put(index, wanted);
   if (std::isnan(found)) {
-    if (known) *verdict = {.sent = sample->rate_deg_per_h};
-    return false;
+    ++counters_.unfit;
+    if (axis.sample != nullptr) axis.sent = axis.sample->rate_deg_per_h;
+    return axis.form = drops_ ? Form::kDropped : Form::kRaw;
   }
-  if (accumulates) return true;
+  if (accumulates) return axis.form;
   axis.carry = wanted - found;
-  const double taken = (reading.value - found) * scale;
-  verdict->sent = sample->rate_deg_per_h - (meaning == wire::RateEncoding::kRate ? taken : taken / sample->interval_s);
-  return true;
+  axis.sent = axis.sample->rate_deg_per_h - (value - found) * unit;
+  return axis.form;
 }
 
 void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
                              std::vector<std::uint8_t>& out) {
-  if (encoder_) {
-    const Sample& first = samples.front().row.sample;
-    wire::GyroState state{.interval_s = first.interval_s,
-                          .temperature_degc = first.temperature_degc,
-                          .uhfo_v = first.uhfo_v,
-                          .status = message.status};
-    for (std::size_t i = 0; i < sensors_.size(); ++i) state.sensors[i] = message.sensors[sensors_[i]];
-    state.valid.fill(false);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      state.valid[samples[i].axis] = std::isfinite(verdicts_[i].sent);
-      state.rate_deg_per_h[samples[i].axis] = state.valid[samples[i].axis] ? verdicts_[i].sent : 0;
-    }
-    if (first.missing_frames > 0) encoder_->skip(state, first.missing_frames);
-    return encoder_->encode(state, out);
+  const Sample& first = samples.front().row.sample;
+  wire::GyroState state{.interval_s = first.interval_s,
+                        .temperature_degc = first.temperature_degc,
+                        .uhfo_v = first.uhfo_v,
+                        .status = message.status};
+  state.valid.fill(false);
+  for (const Rows::Sample& sample : samples) {
+    const AxisState& axis = axes_[sample.axis];
+    state.valid[sample.axis] = axis.sample != nullptr;
+    if (axis.sample != nullptr) state.rate_deg_per_h[sample.axis] = axis.sent;
   }
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const compensation::Compensated& row = samples[i].row;
-    const Form form = verdicts_[i].form;
-    std::uint32_t flags = row.correction.quality;
-    if (form == Form::kFading) flags |= message::kFading;
-    if (form == Form::kHeld) flags |= message::kHeld;
-    if (form == Form::kRaw) flags |= message::kRaw;
-    message::append({.axis = static_cast<std::uint8_t>(samples[i].axis),
-                     .number = number_++,
-                     .time_ns = row.sample.time_ns,
-                     .rate_deg_per_h = row.sample.rate_deg_per_h,
-                     .correction_deg_per_h = verdicts_[i].correction,
-                     .sd_deg_per_h = static_cast<float>(row.correction.sd_deg_per_h),
-                     .flags = flags},
-                    out);
-  }
+  for (std::size_t i = 0; i < sensors_.size(); ++i) state.sensors[i] = message.sensors[sensors_[i]];
+  if (first.missing_frames > 0) encoder_->skip(state, first.missing_frames);
+  encoder_->encode(state, out);
 }
 
 }  // namespace prism::pipeline

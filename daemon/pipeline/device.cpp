@@ -165,12 +165,11 @@ Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
   }
   if (axes.front().log) log = &axes.front().log->counters();
   make_outputs();
-  if (!outputs.empty()) pipeline->keep_frames();
 }
 
 void Device::make_outputs() {
   outputs.clear();
-  for (const Setup::Output& output : setup.outputs) outputs.emplace_back(setup, output);
+  for (std::size_t i = 0; i < setup.outputs.size(); ++i) outputs.emplace_back(setup, i);
 }
 
 // Before the rows are kept: a navigation computer waits for the frames.
@@ -180,8 +179,6 @@ void Device::send(std::span<const std::uint8_t> bytes, Rows& rows) {
     outputs[i].push(bytes, rows, pipeline->decoder(), sent_);
     if (send_ && !sent_.empty()) send_(i, sent_);
   }
-  for (std::size_t i = 0; i < rows.windows.size() && !outputs.empty(); ++i)
-    rows.windows[i].row.sent_deg_per_h = outputs.front().second_means()[i];
 }
 
 const wire::DecoderCounters& Device::decoded(std::size_t line) const {
@@ -266,7 +263,6 @@ Result<bool> Device::reconfigure(Setup next) {
   const bool same_outputs = stream && next.config.outputs == setup.config.outputs;
   setup = std::move(next);
   if (!same_outputs) make_outputs();
-  if (!outputs.empty()) pipeline->keep_frames();
   for (CorrectedFrames& output : outputs) output.model_changed();
   problems.clear_all("question", "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {

@@ -82,6 +82,7 @@ Result<void> Pipeline::use_models(const Setup& setup) {
     if (auto used = axes[i].engine.use(setup.axes[i].model, setup.axes[i].fallback); !used) return used;
   }
   axes_ = std::move(axes);
+  keeps_frames_ = !setup.outputs.empty();
   return {};
 }
 
@@ -128,8 +129,13 @@ void Pipeline::enter_second(const Sample& sample, std::int64_t arrival_ns) {
 
 Rows& Pipeline::pass() {
   for (const wire::DecodedMessage& reading : readings_) {
-    if (keeps_frames_ && reading.has_gyro) rows_.frames.push_back({.message = reading});
-    clock_.check_counter(reading, [this](const wire::DecodedMessage& passed) { handle(passed); });
+    std::size_t first = 0, count = 0;
+    clock_.check_counter(reading, [&](const wire::DecodedMessage& passed) {
+      first = rows_.samples.size();
+      handle(passed);
+      count = passed.offset == reading.offset ? rows_.samples.size() - first : 0;
+    });
+    if (keeps_frames_ && reading.has_gyro) rows_.frames.push_back({reading, first, count});
   }
   return rows_;
 }
@@ -161,12 +167,6 @@ void Pipeline::handle(const wire::DecodedMessage& reading) {
     axes_[i].last_ns = reading.arrival_ns;
     axes_[i].rates += !std::isnan(sample->rate_deg_per_h);
   }
-  if (!keeps_frames_) return;
-  const auto sent = std::find_if(rows_.frames.rbegin(), rows_.frames.rend(),
-                                 [&](const Rows::Frame& frame) { return frame.message.offset == reading.offset; });
-  if (sent == rows_.frames.rend()) return;  // the counter check held it back, and it has left
-  sent->first_sample = before;
-  sent->sample_count = rows_.samples.size() - before;
 }
 
 std::int64_t Pipeline::last_frame_ns() const {

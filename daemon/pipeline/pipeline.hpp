@@ -37,7 +37,7 @@ struct Rows {
   };
   std::vector<Sample> samples;
   std::vector<Window> windows;
-  std::vector<Frame> frames;  ///< only for outputs (Pipeline::keep_frames)
+  std::vector<Frame> frames;  ///< only if the set-up has outputs
   /// Names of the axes; valid after the pipeline was destroyed.
   std::shared_ptr<const std::vector<std::string>> axes;
 
@@ -63,8 +63,6 @@ struct Axis {
 class Pipeline {
  public:
   explicit Pipeline(const Setup& setup);
-  /// Rows::frames is filled.
-  void keep_frames() { keeps_frames_ = true; }
 
   /// The line was opened (again) at now_ns: closes the current second and discards the decoder's and clock's state.
   Rows& begin_session(std::int64_t now_ns);

@@ -246,25 +246,21 @@ std::string qualities(const Sources& sources) {
 ordered_json outputs_json(const pipeline::Device& device) {
   ordered_json all = ordered_json::array();
   for (std::size_t i = 0; i < device.output_lines.size(); ++i) {
-    const pipeline::Setup::Output& output = device.setup.outputs[i];
     const pipeline::OutputStatus& line = device.output_lines[i];
-    const pipeline::OutputCounters& c = device.outputs[i].counters();
-    const bool is_open = line.state == pipeline::LineState::kReceiving;
-    all.push_back({{"device", output.config.line.device},
-                   {"state", is_open ? "open" : "connecting"},
-                   {"detail", line.detail},
-                   {"state_since_s", seconds(line.since_ns)},
-                   {"frames", c.frames},
-                   {"corrected", c.corrected},
-                   {"fading", c.fading},
-                   {"held", c.held},
-                   {"raw", c.raw},
-                   {"dropped", c.dropped},
-                   {"unfit", c.unfit},
-                   {"bytes", line.bytes},
-                   {"lost_bytes", line.lost_bytes},
-                   {"latency_p50_s", known(line.latency_s(0.5))},
-                   {"latency_p99_s", known(line.latency_s(0.99))}});
+    const pipeline::OutputCounters& counters = device.outputs[i].counters();
+    ordered_json& output = all.emplace_back();
+    output["device"] = device.setup.outputs[i].config.line.device;
+    output["state"] = line.delivers() ? "open" : "connecting";
+    output["detail"] = line.detail;
+    output["state_since_s"] = seconds(line.since_ns);
+    output["frames"] = counters.frames;
+    for (std::size_t form = 0; form < pipeline::kForms.size(); ++form)
+      output[pipeline::kForms[form]] = counters.by_form[form];
+    output["unfit"] = counters.unfit;
+    output["bytes"] = line.bytes;
+    output["lost_bytes"] = line.lost_bytes;
+    output["latency_p50_s"] = known(line.latency_s(0.5));
+    output["latency_p99_s"] = known(line.latency_s(0.99));
   }
   return all;
 }

@@ -21,7 +21,8 @@ class Line {
       : frames_(test::shipped(description)), encoder_(frames_), decoder_(frames_) {
     setup_.frames = frames_;
     setup_.axes.resize(1);
-    output_.emplace(setup_, Setup::Output{std::move(config), nullptr, {}});
+    setup_.outputs = {{std::move(config), nullptr, {}}};
+    output_.emplace(setup_, 0);
   }
 
   /// One frame; `bias`: the engine's, kUnknown: none. Returns the bytes that left.
@@ -52,11 +53,12 @@ class Line {
     std::vector<wire::DecodedMessage> none;
     decoder_.feed(in, time_ns_ += 1'000'000, none);
     EXPECT_TRUE(none.empty());
-    output_->push(in, Rows(), decoder_, out);
+    Rows rows;
+    output_->push(in, rows, decoder_, out);
     return out;
   }
-  /// Counters of the output.
-  const OutputCounters& counters() const { return output_->counters(); }
+  /// Frames that left, or did not, in this form.
+  std::uint64_t count(Form form) const { return output_->counters().by_form[static_cast<std::size_t>(form)]; }
   CorrectedFrames& output() { return *output_; }
   const wire::FrameDescriptionPtr& frames() const { return frames_; }
 
@@ -97,7 +99,7 @@ TEST(CorrectedFrames, RoundsWithoutBias) {
     const double unit = std::abs(kind.fields[static_cast<std::size_t>(kind.roles.axes[0].gyro[0])].scaling.scale) *
                         std::abs(scale) * (kind.structure == wire::Structure::kColumns ? 1e-6 : 1);
     EXPECT_NEAR(mean, kBias, 1.01 * unit / span + 1e-12) << name;
-    EXPECT_EQ(line.counters().corrected, after.size()) << name;
+    EXPECT_EQ(line.count(Form::kCorrected), after.size()) << name;
   }
 }
 
@@ -107,7 +109,7 @@ TEST(CorrectedFrames, FadesASwitchAndFollowsTheEngineOtherwise) {
   const auto sent = [&](double bias) {
     const Bytes message = line.frame(10, bias);
     double correction = kUnknown;
-    if (message.size() == message::kBytes) std::memcpy(&correction, message.data() + 24, 8);
+    if (message.size() == 44) std::memcpy(&correction, message.data() + 24, 8);
     return correction;
   };
   EXPECT_EQ(sent(kUnknown), 0) << "raw";
@@ -117,9 +119,9 @@ TEST(CorrectedFrames, FadesASwitchAndFollowsTheEngineOtherwise) {
   EXPECT_EQ(sent(0.5), 0.5) << "the engine's change is the engine's";
   line.output().model_changed();
   EXPECT_NEAR(sent(0.1), 0.5 - step, 1e-12) << "another model";
-  EXPECT_EQ(line.counters().raw, 1u);
-  EXPECT_EQ(line.counters().fading, 3u);
-  EXPECT_EQ(line.counters().corrected, 2u);
+  EXPECT_EQ(line.count(Form::kRaw), 1u);
+  EXPECT_EQ(line.count(Form::kFading), 3u);
+  EXPECT_EQ(line.count(Form::kCorrected), 2u);
 }
 
 TEST(CorrectedFrames, SendsWhatThePolicySaysWithoutACorrection) {
@@ -131,14 +133,14 @@ TEST(CorrectedFrames, SendsWhatThePolicySaysWithoutACorrection) {
   EXPECT_TRUE(drop.frame(100, none).empty());
   EXPECT_TRUE(drop.frame(100, none, false).empty()) << "held back by the counter check";
   EXPECT_FALSE(drop.frame(100, 20).empty());
-  EXPECT_EQ(drop.counters().dropped, 2u);
+  EXPECT_EQ(drop.count(Form::kDropped), 2u);
   Line hold("trplg", {.frames = "same", .when_unknown = WhenUnknown::kHold, .hold_s = 0.0015, .then_drop = true});
   EXPECT_TRUE(hold.frame(100, none).empty()) << "nothing to hold yet";
   EXPECT_FALSE(hold.frame(100, 20).empty());
   EXPECT_FALSE(hold.frame(100, none).empty());
   EXPECT_TRUE(hold.frame(100, none).empty()) << "too old";
-  EXPECT_EQ(hold.counters().corrected, 1u);
-  EXPECT_EQ(hold.counters().fading + hold.counters().held, 1u);
+  EXPECT_EQ(hold.count(Form::kCorrected), 1u);
+  EXPECT_EQ(hold.count(Form::kFading) + hold.count(Form::kHeld), 1u);
 }
 
 TEST(CorrectedFrames, PassesOtherBytesInTheirPlaces) {
@@ -152,13 +154,11 @@ TEST(CorrectedFrames, PassesOtherBytesInTheirPlaces) {
 // The example of docs/wire.md.
 TEST(Message, IsTheDocumentedOne) {
   Bytes found;
-  message::append({.axis = 0,
-                   .number = 4660,
-                   .time_ns = 1'795'425'060'000'000'000,
-                   .rate_deg_per_h = 8.5,
-                   .correction_deg_per_h = 0.03125,
-                   .sd_deg_per_h = 0.0084F},
-                  found);
+  Rows::Sample sample;
+  sample.row.sample.time_ns = 1'795'425'060'000'000'000;
+  sample.row.sample.rate_deg_per_h = 8.5;
+  sample.row.correction = {.sd_deg_per_h = 0.0084, .quality = 0};
+  append_message(sample, 4660, 0.03125, Form::kCorrected, found);
   std::string text;
   for (std::size_t i = 0; i < found.size(); ++i)
     text += fmt::format("{}{:02X}", i == 0 ? "" : i == 24 ? "\n    " : " ", found[i]);
