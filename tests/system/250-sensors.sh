@@ -40,6 +40,8 @@ with open("table.csv", "w") as out:
                 print(row["time_s"], row["rate_deg_per_h"], row["temperature_degc"], float(row["acc_temp_x_degc"]) + 273.15, sep=",", file=out)
 END
 prismcal train table.csv --map time=1:s,rate=2:deg/h,temperature=3:degC,imu.acc_temp_x=4:K --latitude 34.25 --elevation 90 --inputs T,dTdt,imu.acc_temp_x-T --method stepwise --quiet --out table.json >/dev/null || fail "training on the table"
+prismcal convert table.csv --map time=1:s,rate=2:deg/h,temperature=3:degC,imu.acc_temp_x=4:K --out table.pcap >/dev/null 2>convert.err || fail "convert"
+contains "what a capture lacks" "$(cat convert.err)" "table.pcap: the frames have rate, temperature and UHFO voltage, but not the sensors imu.acc_temp_x"
 same "the sensor" "$(jq -c .features.sensors table.json)" '{"imu.acc_temp_x":"degC"}'
 jq -s -e '[.[].terms] | (.[0] | map(.powers)) == (.[1] | map(.powers)) and ([(.[0] | map(.coefficient)), (.[1] | map(.coefficient))] | transpose | all((.[0] / .[1] - 1) | fabs < 1e-6))' model.json table.json >/dev/null || fail "the table gives another model: $(jq -c .terms table.json) instead of $(jq -c .terms model.json)"
 

@@ -101,6 +101,10 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto recording = recordings::read_recording(choice.recording, source, maker);
   if (!recording) return tl::unexpected(recording.error());
   if (recording->seconds == 0) return make_error(choice.recording, "found no row");
+  if (!recording->sensors().empty() && !choice.quiet) {
+    fmt::print(stderr, "prismcal: {}: the frames have rate, temperature and UHFO voltage, but not the sensors {}\n",
+               choice.out, sensors_text(recording->sensors()));
+  }
   return maker.finish();
 }
 
