@@ -123,14 +123,17 @@ bool Clock::waited(const wire::DecodedMessage& reading, double elapsed_s) const 
 }
 
 Clock::Step Clock::step_to(const wire::DecodedMessage& reading) const {
+  Step step;
   if (!reading.has_counter || !last_counter_) {
-    if (!reading.has_gyro || last_counter_) return {};
-    return {.ticks = (1.0 + reading.damaged) * frame_ticks(), .missing = reading.damaged};
+    if (!reading.has_gyro || last_counter_) return step;
+    step.ticks = (1.0 + reading.damaged) * frame_ticks();
+    step.missing = reading.damaged;
+    return step;
   }
   const bool is_host = settings_.source == ClockSource::kHost;
   const wire::CounterRule& rule = *description_->counter;
   const double modulus = rule.modulus == 0 ? 0x1p64 : static_cast<double>(rule.modulus);
-  Step step{.ticks = ticks_to(reading)};
+  step.ticks = ticks_to(reading);
   double unseen = 0;  // full periods of the counter
   const double elapsed_s = 1e-9 * static_cast<double>(reading.arrival_ns - last_arrival_ns_);
   if (is_host && rule.modulus != 0 && elapsed_s > kWrapUnseenS && !waited(reading, elapsed_s))
