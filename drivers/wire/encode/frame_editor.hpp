@@ -14,7 +14,7 @@
 
 namespace prism::wire {
 
-/// A number printed as the device printed one: with its decimals, sign, zeros in front and form of the exponent.
+/// A number printed as the device printed one, which has no exponent: with its decimals, sign, and zeros in front.
 std::string print_like(std::string_view found, double number, char point, bool with_plus = false);
 
 class FrameEditor {

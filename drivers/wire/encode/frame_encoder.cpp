@@ -86,30 +86,15 @@ void FrameEncoder::write_counter(const MessageFields& roles) {
   for (const int field : roles.counter) put_bits(field, static_cast<std::uint64_t>(std::llround(ticks_)));
 }
 
-/// Wraps an accumulated angle into the field's range: 0 to wrap, or around 0 if the field is signed.
-double FrameEncoder::wrapped(std::size_t axis, const Field& field) const {
-  const double wrap = description_->axes[axis].wrap, angle = angles_[axis];
-  if (wrap == 0) return angle;
-  const bool centred =
-      field.type == NumberType::kSigned || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
-  return centred && angle >= wrap / 2 ? angle - wrap : angle;
-}
-
 void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, std::size_t axis) {
   const GyroRule& gyro = description_->gyro;
   const double rate = state.rate_deg_per_h[axis] / description_->axes[axis].scale;
   double sent = 0;
   for (const int index : fields) {
     const Field& field = kind_->fields[static_cast<std::size_t>(index)];
-    const bool whole = field.type == NumberType::kSigned || field.type == NumberType::kUnsigned;
-    const double value = gyro.meaning == RateEncoding::kRate ? rate : wrapped(axis, field);
-    double raw = field.scaling.invert(value);
-    if (whole) raw = std::nearbyint(raw);
-    const bool signed_wrap = gyro.meaning == RateEncoding::kAccumulated && whole;
-    if (signed_wrap)
-      put_bits(index, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw)));
-    else
-      put_number(index, raw);
+    const double value = gyro.meaning == RateEncoding::kRate ? rate : angles_[axis];
+    const double raw = raw_number(field, value, description_->axes[axis].wrap);
+    put_number(index, raw);
     if (gyro.meaning == RateEncoding::kIncrement) sent = field.scaling.apply(raw);
   }
   angles_[axis] -= sent;
@@ -221,6 +206,17 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   store_checks(*kind_, frame_);
   out.insert(out.end(), frame_.begin(), frame_.end());
   out.insert(out.end(), kind_->trailer.begin(), kind_->trailer.end());
+}
+
+double raw_number(const Field& field, double value, double wrap) {
+  const bool is_signed = field.type == NumberType::kSigned;
+  double raw = field.scaling.invert(value);
+  if (is_signed || field.type == NumberType::kUnsigned) raw = std::nearbyint(raw);
+  if (wrap == 0) return raw;
+  const double turn = wrap / std::abs(field.scaling.scale);
+  const bool centred = is_signed || field.type == NumberType::kFloat32 || field.type == NumberType::kFloat64;
+  const double low = centred && field.scaling.admits(field.scaling.apply(-turn / 2)) ? -turn / 2 : 0;
+  return raw - turn * std::floor((raw - low) / turn);
 }
 
 // Builds the constant part of a frame.

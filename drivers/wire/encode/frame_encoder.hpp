@@ -68,7 +68,6 @@ class FrameEncoder {
   void write_channel(const SlowChannel& channel, const ChannelFields& fields, double value, std::uint64_t& latched);
   void write_valid(const AxisRoles& roles, bool valid);
   void write_status(const MessageFields& roles, const GyroState& state);
-  double wrapped(std::size_t axis, const Field& field) const;
   std::uint8_t* find(const Field& field);  ///< in frame_
   void put_number(int field, double raw);
   void put_bits(int field, std::uint64_t bits);
@@ -90,6 +89,10 @@ class FrameEncoder {
   std::vector<double> raw_;  ///< a text frame's numbers by field
   FrameView view_;
 };
+
+/// The raw number of a quantity, rounded for an integer field. `wrap`: of an accumulated angle: in the range of the
+/// field, 0 to wrap or around 0.
+double raw_number(const Field& field, double value, double wrap);
 
 // A frame with all constant parts of its message type: sync, length, item headers, defaults.
 
