@@ -17,12 +17,14 @@ void History::add(std::string row) {
   if (rows_.size() > kRows) rows_.pop_front();
 }
 
-std::string History::json(std::size_t count) const {
+void History::append_to(std::string& text, std::size_t count) const {
   const auto first = rows_.end() - static_cast<std::ptrdiff_t>(std::min(count, rows_.size()));
-  std::string text = "[";
-  text.reserve(text.size() + 1 + (first == rows_.end() ? 0 : (rows_.end() - first) * (first->size() + 64)));
+  std::size_t size = 2;
+  for (auto row = first; row != rows_.end(); ++row) size += row->size() + 1;
+  text.reserve(text.size() + size);
+  text += '[';
   for (auto row = first; row != rows_.end(); ++row) (text += row == first ? "" : ",") += *row;
-  return text += "]";
+  text += ']';
 }
 
 namespace {

@@ -27,8 +27,8 @@ class History {
 
   void add(std::string row);
   std::size_t size() const { return rows_.size(); }
-  /// The last `count` rows, or all if there are fewer, as a JSON array, oldest first.
-  std::string json(std::size_t count) const;
+  /// Appends the last `count` rows, or all if there are fewer, as a JSON array, oldest first.
+  void append_to(std::string& text, std::size_t count) const;
 
  private:
   std::deque<std::string> rows_;

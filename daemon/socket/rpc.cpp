@@ -278,22 +278,24 @@ void Rpc::history(const Call& call) {
   if (!count) return fail_count(call, "seconds", History::kRows);
   const auto axes = axes_of(call);
   if (!axes) return;
-  std::string text;
+  std::string line = begin_reply(call);
+  const char* before = R"({"axes":{)";
   for (const std::size_t axis : *axes) {
-    text += (text.empty() ? R"({"axes":{)" : ",") + json_text(json(sources_.device.axes[axis].name)) + ":";
-    text += sources_.publisher.history(axis).json(*count);
+    line.append(before).append(json_text(json(sources_.device.axes[axis].name))) += ':';
+    sources_.publisher.history(axis).append_to(line, *count);
+    before = ",";
   }
-  reply_text(call, text += "}}");
+  end_reply(call, line += "}}");
 }
 
 void Rpc::events(const Call& call) {
   const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
   if (!count) return fail_count(call, "count", EventLog::kKept);
-  std::string text = "[";
+  std::string line = begin_reply(call) + '[';
   const auto& recent = sources_.events.recent();
   const std::size_t first = recent.size() - std::min(*count, recent.size());
-  for (std::size_t i = first; i < recent.size(); ++i) (text += i > first ? "," : "") += recent[i].json;
-  reply_text(call, text += "]");
+  for (std::size_t i = first; i < recent.size(); ++i) (line += i > first ? "," : "") += recent[i].json;
+  end_reply(call, line += ']');
 }
 
 namespace {
@@ -383,7 +385,10 @@ asio::awaitable<void> Rpc::answer_rows(Call call, std::string axis, pipeline::Ro
     co_await next->async_wait(kUse);
   }
   call.client->reads_rows = false;
-  if (page) co_return reply_text(call, R"({"axes":{)" + json_text(json(axis)) + ":" + page->json + "}}}");
+  if (page) {
+    std::string line = begin_reply(call) + R"({"axes":{)" + json_text(json(axis)) + ":";
+    co_return end_reply(call, line.append(page->json) += "}}}");
+  }
   const ordered_json data = data_of(page.error(), axis);
   fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
 }
@@ -447,11 +452,15 @@ void Rpc::send(const Call& call) {
   reply(call, {{"sent", params->bytes.size()}});
 }
 
-void Rpc::reply_text(const Call& call, const std::string& result) {
-  if (!call.wants_answer) return;
+// The text of a long result is written behind its beginning: an hour of rows is copied once.
+std::string Rpc::begin_reply(const Call& call) {
   std::string line = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
   line.erase(line.size() - 2);
-  call.client->answer(line.append(",\"result\":").append(result).append("}\n"));
+  return line += ",\"result\":";
+}
+
+void Rpc::end_reply(const Call& call, std::string& line) {
+  if (call.wants_answer) call.client->answer(std::move(line += "}\n"));
 }
 
 void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {

@@ -75,8 +75,9 @@ class Rpc {
   void reload(const Call& call);
   void send(const Call& call);
   void reply(const Call& call, nlohmann::ordered_json result);
-  /// The result is existing JSON text.
-  void reply_text(const Call& call, const std::string& result);
+  /// A reply whose result is existing JSON text, appended between both.
+  static std::string begin_reply(const Call& call);
+  static void end_reply(const Call& call, std::string& line);
   void fail_count(const Call& call, const char* key, std::size_t most);
   void fail(const Call& call, int code, const std::string& message, const nlohmann::ordered_json* data = nullptr);
 
