@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/poller.hpp"
-#include "drivers/start_up.hpp"
+#include "drivers/commands.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::line {

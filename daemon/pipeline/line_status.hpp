@@ -14,7 +14,7 @@
 #include "compensation/sample.hpp"
 #include "config/config.hpp"
 #include "daemon/pipeline/log_writers.hpp"
-#include "drivers/poller.hpp"
+#include "drivers/commands.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::pipeline {

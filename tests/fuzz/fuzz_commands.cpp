@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/poller.hpp"
-#include "drivers/start_up.hpp"
+#include "drivers/commands.hpp"
 #include "drivers/wire/decode/frame_decoder.hpp"
 
 namespace {

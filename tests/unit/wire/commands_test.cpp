@@ -13,8 +13,7 @@
 #include <vector>
 
 #include "base/json_table.hpp"
-#include "drivers/poller.hpp"
-#include "drivers/start_up.hpp"
+#include "drivers/commands.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
