@@ -81,10 +81,15 @@ std::string deletions_text(const json& status) {
   return text + deletion_line(at(at(status, "capture"), "retention"));
 }
 
+// "connecting: why"
+std::string state_text(const json& line) {
+  const std::string why = text_of(at(line, "detail"), "");
+  return text_of(at(line, "state")) + (why.empty() ? "" : ": " + why);
+}
+
 // "receiving, last value 0.4 s old"
 std::string line_state(const json& l) {
-  std::string state = text_of(at(l, "state"));
-  if (const std::string why = text_of(at(l, "detail"), ""); !why.empty()) state += ": " + why;
+  const std::string state = state_text(l);
   return at(l, "age_s").is_number() ? fmt::format("{}, last value {:.1f} s old", state, at(l, "age_s").get<double>())
                                     : state + ", no value yet";
 }
@@ -100,8 +105,6 @@ std::string health_lines(const json& health) {
   return text.empty() ? labelled("health", text_of(at(health, "state"))) : text;
 }
 
-}  // namespace
-
 // Of an output: median and 99th percentile.
 std::string latency_text(const json& output) {
   const json &median = at(output, "latency_p50_s"), &most = at(output, "latency_p99_s");
@@ -109,14 +112,14 @@ std::string latency_text(const json& output) {
   return fmt::format("{:.2f} ms, p99 {:.2f} ms", 1e3 * median.get<double>(), 1e3 * most.get<double>());
 }
 
+}  // namespace
+
 std::string status_view(const json& status) {
   const json s = with_only_axis(status);
-  std::string state = text_of(at(s, "state"));
-  if (const std::string why = text_of(at(s, "detail"), ""); !why.empty()) state += ": " + why;
   std::string text =
       labelled("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
   text += health_lines(at(s, "health"));
-  text += labelled("state", fmt::format("{}, since {}", state, utc_of(at(s, "state_since_s"))));
+  text += labelled("state", fmt::format("{}, since {}", state_text(s), utc_of(at(s, "state_since_s"))));
   if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += labelled("no rate", problem);
   if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty())
     text += labelled("clock", problem);
@@ -137,9 +140,7 @@ std::string status_view(const json& status) {
   }
   for (std::size_t i = 0; i < at(s, "out").size(); ++i) {
     const json& own = at(s, "out")[i];
-    const std::string why = text_of(at(own, "detail"), "");
-    text += labelled(i == 0 ? "outputs" : "", fmt::format("{}: {}{}", text_of(at(own, "device")),
-                                                          text_of(at(own, "state")), why.empty() ? "" : ": " + why));
+    text += labelled(i == 0 ? "outputs" : "", text_of(at(own, "device")) + ": " + state_text(own));
     text += labelled("", fmt::format("{} frames: {} corrected, {} fading, {} held, {} raw; {} dropped; latency {}",
                                      count_text(at(own, "frames")), count_text(at(own, "corrected")),
                                      count_text(at(own, "fading")), count_text(at(own, "held")),
@@ -209,8 +210,7 @@ std::string hardware_text(const json& h) {
 std::string line_view(const json& l) {
   std::string text =
       labelled("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
-  const std::string detail = text_of(at(l, "detail"), "");
-  text += labelled("state", text_of(at(l, "state")) + (detail.empty() ? "" : ": " + detail));
+  text += labelled("state", state_text(l));
   for (const json& note : at(l, "notes")) text += labelled("note", text_of(note));
   text += decoder_text(at(l, "decoder"));
   const json& t = at(l, "timing");
