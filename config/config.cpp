@@ -92,11 +92,10 @@ void resolve_sensor_lines(const Section& top, const fs::path& base, Config& conf
 }
 
 void resolve_outputs(const Section& top, const fs::path& base, Config& config) {
-  if (!top.has("out")) return;
-  const std::vector<Section> sections = top.objects("out");
+  const std::vector<Section> sections = top.objects("out", false);  // none after a fault
   std::vector<std::string> used = {config.line.device};
   for (const SensorLineConfig& line : config.sensor_lines) used.push_back(line.line.device);
-  for (std::size_t i = 0; i < config.outputs.size(); ++i) {
+  for (std::size_t i = 0; i < sections.size(); ++i) {
     OutputConfig& output = config.outputs[i];
     const Section line = sections[i].object("line");
     resolve_line(line, base, output.line);

@@ -29,6 +29,7 @@ refused() { # WHAT CHANGE: jq's
 outputs "$PRISM_SOURCE/config/models/tao2019-model2.json"
 refused '/out/0/when_unknown: raw frames would look like corrected ones' 'del(.out[0].unmarked)'
 refused 'tty is another line of this configuration' '.out[2].line.device = .line.device'
+refused 'given together with "device"' '.line.tcp = {listen: "127.0.0.1:1"}'
 refused '/out/1/line/udp/listen: an output has no sender' '.out[1].line.udp = {listen: "127.0.0.1:1"}'
 refused '/out/2/hold_s: given without' '.out[2].hold_s = 1'
 refused '/out/2: "frames" is missing' 'del(.out[2].frames)'
