@@ -10,6 +10,7 @@
 
 namespace prism::pipeline {
 wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
+  wire.baud = line.baud.value_or(wire.baud);
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
   if (line.parity)

@@ -21,7 +21,7 @@ namespace prism::pipeline {
 namespace {
 
 transport::Settings line_settings(const config::LineConfig& line, const wire::FrameDescription& frames) {
-  transport::Settings settings{line.device, frames.wire};
+  transport::Settings settings{line.device, wire_format(line, frames.wire)};
   settings.network = line.network;
   return settings;
 }
@@ -151,68 +151,60 @@ Result<void> load_models(const Setup& setup, std::size_t index, const Overrides&
 // Rules of an output. `place`: of it in the configuration.
 Result<void> check_output(const Setup& setup, const Setup::Output& output, const std::string& place) {
   const config::OutputConfig& config = output.config;
-  const bool same = config.frames == "same";
-  const auto gyro_kinds = [](const wire::FrameDescription& frames, auto test) {
-    return std::any_of(frames.kinds.begin(), frames.kinds.end(),
-                       [&](const wire::MessageType& kind) { return kind.roles.carries_gyro() && test(kind); });
-  };
-  if (same && gyro_kinds(*setup.frames, [](const wire::MessageType& kind) {
-        const auto is_hex = [&](int field) {
-          const wire::Field& used = kind.fields[static_cast<std::size_t>(field)];
-          return used.is_hex() || used.type == wire::NumberType::kHexText;
-        };
-        return std::any_of(kind.roles.axes.begin(), kind.roles.axes.end(), [&](const wire::AxisRoles& axis) {
-          return std::any_of(axis.gyro.begin(), axis.gyro.end(), is_hex);
-        });
-      }))
+  const wire::FrameDescription& from = *setup.frames;
+  bool is_marked = true, has_hex = false;
+  for (const wire::MessageType& kind : from.kinds) {
+    is_marked = is_marked && (!kind.roles.carries_gyro() || !kind.roles.corrected.empty());
+    for (const wire::AxisRoles& axis : kind.roles.axes) {
+      for (const int index : axis.gyro) {
+        const wire::Field& field = kind.fields[static_cast<std::size_t>(index)];
+        has_hex = has_hex || field.is_hex() || field.type == wire::NumberType::kHexText;
+      }
+    }
+  }
+  if (config.frames == "same" && has_hex)
     return make_error(place + "/frames", fmt::format("rates of {} are hexadecimal digits, which cannot be corrected in "
                                                      "place; expected \"prism\" or a frame description",
-                                                     setup.frames->name));
+                                                     from.name));
   const bool may_be_raw = config.when_unknown == config::WhenUnknown::kRaw ||
                           (config.when_unknown == config::WhenUnknown::kHold && !config.then_drop);
-  const bool is_marked =
-      config.frames == "prism" ||
-      (same && !gyro_kinds(*setup.frames, [](const wire::MessageType& kind) { return kind.roles.corrected.empty(); }));
+  is_marked = config.frames == "prism" || (config.frames == "same" && is_marked);
   if (may_be_raw && !is_marked && !config.unmarked)
     return make_error(place + "/when_unknown",
                       "raw frames would look like corrected ones, because no bit \"corrected\" is described; expected "
                       "\"drop\", or \"unmarked\": true to accept it");
   if (!output.frames) return {};
-  const wire::FrameDescription &to = *output.frames, &from = *setup.frames;
+  const wire::FrameDescription& to = *output.frames;
   const auto lacks = [&](const std::string& what) {
     return make_error(place + "/frames", fmt::format("{} has {}, which {} does not have", to.name, what, from.name));
   };
+  if (!to.carries_gyro()) return make_error(place + "/frames", "found a description without a gyro");
   if (to.axes.size() != from.axes.size()) return lacks(fmt::format("{} axes", to.axes.size()));
   if (to.temperature.present && !from.temperature.present) return lacks("a temperature");
   if (to.uhfo.present && !from.uhfo.present) return lacks("a UHFO voltage");
   for (const wire::SensorRule& rule : to.sensors) {
-    const auto same_name = [&](const wire::SensorRule& own) { return own.sensor.name == rule.sensor.name; };
-    if (std::none_of(from.sensors.begin(), from.sensors.end(), same_name)) return lacks("sensor " + rule.sensor.name);
+    const std::size_t own = sensor_index(sensors_of_list(setup.sensors), rule.sensor.name);  // those of lines follow
+    if (own >= from.sensors.size()) return lacks("sensor " + rule.sensor.name);
   }
   return {};
 }
 
 Result<void> load_outputs(Setup& setup) {
-  for (std::size_t i = 0; i < setup.config.outputs.size(); ++i) {
-    const config::OutputConfig& config = setup.config.outputs[i];
-    const std::string place = fmt::format("{}:/out/{}", setup.config.path, i);
-    Setup::Output output{config, nullptr, {config.line.device, setup.line.format}};
+  for (const config::OutputConfig& config : setup.config.outputs) {
+    const std::string place = fmt::format("{}:/out/{}", setup.config.path, setup.outputs.size());
+    Setup::Output output{config, nullptr, {}};
     if (config.frames != "same" && config.frames != "prism") {
       wire::GyroChoice choice;
       if (setup.config.by_axes) {
-        choice.axes.clear();
-        for (const wire::AxisRule& axis : setup.frames->axes) choice.axes.push_back({axis.name});
         choice.sensors = true;
+        choice.axes.clear();
+        for (const config::AxisConfig& axis : setup.config.axes) choice.axes.push_back({axis.name});
       }
       auto frames = load_frames(config.frames, place + "/frames", choice, config.line);
       if (!frames) return tl::unexpected<Error>(frames.error());
-      if (!(*frames)->carries_gyro()) return make_error(place + "/frames", "found a description without a gyro");
       output.frames = *frames;
-      output.line.format = (*frames)->wire;
     }
-    output.line.format = wire_format(config.line, output.line.format);
-    if (config.line.baud) output.line.format.baud = *config.line.baud;
-    output.line.network = config.line.network;
+    output.line = line_settings(config.line, output.frames ? *output.frames : *setup.frames);
     if (auto good = check_output(setup, output, place); !good) return good;
     setup.outputs.push_back(std::move(output));
   }
