@@ -172,15 +172,6 @@ void Device::make_outputs() {
   for (std::size_t i = 0; i < setup.outputs.size(); ++i) outputs.emplace_back(setup, i);
 }
 
-// Before the rows are kept: a navigation computer waits for the frames.
-void Device::send(std::span<const std::uint8_t> bytes, Rows& rows) {
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    sent_.clear();
-    outputs[i].push(bytes, rows, pipeline->decoder(), sent_);
-    if (send_ && !sent_.empty()) send_(i, sent_);
-  }
-}
-
 const wire::DecoderCounters& Device::decoded(std::size_t line) const {
   return (line == kGyroLine ? pipeline->decoder() : pipeline->sensor_feeds()[line - 1].decoder()).counters();
 }
@@ -197,9 +188,7 @@ void Device::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::in
   lines[line].last_data_ns = arrival_ns;
   if (lines[line].capture) lines[line].capture->data(bytes, arrival_ns);
   if (line != kGyroLine) return pipeline->feed_sensors(line - 1, bytes, arrival_ns);
-  Rows& rows = pipeline->feed(bytes, arrival_ns);
-  send(bytes, rows);
-  keep(rows);
+  keep(pipeline->feed(bytes, arrival_ns), bytes);
   watch_stages(arrival_ns);
 }
 
@@ -216,10 +205,7 @@ void Device::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
 
 // Not for sensor lines: a value is complete when its bytes arrive, never by a time-out, as in a replay.
 void Device::expire(std::size_t line, std::int64_t now_ns) {
-  if (line != kGyroLine) return;
-  Rows& rows = pipeline->expire(now_ns);
-  send({}, rows);
-  keep(rows);
+  if (line == kGyroLine) keep(pipeline->expire(now_ns));
 }
 
 void Device::finish(std::size_t line) {
@@ -274,7 +260,13 @@ Result<bool> Device::reconfigure(Setup next) {
   return reopen;
 }
 
-void Device::keep(const Rows& rows) {
+// The frames leave first: a navigation computer waits for them.
+void Device::keep(Rows& rows, std::span<const std::uint8_t> bytes) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    sent_.clear();
+    outputs[i].push(bytes, rows, pipeline->decoder(), sent_);
+    if (send_ && !sent_.empty()) send_(i, sent_);
+  }
   for (const Rows::Window& window : rows.windows)
     axes[window.axis].keep(window.row, window.session_ns, setup.axes[window.axis].features().length_s);
   std::uint32_t wanted = (1U << axes.size()) - 1;  // the latest of each axis
@@ -289,7 +281,6 @@ void Device::keep(const Rows& rows) {
 
 // Rows from the line's last bytes are stored, but are not current values.
 void Device::end_session(Rows& rows) {
-  send({}, rows);
   keep(rows);
   for (AxisRecord& axis : axes) axis.last_sample.reset(), axis.last_window.reset();
 }

@@ -110,8 +110,7 @@ class Device {
   std::string clocks_differed;       ///< the last disagreement of clocks since the start; empty: none
 
  private:
-  void send(std::span<const std::uint8_t> bytes, Rows& rows);
-  void keep(const Rows& rows);
+  void keep(Rows& rows, std::span<const std::uint8_t> bytes = {});
   void end_session(Rows& rows);
   void make_outputs();
   void watch(const Rows& rows);
