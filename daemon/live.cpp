@@ -115,12 +115,9 @@ class Live {
     outputs_.clear();
     device_.output_lines = std::vector<pipeline::OutputStatus>(device_.outputs.size());
     for (std::size_t i = 0; i < device_.outputs.size(); ++i) {
-      const pipeline::Setup::Output& output = setup().outputs[i];
       std::unique_ptr<pipeline::CaptureSink> capture;
-      if (output.config.capture) capture = make_capture(setup(), fmt::format("out-{}", i + 1));
-      outputs_.push_back(std::make_unique<output::OutputLine>(io_, output, i + 1, device_.output_lines[i], problems_,
-                                                              tell_, std::move(capture)));
-      outputs_.back()->start();
+      if (setup().outputs[i].config.capture) capture = make_capture(setup(), fmt::format("out-{}", i + 1));
+      outputs_.push_back(std::make_unique<output::OutputLine>(io_, device_, i, tell_, std::move(capture)));
     }
   }
 

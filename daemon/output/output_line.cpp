@@ -16,19 +16,20 @@ constexpr std::chrono::milliseconds kLongestWait{100}, kTryAgain{5}, kRest{20};
 
 }  // namespace
 
-OutputLine::OutputLine(boost::asio::io_context& io, pipeline::Setup::Output setup, std::size_t number,
-                       pipeline::OutputStatus& status, Problems& problems, pipeline::Tell tell,
+OutputLine::OutputLine(boost::asio::io_context& io, pipeline::Device& device, std::size_t index, pipeline::Tell tell,
                        std::unique_ptr<pipeline::CaptureSink> capture)
     : io_(io),
-      setup_(std::move(setup)),
-      name_(fmt::format("output {}: {}", number, transport::describe(setup_.line))),
-      fault_key_(fmt::format("output {}", number)),
-      slow_key_(fmt::format("output {} slow", number)),
-      status_(status),
-      problems_(problems),
+      setup_(device.setup.outputs[index]),
+      fault_key_(fmt::format("output {}", index + 1)),
+      slow_key_(fault_key_ + " slow"),
+      name_(fault_key_ + ": " + transport::describe(setup_.line)),
+      status_(device.output_lines[index]),
+      problems_(device.problems),
       tell_(std::move(tell)),
       capture_(std::move(capture)),
-      timer_(io) {}
+      timer_(io) {
+  proceed();
+}
 
 void OutputLine::wait(Clock::duration duration) {
   timer_.expires_after(duration);  // ends another wait

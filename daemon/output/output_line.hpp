@@ -12,11 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "base/problems.hpp"
-#include "daemon/pipeline/line_status.hpp"
-#include "daemon/pipeline/log_writers.hpp"
-#include "daemon/pipeline/notice.hpp"
-#include "daemon/pipeline/setup.hpp"
+#include "daemon/pipeline/device.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::output {
@@ -27,15 +23,13 @@ class OutputLine {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `number`: from 1, for texts. `status` and `problems` must outlive this. `capture`: null: none.
-  OutputLine(boost::asio::io_context& io, pipeline::Setup::Output setup, std::size_t number,
-             pipeline::OutputStatus& status, Problems& problems, pipeline::Tell tell,
+  /// Opens the output `index` of `device`, which must outlive this. `capture`: null: none.
+  OutputLine(boost::asio::io_context& io, pipeline::Device& device, std::size_t index, pipeline::Tell tell,
              std::unique_ptr<pipeline::CaptureSink> capture);
   ~OutputLine() { problems_.forget(fault_key_), problems_.forget(slow_key_); }
   OutputLine(const OutputLine&) = delete;
   OutputLine& operator=(const OutputLine&) = delete;
 
-  void start() { proceed(); }
   /// Writes the bytes that leave because of bytes that were read at `read_at`, with the stamp `arrival_ns`.
   void send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns);
   /// Call once a second.
@@ -58,7 +52,7 @@ class OutputLine {
 
   boost::asio::io_context& io_;
   const pipeline::Setup::Output setup_;
-  const std::string name_, fault_key_, slow_key_;
+  const std::string fault_key_, slow_key_, name_;
   pipeline::OutputStatus& status_;
   Problems& problems_;
   const pipeline::Tell tell_;
