@@ -58,8 +58,9 @@ void CorrectedFrames::model_changed() {
   for (AxisState& axis : axes_) axis.fading = axis.source.has_value();
 }
 
-void CorrectedFrames::push(std::span<const std::uint8_t> bytes, Rows& rows, const wire::FrameDecoder& decoder,
-                           std::vector<std::uint8_t>& out) {
+const std::vector<std::uint8_t>& CorrectedFrames::push(std::span<const std::uint8_t> bytes, Rows& rows,
+                                                       const wire::FrameDecoder& decoder) {
+  out_.clear();
   append(waiting_, bytes);
   const std::uint64_t begin = decoder.counters().bytes - waiting_.size();
   std::size_t left = 0;  // of those that wait
@@ -69,7 +70,7 @@ void CorrectedFrames::push(std::span<const std::uint8_t> bytes, Rows& rows, cons
   };
   const auto pass = [&](std::uint64_t end) {
     const auto between = take(end);
-    if (same_) append(out, between);
+    if (same_) append(out_, between);
   };
   std::size_t closed = 0;
   const auto close_seconds = [&](std::size_t samples_before) {
@@ -83,17 +84,18 @@ void CorrectedFrames::push(std::span<const std::uint8_t> bytes, Rows& rows, cons
     close_seconds(frame.first_sample);
     pass(frame.message.offset);
     const Form form = send(std::span(rows.samples).subspan(frame.first_sample, frame.sample_count), frame.message,
-                           take(frame.message.offset + frame.message.length), out);
+                           take(frame.message.offset + frame.message.length));
     ++counters_.by_form[static_cast<std::size_t>(form)];
     counters_.frames += form != Form::kDropped;
   }
   close_seconds(rows.samples.size());
   pass(decoder.decided());
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(left));
+  return out_;
 }
 
 Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-                           std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
+                           std::span<const std::uint8_t> bytes) {
   for (AxisState& axis : axes_) {
     axis.sample = nullptr;
     axis.form = Form::kRaw;
@@ -101,13 +103,13 @@ Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::De
   }
   Form form = samples.empty() && (!same_ || drops_) ? Form::kDropped : Form::kCorrected;
   for (const Rows::Sample& sample : samples) form = std::max(form, follow(axes_[sample.axis], sample.row));
-  if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes, out));
+  if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes));
   if (form == Form::kDropped) return form;
-  if (encoder_) encode(samples, message, out);
+  if (encoder_) encode(samples, message);
   for (const Rows::Sample& sample : samples) {
     AxisState& axis = axes_[sample.axis];
     if (!same_ && !encoder_)
-      append_message(sample, number_++, axis.form == Form::kRaw ? 0 : axis.correction, axis.form, out);
+      append_message(sample, number_++, axis.form == Form::kRaw ? 0 : axis.correction, axis.form, out_);
     if (axis.sample == nullptr) continue;
     axis.sum += axis.sent * axis.sample->interval_s;
     axis.weight += axis.sample->interval_s;
@@ -147,8 +149,7 @@ Form CorrectedFrames::follow(AxisState& axis, const compensation::Compensated& r
   return axis.form = axis.fading ? Form::kFading : form;
 }
 
-Form CorrectedFrames::edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes,
-                           std::vector<std::uint8_t>& out) {
+Form CorrectedFrames::edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes) {
   editor_.begin(message.kind, bytes);
   Form form = Form::kCorrected;
   for (std::size_t i = 0; i < axes_.size() && form != Form::kDropped; ++i) {
@@ -156,7 +157,7 @@ Form CorrectedFrames::edit(const wire::DecodedMessage& message, std::span<const 
   }
   if (form == Form::kDropped) return form;
   if (form == Form::kCorrected) editor_.mark();
-  append(out, editor_.finish());
+  append(out_, editor_.finish());
   return form;
 }
 
@@ -185,8 +186,7 @@ Form CorrectedFrames::edit_axis(std::size_t index, double value) {
   return axis.form;
 }
 
-void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-                             std::vector<std::uint8_t>& out) {
+void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message) {
   const Sample& first = samples.front().row.sample;
   wire::GyroState state{.interval_s = first.interval_s,
                         .temperature_degc = first.temperature_degc,
@@ -200,7 +200,7 @@ void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::
   }
   for (std::size_t i = 0; i < sensors_.size(); ++i) state.sensors[i] = message.sensors[sensors_[i]];
   if (first.missing_frames > 0) encoder_->skip(state, first.missing_frames);
-  encoder_->encode(state, out);
+  encoder_->encode(state, out_);
 }
 
 }  // namespace prism::pipeline

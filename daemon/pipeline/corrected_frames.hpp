@@ -46,12 +46,12 @@ class CorrectedFrames {
   /// `index`: into Setup::outputs.
   CorrectedFrames(const Setup& setup, std::size_t index);
 
-  /// Appends what leaves because of one call of the pipeline, and the first output gives its windows their mean of the
-  /// sent rates. `bytes`: that the call was given; `decoder`: the pipeline's, after it. Bytes that may be the begin of
-  /// a frame wait until it is complete, or none. Before another pipeline, the last call must be its finish(), after
-  /// which none wait.
-  void push(std::span<const std::uint8_t> bytes, Rows& rows, const wire::FrameDecoder& decoder,
-            std::vector<std::uint8_t>& out);
+  /// Returns the bytes that leave because of one call of the pipeline, and the first output gives its windows their
+  /// mean of the sent rates. `bytes`: that the call was given; `decoder`: the pipeline's, after it. Bytes that may be
+  /// the begin of a frame wait until it is complete, or none. Before another pipeline, the last call must be its
+  /// finish(), after which none wait. The result is valid until the next call.
+  const std::vector<std::uint8_t>& push(std::span<const std::uint8_t> bytes, Rows& rows,
+                                        const wire::FrameDecoder& decoder);
   /// Another model may be in use: a switch.
   void model_changed();
   const OutputCounters& counters() const { return counters_; }
@@ -74,11 +74,10 @@ class CorrectedFrames {
 
   Form follow(AxisState& axis, const compensation::Compensated& row);
   Form send(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-            std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out);
-  Form edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out);
+            std::span<const std::uint8_t> bytes);
+  Form edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes);
   Form edit_axis(std::size_t index, double value);
-  void encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message,
-              std::vector<std::uint8_t>& out);
+  void encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message);
 
   const config::OutputConfig config_;
   const bool is_first_, same_, drops_;
@@ -87,7 +86,7 @@ class CorrectedFrames {
   std::optional<wire::FrameEncoder> encoder_;
   std::vector<std::size_t> sensors_;  ///< of the encoder's description: index into the stream's
   std::vector<AxisState> axes_;
-  std::vector<std::uint8_t> waiting_;  ///< the decoder's last bytes
+  std::vector<std::uint8_t> waiting_, out_;  ///< the decoder's last bytes; the result
   std::uint32_t number_ = 0;
   OutputCounters counters_;
 };

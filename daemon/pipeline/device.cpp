@@ -263,9 +263,8 @@ Result<bool> Device::reconfigure(Setup next) {
 // The frames leave first: a navigation computer waits for them.
 void Device::keep(Rows& rows, std::span<const std::uint8_t> bytes) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    sent_.clear();
-    outputs[i].push(bytes, rows, pipeline->decoder(), sent_);
-    if (send_ && !sent_.empty()) send_(i, sent_);
+    const std::vector<std::uint8_t>& sent = outputs[i].push(bytes, rows, pipeline->decoder());
+    if (send_ && !sent.empty()) send_(i, sent);
   }
   for (const Rows::Window& window : rows.windows)
     axes[window.axis].keep(window.row, window.session_ns, setup.axes[window.axis].features().length_s);

@@ -121,7 +121,6 @@ class Device {
   const Publish publish_;
   const Tell tell_;
   Send send_;
-  std::vector<std::uint8_t> sent_;
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
   std::uint64_t frames_before_ = 0;

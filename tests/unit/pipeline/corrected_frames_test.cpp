@@ -27,7 +27,7 @@ class Line {
 
   /// One frame; `bias`: the engine's, kUnknown: none. Returns the bytes that left.
   Bytes frame(double rate, double bias, bool has_sample = true) {
-    Bytes in, out;
+    Bytes in;
     encoder_.encode({.rate_deg_per_h = {rate}, .interval_s = frames_->period_s(), .temperature_degc = 20}, in);
     std::vector<wire::DecodedMessage> found;
     decoder_.feed(in, time_ns_ += 1'000'000, found);
@@ -44,18 +44,15 @@ class Line {
       sample.row.corrected_deg_per_h = rate - bias;
       rows.frames.back().sample_count = 1;
     }
-    output_->push(in, rows, decoder_, out);
-    return out;
+    return output_->push(in, rows, decoder_);
   }
   /// Bytes that complete no frame. Returns the bytes that left.
   Bytes bytes(const Bytes& in) {
-    Bytes out;
     std::vector<wire::DecodedMessage> none;
     decoder_.feed(in, time_ns_ += 1'000'000, none);
     EXPECT_TRUE(none.empty());
     Rows rows;
-    output_->push(in, rows, decoder_, out);
-    return out;
+    return output_->push(in, rows, decoder_);
   }
   /// Frames that left, or did not, in this form.
   std::uint64_t count(Form form) const { return output_->counters().by_form[static_cast<std::size_t>(form)]; }
