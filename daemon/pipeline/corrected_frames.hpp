@@ -12,7 +12,6 @@
 #include "config/config.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/setup.hpp"
-#include "drivers/wire/encode/frame_editor.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 
 namespace prism::pipeline {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/wire/encode/frame_editor.hpp"
-
 #include <algorithm>
 #include <cmath>
 
