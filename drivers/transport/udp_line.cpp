@@ -128,19 +128,16 @@ const JsonTable<Network>& udp_keys() {
           .print_if([](const Network& network) { return !network.listens; })
           .then([](const Section& section, Network& network) {
             network.listens = !section.has("address");
-            if (network.listens && !section.has("listen")) section.text("listen");  // is missing
-            if (!network.listens) {
-              if (section.has("listen"))
-                section.fail("listen", "given together with \"address\"; expected one of them");
-              if (section.has("from")) section.fail("from", "only with \"listen\"");
-              const auto far = parse_numeric_endpoint(network.address);
-              if (!far) return section.fail("address", far.error());
-              if (far->port.empty()) section.fail("address", "has no port");
-              return;
-            }
-            if (const auto endpoint = parse_endpoint(network.address); !endpoint)
-              section.fail("listen", endpoint.error());
+            const char* const key = network.listens ? "listen" : "address";
+            if (!section.has(key)) section.text(key);  // is missing
+            if (!network.listens && section.has("listen"))
+              section.fail("listen", "given together with \"address\"; expected one of them");
+            const auto end =
+                network.listens ? parse_endpoint(network.address) : parse_numeric_endpoint(network.address);
+            if (!end) return section.fail(key, end.error());
+            if (end->port.empty()) section.fail(key, "has no port");
             if (!section.has("from")) return;
+            if (!network.listens) section.fail("from", "only with \"listen\"");
             if (const auto from = parse_numeric_endpoint(network.from); !from) section.fail("from", from.error());
           });
   return keys;
