@@ -1,27 +1,23 @@
 // SPDX-License-Identifier: MIT
 // The composite-kernel IR-LSSVM, dense or over a few centres, with uncertainty parameters from its own record.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "compensation/composite_model.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/training/between_run_error.hpp"
-#include "compensation/training/composite_search.hpp"
+#include "compensation/training/composite.hpp"
+#include "compensation/training/dense.hpp"
 #include "compensation/training/gross_outliers.hpp"
-#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kDenseComposite = 3000;  // samples; longer records use a few centres
 constexpr Eigen::Index kMaxCompositeRank = 400;
-constexpr double kWarmUpVariance = 0.5;          // of the target's; a weak prior of one coefficient
-constexpr double kGentleParameter = 3;           // of the weights: a clean record loses almost no data
-constexpr double kRowInterval_h = 100.0 / 3600;  // rows without a time: 100 s apart, as in the paper
+constexpr double kWarmUpVariance = 0.5;  // of the target's; a weak prior of one coefficient
+constexpr double kGentleParameter = 3;   // of the weights: a clean record loses almost no data
 
 // Several long recordings show what each switch-on repeats: without a term of its own it would count as thermal, since
 // it repeats at the same temperatures.
@@ -102,16 +98,16 @@ double level_of(const CompositeSamples& samples, const Eigen::VectorXd& theta) {
 // Parameters and weights are fixed: one solve per fold.
 std::optional<HeldOut> hold_out(const CompositeSamples& samples, const CompositeFit& fit, const Folds& folds) {
   HeldOut held{samples.y, samples.y, samples.y};
-  for (const auto& members : fold_members(folds)) {
-    const std::vector<Eigen::Index> rest = others(members, samples.y.size());
+  held.mean = held_out(folds, [&](const Rows& rest, const Rows& members) -> Eigen::VectorXd {
     const CompositeSamples seen = samples.part(rest);
     const auto system = CompositeSystem::make(seen, fit.theta, fit.weight(rest));
-    if (!system) return std::nullopt;
-    Eigen::VectorXd variance;
-    held.mean(members) = system->predict(samples.x(Eigen::all, members), &variance);
+    if (!system) return {};
+    Eigen::VectorXd variance, mean = system->predict(samples.x(Eigen::all, members), &variance);
     held.variance(members) = (variance.array() - level_of(seen, fit.theta)).max(0);
     held.level(members).setConstant(believed_mean(seen.y, fit.weight(rest)));
-  }
+    return mean;
+  });
+  if (held.mean.size() == 0) return std::nullopt;
   return held;
 }
 
@@ -189,15 +185,11 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
   return spread;
 }
 
-double guard_of(const compensation::CompositeModel& model, const CompositeSamples& samples, const TrainingData& raw) {
-  const double scale = model.parameters().normalisation.target_scale;
+double guard_for(const compensation::Model& model, const TrainingData& raw, double scale) {
   std::vector<double> values;
-  for (const Eigen::Index i : thinned(samples.y.size(), kErrorSamples)) {
-    const Eigen::VectorXd x = raw.inputs.col(i);
-    const auto known = model.predict({x.data(), static_cast<std::size_t>(x.size())}).knowledge;
-    values.push_back(known->model_variance / (scale * scale));
-  }
-  return std::max(1e-12, kGuardFactor * order_statistic(std::move(values), kGuardQuantile));
+  for (const Eigen::Index i : thinned(raw.inputs.cols(), kErrorSamples))
+    values.push_back(model.predict(column(raw.inputs, i)).knowledge->model_variance / (scale * scale));
+  return std::max(1e-12, guard_of(std::move(values), 0));
 }
 
 // Shares of the inputs in the mean squared gradient of the bias, each in standard deviations.
@@ -205,7 +197,7 @@ std::vector<double> relevance_of(const compensation::Model& model, const Trainin
   constexpr Eigen::Index kSlopes = 300;
   constexpr double kStep = 1e-3;
   const Eigen::Index d = raw.inputs.rows();
-  const std::vector<Eigen::Index> some = thinned(raw.inputs.cols(), kSlopes);
+  const Rows some = thinned(raw.inputs.cols(), kSlopes);
   std::vector<double> square(static_cast<std::size_t>(d), 0.0);
   for (Eigen::Index j = 0; j < d; ++j) {
     const Eigen::ArrayXd column = raw.inputs.row(j).transpose();
@@ -214,7 +206,7 @@ std::vector<double> relevance_of(const compensation::Model& model, const Trainin
       Eigen::VectorXd x = raw.inputs.col(i);
       const auto bias_at = [&](double value) {
         x[j] = value;
-        return model.bias_deg_per_h({x.data(), static_cast<std::size_t>(d)});
+        return model.bias_deg_per_h(std::span(x.data(), static_cast<std::size_t>(d)));
       };
       square[static_cast<std::size_t>(j)] += std::pow(bias_at(column[i] + step) - bias_at(column[i] - step), 2);
     }
@@ -247,13 +239,12 @@ constexpr const char* kOnePassage =
     "a second cycle would decide (--drift states what you know)";
 
 // Parameters, beta and centres: everything except the uncertainty parameters.
-Result<compensation::CompositeParameters> solved(const CompositeSamples& samples, const TrainingSettings& settings,
-                                                 bool sparse, Eigen::Index max_rank, CompositeFit& fit,
-                                                 TrainedModel& trained) {
+Result<compensation::CompositeParameters> solved(const CompositeSamples& samples, const ReweightSettings& settings,
+                                                 const ResourcePlan& plan, CompositeFit& fit, TrainedModel& trained) {
   compensation::CompositeParameters p;
   p.variances = composite_variances(fit.theta, samples.x.rows());
-  if (sparse) {
-    auto found = fit_sparse_composite(samples, fit.theta, settings.reweight, max_rank);
+  if (plan.sparse) {
+    auto found = fit_sparse_composite(samples, fit.theta, settings, plan.max_rank);
     if (!found) return make_error("composite kernel", "the covariance of the centres is not positive definite");
     p.beta = found->beta;
     p.centres = samples.x(Eigen::all, found->centres);
@@ -266,7 +257,7 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
     trained.samples.fitted = samples.y - found->residual;
   } else {
     ReweightReport report;
-    const auto system = reweighted_system(samples, fit.theta, settings.reweight, fit.weight, report);
+    const auto system = reweighted_system(samples, fit.theta, settings, fit.weight, report);
     if (!system) return make_error("composite kernel", "the covariance of the samples is not positive definite");
     p.variances.warm_up = samples.warm_up;
     p.beta = system->beta();
@@ -286,51 +277,36 @@ Result<compensation::CompositeParameters> solved(const CompositeSamples& samples
 
 }  // namespace
 
-Eigen::VectorXd time_of(const TrainingData& data) {
-  const Eigen::Index n = data.target.size();
-  if (data.time_s.size() == n) return data.time_s / 3600;
-  return Eigen::VectorXd::LinSpaced(n, 0, kRowInterval_h * static_cast<double>(n - 1));
-}
-
-namespace {
-
-Result<ResourcePlan> plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
+ResourcePlan plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
   if (samples > kDenseComposite) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxCompositeRank);
   const double n = static_cast<double>(samples), searched = std::min(n, 1000.0);
-  ResourcePlan plan;
-  plan.bytes = n * n * 5 * 8;  // covariance, its parts, the model's factor
-  plan.seconds = (searched * searched * searched * 60 + n * n * n / 3 * 15) / kFlops;
-  return within_memory(plan, samples, settings.memory_limit_bytes);
+  // The covariance, its parts, the model's factor.
+  return {n * n * 5 * 8, (searched * searched * searched * 60 + n * n * n / 3 * 15) / kFlops};
 }
 
 Result<TrainedModel> train_composite(TrainingJob job) {
-  const auto plan = plan_composite(job.data.inputs.cols(), job.data.inputs.rows(), job.settings);
-  if (!plan) return tl::unexpected<Error>(plan.error());
-  auto data = job.normalised();
+  auto data = normalise(job.data.inputs, job.data.target, job.settings.scaling, job.data.names);
   if (!data) return tl::unexpected<Error>(data.error());
   TrainingSettings settings = job.settings;
   settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
   CompositeSamples samples = samples_of(*data, job.data);
-  const auto told = [&](int done, int expected, double objective) {
-    if (job.progress) job.progress(done, expected, {0, 0, 0, objective});
-  };
-  auto fit = search_composite(
-      samples, settings.reweight, drift_prior(settings.drift), told, [&] { return job.stop && *job.stop; },
-      settings.reweight.weight.kind == WeightKind::kNone ? Eigen::VectorXd() : first_weights(job.data));
+  const bool robust = settings.reweight.weight.kind != WeightKind::kNone;
+  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), settings,
+                              robust ? first_weights(job.data) : Eigen::VectorXd());
   if (!fit) return tl::unexpected<Error>(fit.error());
   TrainedModel trained;
-  auto p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
+  auto p = solved(samples, settings.reweight, job.plan, *fit, trained);
   if (p && (believed(fit->weight) == 0).any()) {
     rescale(samples, *fit, data->constants);
     const auto report = trained.reweight;
-    p = solved(samples, settings, plan->sparse, plan->max_rank, *fit, trained);
+    p = solved(samples, settings.reweight, job.plan, *fit, trained);
     trained.reweight = report;
   }
   if (!p) return tl::unexpected<Error>(p.error());
   const compensation::Normalisation& n = data->constants;
   trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
   p->normalisation = n;
-  const std::vector<Eigen::Index> some = thinned(samples.y.size(), kErrorSamples);
+  const Rows some = thinned(samples.y.size(), kErrorSamples);
   const CompositeSamples subset = samples.part(some);
   const CompositeFit subset_fit{fit->theta, fit->weight(some)};
   p->prior = settings.prior;
@@ -349,60 +325,13 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   const auto first = compensation::CompositeModel::make(job.info, *p);
   if (!first) return tl::unexpected<Error>(first.error());
   p->trust.relevance = relevance_of(**first, job.data);
-  p->trust.guard = guard_of(static_cast<const compensation::CompositeModel&>(**first), samples, job.data);
+  p->trust.guard = guard_for(**first, job.data, n.target_scale);
   auto model = compensation::CompositeModel::make(std::move(job.info), std::move(*p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   if (settings.drift == Drift::kThermal && one_passage(job.data, samples.recordings))
     trained.notes.emplace_back(kOnePassage);
   return trained;
-}
-
-}  // namespace
-
-extern const Method kComposite;
-const Method kComposite = {"composite",    "default",       kWeights | kOwnSearch | kSiblings | kDrift,
-                           plan_composite, train_composite, describe_composite};
-
-// Variances in units of the target's variance.
-MethodSummary describe_composite(const TrainedModel& trained, const TrainingSettings& settings,
-                                 const std::vector<std::string>&) {
-  const auto& p = static_cast<const compensation::CompositeModel&>(*trained.model).parameters();
-  const compensation::CompositeVariances& v = p.variances;
-  nlohmann::ordered_json json = {{"weight", weight_name(settings.reweight.weight.kind)}};
-  json["variances"] = {{"smooth", v.kernel.rbf},
-                       {"linear", v.kernel.linear},
-                       {"quadratic", v.kernel.quadratic},
-                       {"nuisance", v.nuisance},
-                       {"nuisance_time_h", v.nuisance_time_h},
-                       {"offset", v.offset},
-                       {"noise", v.noise}};
-  json["length_squared"] = std::vector<double>(v.kernel.length2.begin(), v.kernel.length2.end());
-  json["skill"] = p.trust.skill;
-  json["centres"] = trained.centres;
-  json["reweighting"] = {{"solves", trained.reweight->solves}, {"converged", trained.reweight->converged}};
-  const auto share = [](double variance) {
-    return variance < 1e-3 ? std::string("0 %") : plain_number(100 * variance, 2) + " %";
-  };
-  constexpr double kConstant_h = 100;
-  const std::string pace =
-      v.nuisance_time_h > kConstant_h ? "slowly" : fmt::format("over {} h", plain_number(v.nuisance_time_h, 2));
-  std::string text = detail_line(
-      "skill",
-      fmt::format("{:.2f}: how well each half of the recording predicts the other, 1 is perfectly; {:.2f} "
-                  "with what one half cannot know. prismd uses the full prediction from {:g} on, only the mean "
-                  "at {:g} or less",
-                  p.trust.skill, compensation::evidence_of(p.trust.skill, p.trust.overlap), compensation::kFullSkill,
-                  compensation::kNoSkill));
-  text += detail_line("bias", fmt::format("shares of its variance: smooth {}, linear {}, quadratic {} in the inputs; "
-                                          "drift in time {}, changing {}; noise {} (they may cancel each other, so one "
-                                          "alone or the sum can exceed 100 %)",
-                                          share(v.kernel.rbf), share(v.kernel.linear), share(v.kernel.quadratic),
-                                          share(v.nuisance), pace, share(v.noise)));
-  text +=
-      detail_line("centres", fmt::format("{} samples that the model contains; {} rounds of weights against outliers",
-                                         trained.centres, trained.reweight->solves));
-  return {std::move(json), std::move(text)};
 }
 
 }  // namespace prism::training

@@ -4,10 +4,15 @@
 
 #include <Eigen/Core>
 #include <cassert>
+#include <span>
 
 #include "compensation/kernels/kernels.hpp"
 
 namespace prism::training {
+
+inline std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
+  return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};
+}
 
 /// c += sign · a aᵀ, lower triangle only; with weights: a diag(w) aᵀ. a is n × k, c n × n.
 inline void add_gram(const Eigen::MatrixXd& a, Eigen::MatrixXd& c, const Eigen::VectorXd* weights = nullptr,

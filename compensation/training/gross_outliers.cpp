@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <utility>
 
-#include "compensation/training/folds.hpp"
 #include "compensation/training/reweighting.hpp"
 
 namespace prism::training {
@@ -48,22 +47,17 @@ Eigen::MatrixXd in_scales(const Eigen::MatrixXd& inputs) {
 
 // Distance of each row's target to the median of the rows with the nearest inputs.
 Eigen::VectorXd from_inputs(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, Eigen::Index neighbours) {
-  const std::vector<Eigen::Index> compared = thinned(y.size(), kCompared);
+  const Rows compared = thinned(y.size(), kCompared);
   const Eigen::MatrixXd near = x(Eigen::all, compared);
   const auto count = std::min(static_cast<std::size_t>(neighbours), compared.size());
-  std::vector<std::size_t> order(compared.size());
+  std::vector<std::pair<double, std::size_t>> order(compared.size());
   std::vector<double> values(count);
   Eigen::VectorXd distance(y.size());
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     const Eigen::VectorXd squares = (near.colwise() - x.col(i)).colwise().squaredNorm().transpose();
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end(),
-                     [&](std::size_t a, std::size_t b) {
-                       const double first = squares[static_cast<Eigen::Index>(a)],
-                                    second = squares[static_cast<Eigen::Index>(b)];
-                       return first < second || (first == second && a < b);
-                     });
-    for (std::size_t k = 0; k < count; ++k) values[k] = y[compared[order[k]]];
+    for (std::size_t k = 0; k < order.size(); ++k) order[k] = {squares[static_cast<Eigen::Index>(k)], k};
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end());
+    for (std::size_t k = 0; k < count; ++k) values[k] = y[compared[order[k].second]];
     distance[i] = std::abs(y[i] - median_among(values));
   }
   return distance;
@@ -81,10 +75,9 @@ double unit_of(const Eigen::VectorXd& distance) {
 
 }  // namespace
 
-std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
-                                         const std::vector<int>& runs, double scales) {
-  std::vector<Eigen::Index> kept(static_cast<std::size_t>(target.size())), found;
-  std::iota(kept.begin(), kept.end(), Eigen::Index{0});
+Rows gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, const std::vector<int>& runs,
+                    double scales) {
+  Rows kept = others({}, target.size()), found;
   const Eigen::MatrixXd x = in_scales(inputs);
   for (int pass = 0; pass < kPasses && static_cast<Eigen::Index>(kept.size()) >= kFewest; ++pass) {
     const Eigen::Index neighbours = std::min<Eigen::Index>(kNeighbours, static_cast<Eigen::Index>(kept.size()) / 2);
@@ -94,7 +87,7 @@ std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Ei
     if ((time.array() <= time_limit).all()) break;  // spares clean records the neighbours
     const Eigen::VectorXd near = from_inputs(x(Eigen::all, kept), y, neighbours);
     const double near_limit = scales * unit_of(near);
-    std::vector<Eigen::Index> rest;
+    Rows rest;
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       (time[at] > time_limit && near[at] > near_limit ? found : rest).push_back(kept[i]);
@@ -106,7 +99,7 @@ std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Ei
   return found;
 }
 
-std::string rows_text(const std::vector<Eigen::Index>& rows) {
+std::string rows_text(const Rows& rows) {
   constexpr std::size_t kNamed = 6;  // ranges
   std::vector<std::string> ranges;
   std::size_t left = 0;
@@ -122,65 +115,6 @@ std::string rows_text(const std::vector<Eigen::Index>& rows) {
     begin = end;
   }
   return fmt::format("{}{}", fmt::join(ranges, ", "), left ? fmt::format(" and {} others", left) : "");
-}
-
-namespace {
-
-TrainingData part_of(const TrainingData& data, const std::vector<Eigen::Index>& kept) {
-  TrainingData part{data.names, data.inputs(Eigen::all, kept), data.target(kept), {}, {}};
-  if (!data.runs.empty()) part.runs = numbered(taken(data.runs, kept));
-  if (data.time_s.size() == data.target.size()) part.time_s = data.time_s(kept);
-  return part;
-}
-
-SampleDiagnostics with_left_out(const SampleDiagnostics& kept, const std::vector<Eigen::Index>& rest,
-                                const TrainingData& data, const compensation::Model& model) {
-  SampleDiagnostics all{data.target, Eigen::VectorXd::Zero(data.target.size()), data.target, data.target};
-  for (Eigen::Index i = 0; i < data.target.size(); ++i) {
-    const Eigen::VectorXd x = data.inputs.col(i);
-    all.fitted[i] = model.bias_deg_per_h({x.data(), static_cast<std::size_t>(x.size())});
-  }
-  all.leave_one_out = data.target - all.fitted;
-  all.alpha.setZero();
-  const auto place = [&](const Eigen::VectorXd& from, Eigen::VectorXd& to) {
-    if (from.size() > 0)
-      to(rest) = from;
-    else
-      to.resize(0);
-  };
-  place(kept.alpha, all.alpha);
-  place(kept.weight, all.weight);
-  place(kept.fitted, all.fitted);
-  place(kept.leave_one_out, all.leave_one_out);
-  return all;
-}
-
-}  // namespace
-
-// Robust weights start from the residuals of an unweighted fit, which a gross outlier moves without limit: such rows
-// are left out first. Without them the start is the paper's.
-Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const TrainingData& data,
-                                   compensation::ModelInfo info, const TrainingSettings& wanted,
-                                   const TuningProgress& progress, const std::atomic<bool>* stop) {
-  constexpr Eigen::Index kMostShare = 4;
-  const Eigen::Index n = data.target.size();
-  if (static_cast<Eigen::Index>(far.size()) * kMostShare > n)
-    return make_error("training data",
-                      fmt::format("found {} of {} rows far from all others, expected at most a quarter: "
-                                  "rows {}",
-                                  far.size(), n, rows_text(far)));
-  const std::vector<Eigen::Index> rest = others(far, n);
-  TrainingSettings settings = wanted;
-  if (wanted.given_folds) settings.given_folds = numbered(taken(*wanted.given_folds, rest));
-  const bool divided = wanted.tuning == Tuning::kBlocked || wanted.tuning == Tuning::kShuffled;
-  if (divided) settings.second_folds = numbered(taken(folds_of(data, wanted), rest));
-  auto trained = train_checked(part_of(data, rest), std::move(info), settings, progress, stop);
-  if (!trained) return trained;
-  trained->samples = with_left_out(trained->samples, rest, data, *trained->model);
-  for (Eigen::Index& sample : trained->held_out.samples) sample = rest[static_cast<std::size_t>(sample)];
-  trained->notes.push_back(
-      fmt::format("{} of {} rows are far from all others and were left out: rows {}", far.size(), n, rows_text(far)));
-  return trained;
 }
 
 }  // namespace prism::training

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/training/methods.hpp"
+#include "compensation/training/held_out.hpp"
 
 namespace prism::training {
 
@@ -19,18 +19,10 @@ inline constexpr double kSuspect = 8;
 /// records stay below 41 (docs/compensation.md); smaller outliers are left to the robust weights. None with fewer than
 /// 20 rows. An excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N;
 /// `runs`: recording of each row. O(N · min(N, 2000)).
-std::vector<Eigen::Index> gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target,
-                                         const std::vector<int>& runs, double scales = kGross);
+Rows gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, const std::vector<int>& runs,
+                    double scales = kGross);
 
 /// Rows counted from 1, as ranges: "12, 50 to 57 and 3 others".
-std::string rows_text(const std::vector<Eigen::Index>& rows);
-
-// A robust training of a record with gross outliers: of its other rows.
-
-/// train_checked() without the rows `far` (gross_outliers(); not empty), which the notes name. An error, which names
-/// them as well: more than a quarter of the rows.
-Result<TrainedModel> train_without(const std::vector<Eigen::Index>& far, const TrainingData& data,
-                                   compensation::ModelInfo info, const TrainingSettings& settings,
-                                   const TuningProgress& progress, const std::atomic<bool>* stop);
+std::string rows_text(const Rows& rows);
 
 }  // namespace prism::training

@@ -12,24 +12,23 @@
 
 namespace prism::training {
 
-PivotedCholesky pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance,
-                                 Eigen::Index max_rank) {
+LowRank pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance, Eigen::Index max_rank) {
   const Eigen::Index n = diagonal.size();
-  PivotedCholesky p;
-  p.features.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
+  LowRank p;
+  p.phi.resize(std::min<Eigen::Index>(64, max_rank + 1), n);
   Eigen::VectorXd k(n);
   while (p.rank() < max_rank) {
     Eigen::Index next = 0;
     p.left = diagonal.maxCoeff(&next);
     if (!(p.left > tolerance)) break;
     const Eigen::Index r = p.rank();
-    if (r + 1 >= p.features.rows()) p.features.conservativeResize(std::min(2 * p.features.rows(), max_rank + 1), n);
+    if (r + 1 >= p.phi.rows()) p.phi.conservativeResize(std::min(2 * p.phi.rows(), max_rank + 1), n);
     row(next, k);
-    const Eigen::VectorXd own = p.features.col(next).head(r);
+    const Eigen::VectorXd own = p.phi.col(next).head(r);
     const double root = std::sqrt(p.left);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const double value = (k[i] - p.features.col(i).head(r).dot(own)) / root;
-      p.features(r, i) = value;
+      const double value = (k[i] - p.phi.col(i).head(r).dot(own)) / root;
+      p.phi(r, i) = value;
       diagonal[i] -= value * value;
     }
     diagonal[next] = 0;
@@ -37,6 +36,8 @@ PivotedCholesky pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row,
     p.left_before.push_back(p.left);
   }
   p.left = diagonal.maxCoeff();
+  p.phi.conservativeResize(p.rank() + 1, n);
+  p.phi.row(p.rank()).setOnes();
   return p;
 }
 
@@ -44,11 +45,7 @@ namespace {
 
 constexpr double kRounding = 1e-14;  // a smaller diagonal entry is rounding, and its root would be noise
 
-std::span<const double> column(const Eigen::MatrixXd& m, Eigen::Index j) {
-  return {m.data() + j * m.rows(), static_cast<std::size_t>(m.rows())};
-}
-
-PivotedCholesky pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
+LowRank pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
   const compensation::KernelCentres centres(points, {sigma2});
   return pivoted_cholesky(
       Eigen::VectorXd::Ones(points.cols()),
@@ -56,8 +53,8 @@ PivotedCholesky pivot(const Eigen::MatrixXd& points, double sigma2, double toler
       std::max(tolerance, kRounding), max_rank);
 }
 
-std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_t seed) {
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(n));
+Rows drawn(Eigen::Index n, Eigen::Index count, std::uint64_t seed) {
+  Rows all(static_cast<std::size_t>(n));
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   std::mt19937_64 random(seed);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -68,13 +65,11 @@ std::vector<Eigen::Index> drawn(Eigen::Index n, Eigen::Index count, std::uint64_
 }
 
 // φ(x) = L⁻¹ k(x) for every point, L the factor over the pivots.
-Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eigen::Index>& pivots, double sigma2) {
+Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const Rows& pivots, double sigma2) {
   const auto r = static_cast<Eigen::Index>(pivots.size());
-  const Eigen::MatrixXd chosen = points(Eigen::all, pivots);
-  Eigen::MatrixXd l = compensation::kernel_matrix(chosen, {sigma2});
-  l.diagonal().array() += 1e-15;
+  const Eigen::MatrixXd chosen = points(Eigen::all, pivots), l = pivot_factor(chosen, sigma2);
+  if (l.size() == 0) return {};
   Eigen::MatrixXd phi(r + 1, points.cols());
-  if (!cholesky(l)) return {};
   const compensation::KernelCentres centres(chosen, {sigma2});
   Eigen::VectorXd k(r);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
@@ -88,27 +83,23 @@ Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const std::vector<Eig
 
 }  // namespace
 
+Eigen::MatrixXd pivot_factor(const Eigen::MatrixXd& pivots, double sigma2) {
+  Eigen::MatrixXd l = compensation::kernel_matrix(pivots, {sigma2});
+  l.diagonal().array() += 1e-15;
+  return cholesky(l) ? l : Eigen::MatrixXd();
+}
+
 LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank,
                  std::uint64_t seed) {
-  LowRank result;
   max_rank = std::min(max_rank, points.cols());
-  if (points.cols() <= kPivotSample) {
-    PivotedCholesky p = pivot(points, sigma2, tolerance, max_rank);
-    result.pivots = std::move(p.pivots);
-    result.left_before = std::move(p.left_before);
-    result.left = p.left;
-    const Eigen::Index r = result.rank();
-    result.phi.resize(r + 1, points.cols());
-    result.phi.topRows(r) = p.features.topRows(r);
-    result.phi.row(r).setOnes();
-    return result;
-  }
-  const std::vector<Eigen::Index> sample = drawn(points.cols(), kPivotSample, seed);
-  const PivotedCholesky p = pivot(points(Eigen::all, sample), sigma2, std::max(tolerance, 1e-12), max_rank);
+  if (points.cols() <= kPivotSample) return pivot(points, sigma2, tolerance, max_rank);
+  const Rows sample = drawn(points.cols(), kPivotSample, seed);
+  const LowRank p = pivot(points(Eigen::all, sample), sigma2, std::max(tolerance, 1e-12), max_rank);
+  LowRank result;
   for (const Eigen::Index i : p.pivots) result.pivots.push_back(sample[static_cast<std::size_t>(i)]);
   result.phi = features_of(points, result.pivots, sigma2);
-  const Eigen::Index r = result.rank();
-  result.left = (1 - result.phi.topRows(r).colwise().squaredNorm().array()).maxCoeff();
+  if (result.phi.size() > 0)
+    result.left = (1 - result.phi.topRows(result.rank()).colwise().squaredNorm().array()).maxCoeff();
   return result;
 }
 

@@ -7,18 +7,17 @@
 #include <functional>
 #include <vector>
 
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/held_out.hpp"
 
 namespace prism::training {
 
-// Pivoted Cholesky of a kernel matrix: K ≈ G Gᵀ from the rows of a few pivots.
-
-struct PivotedCholesky {
-  std::vector<Eigen::Index> pivots;  ///< in the order in which they were added
-  std::vector<double> left_before;   ///< largest diagonal entry of K − G Gᵀ before each pivot
-  Eigen::MatrixXd features;          ///< Gᵀ in the first pivots.size() rows; N columns
-  double left = 0;                   ///< largest diagonal entry of K − G Gᵀ
-
+/// K ≈ G Gᵀ from the rows of a few pivots, which are centres: f(x) = w · φ(x) + b with φ(x) = L⁻¹ k(x), L Lᵀ = K over
+/// the pivots. The diagonal of K − G Gᵀ is at most `left`, which is neglected if c · left is small against 1.
+struct LowRank {
+  Rows pivots;                      ///< in the order in which they were added
+  Eigen::MatrixXd phi;              ///< (r + 1) × N, columns [φ(x_i); 1]: the first r rows are Gᵀ
+  double left = 0;                  ///< largest diagonal entry of K − G Gᵀ
+  std::vector<double> left_before;  ///< `left` before each pivot; empty if the pivots are from a part of the points
   Eigen::Index rank() const { return static_cast<Eigen::Index>(pivots.size()); }
 };
 
@@ -26,29 +25,18 @@ struct PivotedCholesky {
 using KernelRow = std::function<void(Eigen::Index i, Eigen::VectorXd& k)>;
 
 /// Adds pivots, largest diagonal entry first, until it is at most `tolerance` or there are `max_rank`. `diagonal`: of
-/// K. O(N r²).
-PivotedCholesky pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance,
-                                 Eigen::Index max_rank);
+/// K. O(N r²), 8 N r bytes.
+LowRank pivoted_cholesky(Eigen::VectorXd diagonal, const KernelRow& row, double tolerance, Eigen::Index max_rank);
 
-/// f(x) = w · φ(x) + b with φ(x) = L⁻¹ k(x), L Lᵀ = K over the pivots. Columns of `phi` are [φ(x_i); 1]. The diagonal
-/// of K − G Gᵀ is at most `left`, which is neglected if c · left is small against 1.
-struct LowRank {
-  std::vector<Eigen::Index> pivots;  ///< the samples that are centres, in order
-  Eigen::MatrixXd phi;               ///< (r + 1) × N
-  double left = 0;                   ///< largest diagonal entry of K − G Gᵀ
-  std::vector<double>
-      left_before;  ///< `left` before each pivot was added; empty if the pivots are from a part of the points
-  Eigen::Index rank() const { return static_cast<Eigen::Index>(pivots.size()); }
-};
-
-/// Adds pivots, largest diagonal entry first, until it is at most `tolerance` or there are `max_rank` pivots. points: d
-/// × N. Cost O(N r²), 8 N r bytes. With more than kPivotSample samples, searches the pivots among that many, sampled by
-/// the seed.
+/// The same for the kernel of points (d × N). With more than kPivotSample of them, searches the pivots among that many,
+/// sampled by the seed.
 LowRank low_rank(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank,
                  std::uint64_t seed = 1);
 inline constexpr Eigen::Index kPivotSample = 4000;
 /// The result of low_rank() with this coarser tolerance: pivots are nested. `fine` must contain left_before.
 LowRank coarser(const LowRank& fine, double tolerance);
+/// L over the pivots' points; empty if their kernel matrix is not positive definite.
+Eigen::MatrixXd pivot_factor(const Eigen::MatrixXd& pivots, double sigma2);
 
 /// The primal problem  min wᵀw/2 + c/2 Σ v_k (y_k − w·φ_k − b)²: (diag(I/c, 0) + Φ V Φᵀ) [w; b] = Φ V y.
 class PrimalLssvm {

@@ -11,7 +11,6 @@ namespace {
 
 struct Constants {
   double shift = 0, scale = 1;
-  ColumnKind kind = ColumnKind::kContinuous;
 };
 
 // Sums in long double: the constants then do not depend on the order or the width of vectors.
@@ -28,8 +27,8 @@ Constants automatic(const Eigen::VectorXd& v, bool divisor_n) {
   std::sort(sorted.begin(), sorted.end());
   const double low = sorted.front(), high = sorted.back();
   const auto distinct = std::unique(sorted.begin(), sorted.end()) - sorted.begin();
-  if (distinct == 2) return {(low + high) / 2, (high - low) / 2, ColumnKind::kBinary};
-  if (static_cast<double>(distinct) < std::sqrt(static_cast<double>(v.size()))) return {0, 1, ColumnKind::kCategorical};
+  if (distinct == 2) return {(low + high) / 2, (high - low) / 2};
+  if (static_cast<double>(distinct) < std::sqrt(static_cast<double>(v.size()))) return Constants{};
   return zscore(v, divisor_n);
 }
 
@@ -60,12 +59,10 @@ Result<NormalisedData> normalise(const Eigen::MatrixXd& inputs, const Eigen::Vec
     }
     n.input_shift[i] = c.shift;
     n.input_scale[i] = c.scale;
-    data.kinds.push_back(c.kind);
   }
   const Constants t = constants_of(target, scaling, true);
   n.target_shift = t.shift;
   n.target_scale = t.scale > 0 ? t.scale : 1;
-  data.kinds.push_back(t.kind);
   data.x = normalised_inputs(inputs, n);
   data.y = (target.array() - n.target_shift) / n.target_scale;
   return data;

@@ -17,13 +17,10 @@ enum class NormalisationMethod {
   kNone,
 };
 
-enum class ColumnKind { kContinuous, kBinary, kCategorical };
-
 struct NormalisedData {
   Eigen::MatrixXd x;  ///< d × N, one sample per column
   Eigen::VectorXd y;  ///< N
   compensation::Normalisation constants;
-  std::vector<ColumnKind> kinds;  ///< d inputs, then the target
 };
 
 /// `inputs` is d × N in engineering units. Errors: fewer than two samples; numbers that are not finite; a constant

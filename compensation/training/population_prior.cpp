@@ -5,8 +5,9 @@
 #include <algorithm>
 
 #include "compensation/extrapolation.hpp"
-#include "compensation/training/composite_system.hpp"
-#include "compensation/training/methods.hpp"
+#include "compensation/training/composite.hpp"
+#include "compensation/training/dense.hpp"
+#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
@@ -37,11 +38,8 @@ compensation::PopulationPrior prior_of(const TrainingData& data, const std::vect
   compensation::PopulationPrior prior{1, siblings, {}};
   for (const compensation::ModelPtr& sibling : siblings) {
     double sum = 0;
-    for (Eigen::Index i = 0; i < data.inputs.cols(); ++i) {
-      const Eigen::VectorXd x = data.inputs.col(i);
-      sum += sibling->bias_deg_per_h(
-          compensation::nearest_in_box(*sibling, {x.data(), static_cast<std::size_t>(x.size())}));
-    }
+    for (Eigen::Index i = 0; i < data.inputs.cols(); ++i)
+      sum += sibling->bias_deg_per_h(compensation::nearest_in_box(*sibling, column(data.inputs, i)));
     prior.levels.push_back(sum / static_cast<double>(data.inputs.cols()));
   }
   return prior;
@@ -49,10 +47,7 @@ compensation::PopulationPrior prior_of(const TrainingData& data, const std::vect
 
 Eigen::VectorXd said(const compensation::PopulationPrior& prior, const Eigen::MatrixXd& inputs) {
   Eigen::VectorXd mean(inputs.cols());
-  for (Eigen::Index i = 0; i < inputs.cols(); ++i) {
-    const Eigen::VectorXd x = inputs.col(i);
-    mean[i] = prior.at({x.data(), static_cast<std::size_t>(x.size())}).mean_deg_per_h;
-  }
+  for (Eigen::Index i = 0; i < inputs.cols(); ++i) mean[i] = prior.at(column(inputs, i)).mean_deg_per_h;
   return mean;
 }
 
@@ -60,7 +55,7 @@ Eigen::VectorXd said(const compensation::PopulationPrior& prior, const Eigen::Ma
 // minus its level, (mᵀP(y − m)) / (mᵀPm + 1/spread²), C from the first training.
 double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const TrainedModel& first) {
   const auto& p = static_cast<const compensation::CompositeModel&>(*first.model).parameters();
-  const std::vector<Eigen::Index> some = thinned(m.size(), kScaleSamples);
+  const Rows some = thinned(m.size(), kScaleSamples);
   const double scale = p.normalisation.target_scale;
   CompositeSamples samples{normalised_inputs(data.inputs(Eigen::all, some), p.normalisation),
                            (data.target(some) - m(some)) / scale,
@@ -81,8 +76,7 @@ double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const Traine
 }  // namespace
 
 Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
-                                         const TrainingSettings& wanted, const TuningProgress& progress,
-                                         const std::atomic<bool>* stop) {
+                                         const TrainingSettings& wanted) {
   if (auto good = check(data, info, wanted); !good) return tl::unexpected<Error>(good.error());
   TrainingSettings settings = wanted;
   settings.siblings.clear();
@@ -91,11 +85,11 @@ Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation:
   TrainingData rest = data;
   rest.target = data.target - m;
   // train() has left out gross outliers: a second search would number the rows of the rest.
-  auto trained = train_checked(rest, info, settings, progress, stop);
+  auto trained = train_checked(rest, info, settings);
   if (!trained) return trained;
   settings.prior->scale = scale_of(data, m, *trained);
   rest.target = data.target - settings.prior->scale * m;
-  trained = train_checked(rest, std::move(info), settings, progress, stop);
+  trained = train_checked(rest, std::move(info), settings);
   if (!trained) return trained;
   trained->samples.fitted += settings.prior->scale * m;
   const auto square = [](const Eigen::VectorXd& v) { return (v.array() - v.mean()).square().sum(); };

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/training/reweighting.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +11,7 @@
 namespace prism::training {
 namespace {
 
-constexpr std::array kNames = {"none", "huber", "hampel", "logistic", "myriad"};
+constexpr std::array<std::string_view, 5> kNames = {"none", "huber", "hampel", "logistic", "myriad"};
 constexpr double kHampelB1 = 2.5, kHampelB2 = 3.0;
 
 std::vector<double> values(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
@@ -36,13 +34,11 @@ double iqr_scale(Eigen::VectorXd r) {
 
 }  // namespace
 
-const char* weight_name(WeightKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+const char* weight_name(WeightKind kind) { return kNames[static_cast<std::size_t>(kind)].data(); }
 
-Result<WeightKind> parse_weight(std::string_view name) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (name == kNames[i]) return static_cast<WeightKind>(i);
-  }
-  return make_error("weight", fmt::format("found \"{}\", expected none, huber, hampel, logistic or myriad", name));
+WeightKind weight_by_name(std::string_view name) {
+  const auto at = std::find(kNames.begin(), kNames.end(), name);
+  return at == kNames.end() ? WeightKind::kNone : static_cast<WeightKind>(at - kNames.begin());
 }
 
 double WeightFunction::operator()(double u) const {
@@ -60,12 +56,6 @@ double WeightFunction::operator()(double u) const {
     default:
       return 1;
   }
-}
-
-double order_statistic(std::vector<double> values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind) {
@@ -106,9 +96,8 @@ Result<ReweightReport> reweight(const ReweightSettings& settings, Eigen::VectorX
 
 StepRule residuals_within(double tolerance) {
   return [tolerance](const ReweightStep& step, ReweightReport& report) {
-    const Eigen::VectorXd change = step.residual - step.residual_before;
-    report.change.push_back(change.norm());
-    return change.cwiseAbs().maxCoeff() <= tolerance * report.scale ? AfterStep::kConverged : AfterStep::kContinue;
+    const double change = (step.residual - step.residual_before).cwiseAbs().maxCoeff();
+    return change <= tolerance * report.scale ? AfterStep::kConverged : AfterStep::kContinue;
   };
 }
 
@@ -117,9 +106,9 @@ StepRule weights_settled() {
     constexpr double kSettled = 1e-3;
     constexpr int kPatience = 20;
     const double moved = (step.weight - step.weight_before).cwiseAbs().maxCoeff();
-    report.change.push_back(report.oscillating ? 2 * moved : moved);  // an average moves by half
+    const double change = report.oscillating ? 2 * moved : moved;  // an average moves by half
     report.oscillating = report.solves >= kPatience;
-    return report.change.back() < kSettled ? AfterStep::kConverged : AfterStep::kContinue;
+    return change < kSettled ? AfterStep::kConverged : AfterStep::kContinue;
   };
 }
 

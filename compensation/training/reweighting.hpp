@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/training/lssvm.hpp"
 
 namespace prism::training {
 
@@ -16,7 +15,8 @@ namespace prism::training {
 
 enum class WeightKind { kNone, kHuber, kHampel, kLogistic, kMyriad };
 const char* weight_name(WeightKind kind);
-Result<WeightKind> parse_weight(std::string_view name);
+/// "huber", "hampel", "logistic", "myriad"; kNone for any other word.
+WeightKind weight_by_name(std::string_view name);
 
 /// v(u) for u = residual / scale.
 struct WeightFunction {
@@ -51,8 +51,8 @@ double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind);
 /// v_k for every residual; all 1 if `scale` is 0.
 Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const WeightFunction& function);
 
-/// An order statistic: the quantile at `share` (0 to 1). Not empty, no NaN.
-double order_statistic(std::vector<double> values, double share);
+/// A kernel matrix in extended precision (80 bits on x86-64): N² · 16 bytes.
+using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
 struct ReweightSettings {
   WeightFunction weight;  ///< kNone: plain LSSVM, no re-weighting
@@ -70,10 +70,9 @@ struct ReweightSettings {
 struct ReweightReport {
   int solves = 0;  ///< number of weighted solves
   bool converged = false;
-  bool oscillating = false;    ///< the weights alternated between two states; the result is their mean
-  double scale = 0;            ///< robust scale of the last weights
-  int dropped = 0;             ///< number of samples with weight zero
-  std::vector<double> change;  ///< value of the convergence rule, one per solve
+  bool oscillating = false;  ///< the weights alternated between two states; the result is their mean
+  double scale = 0;          ///< robust scale of the last weights
+  int dropped = 0;           ///< number of samples with weight zero
 };
 
 /// The weights and residuals before and after one re-weighting.
@@ -84,15 +83,14 @@ enum class AfterStep { kContinue, kConverged, kStop };
 
 /// Solves with these weights and returns the residuals.
 using WeightedSolve = std::function<Result<Eigen::VectorXd>(const Eigen::VectorXd& weight)>;
-/// Decides after each step, and appends to report.change. After it sets report.oscillating, new weights are averaged
-/// with the previous ones.
+/// Decides after each step. After it sets report.oscillating, new weights are averaged with the previous ones.
 using StepRule = std::function<AfterStep(const ReweightStep& step, ReweightReport& report)>;
 
 /// Weights by eqs. 15 to 20. `weight`: first weights in, weights of the last solve out. Errors: those of `solve`.
 Result<ReweightReport> reweight(const ReweightSettings& settings, Eigen::VectorXd& weight, const WeightedSolve& solve,
                                 const StepRule& rule);
 
-/// Converged if no residual changed by more than `tolerance` scales; the change is the 2-norm.
+/// Converged if no residual changed by more than `tolerance` scales.
 StepRule residuals_within(double tolerance);
 /// Converged if no weight changed by 1e-3 or more. After 20 solves weights are averaged, so that an alternation between
 /// two states ends at their mean.

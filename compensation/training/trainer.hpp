@@ -3,23 +3,23 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compensation/composite_model.hpp"
 #include "compensation/model.hpp"
-#include "compensation/training/between_run_error.hpp"
-#include "compensation/training/least_squares.hpp"
+#include "compensation/training/held_out.hpp"
 #include "compensation/training/normalise.hpp"
-#include "compensation/training/resource_plan.hpp"
+#include "compensation/training/polynomial.hpp"
 #include "compensation/training/tuning.hpp"
 
 namespace prism::training {
 
-struct Method;  // methods.hpp
+struct Method;
 /// Returns nullptr if no method has this name.
 const Method* find_method(std::string_view name);
 
@@ -32,15 +32,6 @@ struct TrainingData {
   Eigen::VectorXd time_s;  ///< N, since its recording began; empty: evenly spaced (the composite kernel's nuisance)
 };
 
-/// The terms of a polynomial: powers of the inputs, one list per term (the intercept is implicit).
-using TermPowers = std::vector<std::vector<int>>;
-TermPowers cubic_terms();               ///< x, x², x³ of the only input (eq. 21)
-TermPowers plain_terms(std::size_t d);  ///< every input itself
-/// Inputs, squares and products of two (eqs. 22 and 24): T, T², dT/dt, (dT/dt)², …
-TermPowers second_order_terms(std::size_t d);
-/// "T", "T^2", "T*dTdt".
-std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names);
-
 /// The user's knowledge about drift in time, for the composite kernel.
 enum class Drift {
   kThermal,  ///< what one passage through the temperatures cannot decide is mostly thermal
@@ -48,16 +39,16 @@ enum class Drift {
   kNone,     ///< no drift in time
 };
 
-struct TrainingSettings {
-  const Method* method = find_method("ir-lssvm");
+/// Missing c and sigma2 are tuned (both or none); the weight's parameter has its usual value (Huber 1.345, myriad 1)
+/// if c and sigma2 are given.
+struct TrainingSettings : TuningSettings {
+  const Method* method = find_method("composite");
   NormalisationMethod scaling = NormalisationMethod::kZscore;
   // Polynomials.
   TermPowers terms;
   StepwiseSettings stepwise;
-  // Kernels. Missing values are tuned: c and sigma2 both or none; the weight's parameter has its usual value (Huber
-  // 1.345, myriad 1) if c and sigma2 are given.
-  ReweightSettings reweight;  ///< for methods with weights only
-  std::optional<double> c, sigma2, parameter;
+  // Kernels.
+  ReweightSettings reweight{.weight = {.kind = WeightKind::kMyriad}};  ///< for methods with weights only
   Drift drift = Drift::kThermal;
   double epsilon = 0.1;  ///< of SVR, in units of the normalised target
   Tuning tuning = Tuning::kBlocked;
@@ -65,7 +56,6 @@ struct TrainingSettings {
   std::optional<Folds> given_folds;   ///< for kGiven
   std::optional<Folds> second_folds;  ///< set by train(); ir-lssvm: the geometric mean of both choices
   std::uint64_t seed = 1;
-  int threads = 2;
   std::vector<compensation::ModelPtr> siblings;  ///< composite: models of gyros of the same type, none or at least 2
   std::optional<compensation::PopulationPrior> prior;  ///< the population prior; set by train()
   double memory_limit_bytes = 1e9;                     ///< larger trainings are rejected before they start
@@ -95,20 +85,88 @@ struct TrainedModel {
   std::vector<std::string> notes;  ///< warnings for the user
 };
 
-/// The memory and time of a training of this size, before it starts.
+/// Memory and time of a training, estimated before it starts.
+struct ResourcePlan {
+  double bytes = 0, seconds = 0;  ///< seconds: rough estimate for one core
+  bool sparse = false;            ///< a low-rank model instead of one centre per sample
+  Eigen::Index max_rank = 0;
+  std::string text() const;
+};
+
+inline constexpr double kFlops = 4e9;  ///< of one core, a conservative estimate
+
+/// A low-rank plan with as many centres as fit in memory, at most `most`.
+ResourcePlan plan_sparse(Eigen::Index samples, Eigen::Index inputs, double limit_bytes, Eigen::Index most);
+
+/// The memory and time of a training of this size. Errors: it needs more memory than the limit.
 Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
 
 /// Trains. `info` contains name, features and serial; kind, inputs, domain and id are set here. Errors, in one line:
 /// unsuitable data or settings. A stop flag ends tuning early with the best result so far.
-Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings,
-                           const TuningProgress& progress = {}, const std::atomic<bool>* stop = nullptr);
+Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo info, const TrainingSettings& settings);
 
+/// train() without its checks and without leaving out gross outliers.
+Result<TrainedModel> train_checked(const TrainingData& data, compensation::ModelInfo info,
+                                   const TrainingSettings& settings);
 Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
-                                         const TrainingSettings& settings, const TuningProgress& progress,
-                                         const std::atomic<bool>* stop);
+                                         const TrainingSettings& settings);
+
 /// The recording of each sample; 0 if data.runs is empty.
 std::vector<int> runs_of(const TrainingData& data);
 /// Hours of each sample; rows without times are 100 s apart, as in the paper.
 Eigen::VectorXd time_of(const TrainingData& data);
+/// The folds of the settings, at most one per sample.
+Folds folds_of(const TrainingData& data, const TrainingSettings& settings);
+
+// The training methods. To add one: write its two functions, and a row in trainer.cpp.
+
+/// Features of a method; each is a group of options of prismcal.
+enum MethodUses : unsigned {
+  kCubic = 1,         ///< a cubic of one input
+  kTerms = 2,         ///< chooses from polynomial terms: --start, --p-enter, --p-remove
+  kWeights = 4,       ///< robust weights: --weight
+  kTuning = 8,        ///< --c and --sigma2, or --tune
+  kTube = 16,         ///< --epsilon
+  kOwnSearch = 32,    ///< finds all parameters itself; --c, --sigma2, --tune and --fold-column are errors
+  kSiblings = 64,     ///< --prior
+  kExactFolds = 128,  ///< `prismcal cv`
+  kDrift = 256        ///< --drift
+};
+
+/// One checked training; `info` is complete except for its type, id and BetweenRunError.
+struct TrainingJob {
+  const TrainingData& data;
+  compensation::ModelInfo info;
+  const TrainingSettings& settings;
+  ResourcePlan plan;
+  std::vector<int> runs;  ///< recording of each sample
+};
+
+struct Method {
+  const char* name;
+  const char* help;  ///< added to the name in help texts: when it is the default
+  unsigned uses;     ///< MethodUses
+  ResourcePlan (*plan)(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+  Result<TrainedModel> (*train)(TrainingJob job);
+
+  bool has(MethodUses use) const { return (uses & use) != 0; }
+};
+
+ResourcePlan plan_polynomial(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+ResourcePlan plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+ResourcePlan plan_svr(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+ResourcePlan plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+Result<TrainedModel> train_polynomial(TrainingJob job);
+Result<TrainedModel> train_kernel(TrainingJob job);
+Result<TrainedModel> train_composite(TrainingJob job);
+
+/// All methods, the default first.
+std::span<const Method> methods();
+/// The default; `tuned`: if c, sigma2, a tuning or folds are given.
+const Method& default_method(bool tuned);
+/// Names of the methods with one of these uses: "lssvm, ir-lssvm" + `last` + "svr".
+std::string method_names(unsigned uses, const char* last = ", ");
+/// All names with their help: "composite (default), ls, … or svr".
+std::string method_help();
 
 }  // namespace prism::training

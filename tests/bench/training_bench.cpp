@@ -15,6 +15,7 @@
 #include "compensation/kernel.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/training/dense.hpp"
+#include "compensation/training/lssvm.hpp"
 #include "compensation/training/trainer.hpp"
 
 double native_kernel_sum(const double* centres, long count, const double* point, double gamma, const double* alpha);
@@ -138,7 +139,6 @@ void measure_fit(const training::NormalisedData& data) {
 void measure_window(const training::TrainingData& data) {
   training::TrainingSettings settings;
   settings.c = 76.0796, settings.sigma2 = 0.1458;
-  settings.reweight.weight.kind = training::WeightKind::kMyriad;
   const std::vector<double> x = {25, 0.001, 5.6};
   double bare = 0;  // IR-LSSVM: the sum of a Gaussian kernel only
   for (const training::Method* method : {training::find_method("ir-lssvm"), training::find_method("composite")}) {
@@ -196,7 +196,7 @@ void measure_tables(const training::TrainingData& all) {
 
 void measure_long_record(Eigen::Index n) {
   training::TrainingSettings settings;
-  settings.reweight.weight.kind = training::WeightKind::kMyriad;
+  settings.method = training::find_method("ir-lssvm");
   const training::TrainingData data = made_up(n);
   const double begin = cpu_s();
   const auto trained = training::train(data, {}, settings);

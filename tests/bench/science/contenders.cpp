@@ -13,7 +13,6 @@ training::TrainingSettings settings_of(const Contender& contender, std::size_t i
   training::TrainingSettings settings;
   settings.method = training::find_method(contender.method);
   settings.tuning = contender.tuning;
-  settings.reweight.weight.kind = training::WeightKind::kMyriad;
   settings.threads = 1;
   if (contender.method != "stepwise") return settings;
   settings.terms = training::second_order_terms(inputs);

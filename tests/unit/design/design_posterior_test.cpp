@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "compensation/extrapolation.hpp"
-#include "compensation/training/between_run_error.hpp"
+#include "compensation/training/composite.hpp"
+#include "compensation/training/held_out.hpp"
 #include "compensation/training/normalise.hpp"
-#include "compensation/training/nuisance_filter.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/design/stated_prior.hpp"
 

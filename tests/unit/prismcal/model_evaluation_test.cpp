@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compensation/training/methods.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/analysis/limits.hpp"

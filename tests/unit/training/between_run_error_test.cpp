@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Every model type predicts its error in a new run; simulated runs with their own drift and white noise.
-#include "compensation/training/between_run_error.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -11,6 +9,7 @@
 #include "compensation/composite_model.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/held_out.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -38,7 +37,6 @@ TrainingSettings settings_of(std::string_view method) {
   TrainingSettings settings;
   settings.method = find_method(method);
   settings.terms = cubic_terms();
-  settings.reweight.weight.kind = WeightKind::kMyriad;
   if (method != "composite") settings.c = 30, settings.sigma2 = 0.5;
   return settings;
 }

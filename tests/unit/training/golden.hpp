@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/training/folds.hpp"
+#include "compensation/training/held_out.hpp"
 #include "compensation/training/reweighting.hpp"
 #include "tests/support/shared_files.hpp"
 

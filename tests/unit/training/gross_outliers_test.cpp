@@ -9,7 +9,6 @@
 #include <set>
 
 #include "compensation/extrapolation.hpp"
-#include "compensation/training/methods.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -112,7 +111,6 @@ TEST_P(Breakdown, MovesPredictionsByLittle) {
   TrainingSettings settings;
   settings.method = find_method(GetParam().method);
   settings.tuning = GetParam().tuning;
-  settings.reweight.weight.kind = WeightKind::kMyriad;
   settings.folds = 3;
   const auto good = train(clean(200), {}, settings);
   ASSERT_TRUE(good) << good.error().text();
@@ -139,7 +137,6 @@ INSTANTIATE_TEST_SUITE_P(Ways, Breakdown,
 TEST(GrossOutliers, AreLeftOutOfBothDivisionsIntoFolds) {
   TrainingSettings settings;
   settings.method = find_method("ir-lssvm");
-  settings.reweight.weight.kind = WeightKind::kMyriad;
   settings.folds = 3;
   TrainingData data = clean(240);  // above 200 rows the search is short
   const auto rows = contaminate(data, kContaminations[1]);
@@ -150,7 +147,9 @@ TEST(GrossOutliers, AreLeftOutOfBothDivisionsIntoFolds) {
     EXPECT_GE(done, share * expected);
     share = static_cast<double>(done) / expected;
   };
-  const auto trained = train(data, {}, settings, grows), first = train(part, {}, settings);
+  TrainingSettings watched = settings;
+  watched.progress = grows;
+  const auto trained = train(data, {}, watched), first = train(part, {}, settings);
   EXPECT_GT(share, 0.5);
   settings.tuning = Tuning::kGiven;
   settings.given_folds = taken(blocked_folds(runs_of(data), 3), rest);
@@ -165,8 +164,6 @@ TEST(GrossOutliers, AreLeftOutOfBothDivisionsIntoFolds) {
 
 TEST(Trainer, RefusesRecordsWithNothingToLearnInOneLine) {
   TrainingSettings settings;
-  settings.method = find_method("composite");
-  settings.reweight.weight.kind = WeightKind::kMyriad;
   TrainingData still = clean(100);
   still.target.setConstant(0.25);
   for (const char* method : {"composite", "stepwise", "ir-lssvm", "svr"}) {

@@ -33,8 +33,6 @@ struct Gyro {
 
 TrainingSettings composite() {
   TrainingSettings settings;
-  settings.method = find_method("composite");
-  settings.reweight.weight.kind = WeightKind::kMyriad;
   return settings;
 }
 

@@ -11,9 +11,10 @@
 #include <set>
 
 #include "compensation/kernel.hpp"
-#include "compensation/training/folds.hpp"
-#include "compensation/training/input_search.hpp"
+#include "compensation/training/held_out.hpp"
+#include "compensation/training/lssvm.hpp"
 #include "compensation/training/minimise.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tests/unit/training/golden.hpp"
 
 namespace prism::training {
@@ -24,7 +25,7 @@ TEST(Simplex, FindsTheMinimumOfRosenbrock) {
   SimplexSettings settings;
   settings.lower = Eigen::Vector2d(-3, -3);
   settings.upper = Eigen::Vector2d(3, 3);
-  settings.step = Eigen::Vector2d(0.5, 0.5);
+  settings.step = 0.5;
   settings.max_evaluations = 400;
   settings.x_tolerance = 1e-6;
   const SimplexResult end = minimise(f, Eigen::Vector2d(-1.2, 1), settings, [] { return false; });
@@ -36,7 +37,6 @@ TEST(Simplex, StaysInItsBox) {
   SimplexSettings settings;
   settings.lower = Eigen::VectorXd::Constant(1, 0.0);
   settings.upper = Eigen::VectorXd::Constant(1, 2.0);
-  settings.step = Eigen::VectorXd::Constant(1, 1.0);
   const auto f = [](const Eigen::VectorXd& x) {
     EXPECT_GE(x[0], 0);
     EXPECT_LE(x[0], 2);
@@ -51,8 +51,7 @@ TEST(Tuning, RobustTenFoldOnTheGyroEndsWhereTheReferenceEnds) {
   const auto reference = nlohmann::json::parse(test::read_file(test::golden_dir("gyro924") / "tune_reference.json"));
   ReweightSettings settings;
   settings.weight.kind = WeightKind::kMyriad;
-  const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
-  const auto found = tune(cost, g.y.size(), {});
+  const auto found = tune({g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings}, {});
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_LT(found->best.cost, reference["myriad"]["cost"].get<double>() * 1.00005);
   // The low-rank cost equals that of 30 complete re-weightings in every fold.
@@ -74,10 +73,7 @@ TEST(Tuning, RobustTenFoldOnTheMotorcycleEndsWhereTheReferenceEnds) {
   for (const WeightKind kind : {WeightKind::kHampel}) {
     ReweightSettings settings;
     settings.weight.kind = kind;
-    TuningSettings search;
-    search.bounds = bounds_for(1);
-    const TuningCost cost(g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings);
-    const auto found = tune(cost, g.y.size(), search);
+    const auto found = tune({g.x, g.y, g.scale, Tuning::kGiven, g.folds, settings}, {});
     ASSERT_TRUE(found);
     EXPECT_LT(found->best.cost, reference[weight_name(kind)]["cost"].get<double>() * 1.0002) << weight_name(kind);
   }
@@ -102,7 +98,7 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
     one.threads = 1;
     four.threads = 4;
     const TuningCost objective = cost(kind);
-    const auto a = tune(objective, 120, one), b = tune(objective, 120, four);
+    const auto a = tune(objective, one), b = tune(objective, four);
     ASSERT_TRUE(a && b);
     EXPECT_EQ(a->best.c, b->best.c);
     EXPECT_EQ(a->best.sigma2, b->best.sigma2);
@@ -114,22 +110,22 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
 TEST_F(TuningOnWaves, PlainCostsEqualThoseOfTheFullMatrix) {
   const TuningPoint point{40, 0.3, 1, 0};
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, {point.sigma2});
-  EXPECT_NEAR(cost(Tuning::kShuffled).final_cost(point),
+  EXPECT_NEAR(cost(Tuning::kShuffled).at(point, Effort::kFinal),
               cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
-  EXPECT_NEAR(cost(Tuning::kLoo).final_cost(point), leave_one_out(kernel, y_, point.c, 1)->mae, 1e-7);
+  EXPECT_NEAR(cost(Tuning::kLoo).at(point, Effort::kFinal), cross_validate(kernel, y_, point.c, {}, 1)->mae, 1e-7);
   const auto factor = LssvmFactor::make(kernel, Eigen::VectorXd::Constant(120, 1 / point.c), y_);
-  EXPECT_NEAR(cost(Tuning::kReml).final_cost(point), -factor->restricted_log_likelihood() / 120, 1e-6);
+  EXPECT_NEAR(cost(Tuning::kReml).at(point, Effort::kFinal), -factor->restricted_log_likelihood() / 120, 1e-6);
 }
 
 TEST_F(TuningOnWaves, ARowOfTheGridHasTheCostsOfItsPoints) {
   ReweightSettings robust;
   robust.weight.kind = WeightKind::kHuber;
   for (const Tuning kind : {Tuning::kShuffled, Tuning::kLoo, Tuning::kReml}) {
-    const TuningCost objective(x_, y_, 1, kind, shuffled_folds(120, 10, 3), robust);
+    const TuningCost objective{x_, y_, 1, kind, shuffled_folds(120, 10, 3), robust};
     std::vector<TuningPoint> row;
     for (const double c : {0.1, 30.0, 1e4, 3e6}) row.push_back({c, 0.02, 1.345, 0});
-    objective.frozen_costs(row);
-    for (const TuningPoint& point : row) EXPECT_EQ(point.cost, objective.frozen_cost(point)) << point.c;
+    objective.set_frozen(row);
+    for (const TuningPoint& point : row) EXPECT_EQ(point.cost, objective.at(point, Effort::kFrozen)) << point.c;
   }
 }
 
@@ -147,7 +143,7 @@ TEST(Tuning, LeaveOneOutDoesNotChooseAMinorityOfTheSamples) {
   }
   ReweightSettings settings;
   settings.weight.kind = WeightKind::kMyriad;
-  const auto found = tune(TuningCost(x, y, 1, Tuning::kLoo, {}, settings), kCount, {});
+  const auto found = tune({x, y, 1, Tuning::kLoo, {}, settings}, {});
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->best.parameter, 1.5);
   EXPECT_NE(found->warnings.at(0).find("leave-one-out cannot tune the weight's parameter: 1.5 is used"),
@@ -156,8 +152,10 @@ TEST(Tuning, LeaveOneOutDoesNotChooseAMinorityOfTheSamples) {
 
 TEST_F(TuningOnWaves, AStopFlagReturnsTheBestSoFar) {
   std::atomic<bool> stop{false};
-  const auto found = tune(
-      cost(Tuning::kShuffled), 120, {}, [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; }, &stop);
+  TuningSettings settings;
+  settings.progress = [&](int done, int, const TuningPoint&) { stop = stop || done >= 30; };
+  settings.stop = &stop;
+  const auto found = tune(cost(Tuning::kShuffled), settings);
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->stopped);
   EXPECT_LT(found->evaluations, 40);
@@ -165,10 +163,8 @@ TEST_F(TuningOnWaves, AStopFlagReturnsTheBestSoFar) {
 }
 
 TEST_F(TuningOnWaves, WarnsOfAnOptimumAtTheEdge) {
-  TuningSettings narrow;
-  narrow.bounds.sigma2_min = 1.5;
-  narrow.bounds.sigma2_max = 2;
-  const auto found = tune(cost(Tuning::kShuffled), 120, narrow);
+  y_ = Eigen::VectorXd::LinSpaced(120, -1, 1).array().square();
+  const auto found = tune(cost(Tuning::kShuffled), {});
   ASSERT_TRUE(found);
   ASSERT_FALSE(found->warnings.empty());
   EXPECT_NE(found->warnings[0].find("edge of the search"), std::string::npos) << found->warnings[0];

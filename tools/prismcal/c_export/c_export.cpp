@@ -110,7 +110,7 @@ Result<ModelPtr> fewer_centres(const Model& model, int most) {
   const VectorXd variance = kernel.diagonal();
   const auto found = training::pivoted_cholesky(
       variance, [&kernel](Eigen::Index i, VectorXd& row) { row = kernel.col(i); }, kNoMore * variance.maxCoeff(), most);
-  const auto g = found.features.topRows(found.rank());
+  const auto g = found.phi.topRows(found.rank());
   const MatrixXd r = g(Eigen::all, found.pivots), centres = form.centres(Eigen::all, found.pivots);
   const VectorXd right = g * form.alpha, alpha = r.triangularView<Eigen::Upper>().solve(right);
   if (const auto* composite = dynamic_cast<const CompositeModel*>(&model)) {

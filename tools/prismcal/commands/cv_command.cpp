@@ -8,8 +8,8 @@
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/kernel.hpp"
-#include "compensation/training/irlssvm.hpp"
-#include "compensation/training/methods.hpp"
+#include "compensation/training/lssvm.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
@@ -98,8 +98,8 @@ Result<int> run(const CvChoice& choice) {
   const Eigen::MatrixXd kernel = compensation::kernel_matrix(data.x, {*settings->sigma2});
   const double scale = data.constants.target_scale;
   const bool loo = settings->tuning == training::Tuning::kLoo;
-  const auto plain = loo ? training::leave_one_out(kernel, data.y, *settings->c, scale)
-                         : training::cross_validate(kernel, data.y, *settings->c, problem->folds, scale);
+  const training::Folds folds = loo ? training::Folds() : problem->folds;
+  const auto plain = training::cross_validate(kernel, data.y, *settings->c, folds, scale);
   if (!plain) return tl::unexpected<Error>(plain.error());
   nlohmann::ordered_json json = costs_json(*plain);
   std::string text = costs_text("unweighted", *plain);
@@ -111,7 +111,7 @@ Result<int> run(const CvChoice& choice) {
     training::ExtendedMatrix extended;
     if (data.y.size() <= kMaxRefined)
       reweight.extended = &(extended = training::extended_kernel_matrix(data.x, *settings->sigma2));
-    const auto robust = training::cross_validate_robust(kernel, data.y, *settings->c, reweight, problem->folds, scale);
+    const auto robust = training::cross_validate_robust(kernel, data.y, *settings->c, reweight, folds, scale);
     if (!robust) return tl::unexpected<Error>(robust.error());
     json = costs_json(*robust);
     json["fold_solves"] = robust->fold_solves;

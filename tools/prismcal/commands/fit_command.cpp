@@ -11,7 +11,7 @@
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -103,8 +103,9 @@ Result<int> run(const FitChoice& choice) {
   if (!choice.method.quiet && !choice.method.json && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
   compensation::ModelInfo info;
   info.table = true;
-  auto trained =
-      training::train(data, std::move(info), *settings, progress_bar(choice.method.quiet), stop_on_interrupt());
+  settings->progress = progress_bar(choice.method.quiet);
+  settings->stop = stop_on_interrupt();
+  auto trained = training::train(data, std::move(info), *settings);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   if (*stop_on_interrupt()) fmt::print(stderr, "prismcal: {}\n", kStoppedEarly);

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "compensation/training/input_search.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
 
 namespace prism::commands {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 std::vector<std::string> known_methods() {
   std::vector<std::string> names;
-  for (const training::Method* method : training::methods()) names.emplace_back(method->name);
+  for (const training::Method& method : training::methods()) names.emplace_back(method.name);
   return names;
 }
 
@@ -87,12 +87,13 @@ std::string method_name_of(const MethodOptions& options) {
 
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   training::TrainingSettings s;
-  s.method = *training::parse_method(method_name_of(o));
+  s.method = training::find_method(method_name_of(o));
   if (s.method->has(training::kOwnSearch) && (o.c || o.sigma2 || !o.tune.empty()))
     return make_error("--method", fmt::format("found {} with --c, --sigma2 or --tune, which need {}", s.method->name,
                                               training::method_names(training::kTuning, " and ")));
+  s.reweight.weight.kind = training::WeightKind::kNone;
   if (s.method->has(training::kWeights)) {
-    s.reweight.weight.kind = *training::parse_weight(o.weight.empty() ? "myriad" : o.weight);
+    s.reweight.weight.kind = training::weight_by_name(o.weight.empty() ? "myriad" : o.weight);
   } else if (!o.weight.empty()) {
     return make_error("--weight", fmt::format("found \"{}\" with --method {}, expected it with {}", o.weight,
                                               s.method->name, training::method_names(training::kWeights, " or ")));

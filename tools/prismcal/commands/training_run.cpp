@@ -14,7 +14,7 @@
 #include "base/escape.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
-#include "compensation/training/methods.hpp"
+#include "compensation/training/trainer.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
@@ -153,7 +153,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     settings->siblings = std::move(*models);
   }
   const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
-  auto trained = training::train(set->data, std::move(info), *settings, progress_bar(choice.method.quiet), stopped);
+  settings->progress = progress_bar(choice.method.quiet);
+  settings->stop = stopped;
+  auto trained = training::train(set->data, std::move(info), *settings);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);

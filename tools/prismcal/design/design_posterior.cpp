@@ -10,11 +10,10 @@
 
 #include "compensation/extrapolation.hpp"
 #include "compensation/kernel.hpp"
-#include "compensation/training/between_run_error.hpp"
-#include "compensation/training/folds.hpp"
+#include "compensation/training/composite.hpp"
+#include "compensation/training/held_out.hpp"
 #include "compensation/training/low_rank.hpp"
 #include "compensation/training/normalise.hpp"
-#include "compensation/training/nuisance_filter.hpp"
 
 namespace prism::design {
 namespace {
@@ -72,12 +71,7 @@ Result<DesignPosterior> DesignPosterior::make(const KnownGyro& gyro, const Eigen
   if (gyro.centres.size() > 0) {
     made.points_ = gyro.centres;
   } else {
-    const compensation::CompositeCentres centres(kernel, all);
-    Eigen::VectorXd variance(all.cols());
-    for (Eigen::Index i = 0; i < all.cols(); ++i) variance[i] = kernel.variance(all.col(i));
-    const auto found = training::pivoted_cholesky(
-        variance, [&](Eigen::Index i, Eigen::VectorXd& k) { k = centres.row(all.col(i)); },
-        kLeftOfNoise * made.variances_.noise, kMostPivots);
+    const auto found = training::composite_pivots(kernel, all, kLeftOfNoise * made.variances_.noise, kMostPivots);
     made.points_ = all(Eigen::all, found.pivots);
   }
   made.factor_ = kernel.matrix(made.points_);

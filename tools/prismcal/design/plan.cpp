@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "compensation/training/folds.hpp"
+#include "compensation/training/held_out.hpp"
 #include "tools/prismcal/design/profile_search.hpp"
 
 namespace prism::design {

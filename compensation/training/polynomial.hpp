@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Linear least squares with an intercept (paper eq. 21), and the statistics for stepwise regression.
+// Polynomials: linear least squares with an intercept (paper eq. 21), stepwise regression, and a selection of inputs.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,24 @@
 
 namespace prism::training {
 
+struct TrainingData;  // trainer.hpp
+
+/// The terms of a polynomial: powers of the inputs, one list per term (the intercept is implicit).
+using TermPowers = std::vector<std::vector<int>>;
+TermPowers cubic_terms();               ///< x, x², x³ of the only input (eq. 21)
+TermPowers plain_terms(std::size_t d);  ///< every input itself
+/// Inputs, squares and products of two (eqs. 22 and 24): T, T², dT/dt, (dT/dt)², …
+TermPowers second_order_terms(std::size_t d);
+/// "T", "T^2", "T*dTdt".
+std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names);
+
 /// y = intercept + Σ coefficient_j · column_j, over the columns of one subset.
 struct LinearFit {
   double intercept = 0;
-  Eigen::VectorXd coefficient, standard_error, t,
-      p;              ///< one per column of the subset; p two-sided, Student's t with df
-  double sse = 0;     ///< sum of squared residuals
-  int df = 0;         ///< N − 1 − columns
-  double sd() const;  ///< √(sse / df); 0 if df is 0
+  Eigen::VectorXd coefficient, t, p;  ///< one per column of the subset; p two-sided, Student's t with df
+  double sse = 0;                     ///< sum of squared residuals
+  int df = 0;                         ///< N − 1 − columns
+  double sd() const;                  ///< √(sse / df); 0 if df is 0
 };
 
 /// One QR of all centred and scaled columns in long double; every subset is then solved from its small triangle,
@@ -70,5 +80,27 @@ struct StepwiseResult {
 /// stays in. Errors: settings out of range, linearly dependent start terms, no convergence.
 Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
                                     const StepwiseSettings& settings);
+
+// Selection of model inputs: the smallest set that predicts held-out data well.
+
+/// A set of inputs, evaluated by polynomials of second order on contiguous held-out parts of the record.
+struct InputSet {
+  std::vector<std::string> inputs;
+  double error_deg_per_h = 0;           ///< rms over the held-out parts
+  double standard_error_deg_per_h = 0;  ///< of that rms, between parts
+};
+
+struct InputSearch {
+  double without_deg_per_h = 0;  ///< the held-out rms of a constant (the mean)
+  std::vector<InputSet> alone;   ///< each candidate alone, in their order
+  std::vector<InputSet> path;    ///< each set adds the most helpful candidate to the one before
+  std::size_t chosen = 0;        ///< index in path: the smallest set within one standard error of the best
+
+  const InputSet& best() const { return path[chosen]; }
+};
+
+/// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
+/// constant, or fewer than 40 samples.
+Result<InputSearch> search_inputs(const TrainingData& data);
 
 }  // namespace prism::training
