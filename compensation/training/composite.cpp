@@ -10,11 +10,8 @@
 #include "compensation/training/minimise.hpp"
 
 namespace prism::training {
-namespace {
 
 constexpr double kPrior = 0.005;  // factor of |theta|²
-
-}  // namespace
 
 CompositeSamples CompositeSamples::part(const Rows& rows) const {
   return {x(Eigen::all, rows), y(rows), time_h(rows), taken(recording, rows), recordings, warm_up};
@@ -22,12 +19,10 @@ CompositeSamples CompositeSamples::part(const Rows& rows) const {
 
 Eigen::VectorXd composite_theta(const compensation::CompositeVariances& v, bool offsets) {
   const Eigen::Index d = v.kernel.length2.size();
-  Eigen::VectorXd theta(d + (offsets ? 7 : 6));
-  theta[0] = v.kernel.rbf;
-  theta.segment(1, d) = v.kernel.length2;
-  theta.segment(1 + d, 5) << v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h, v.noise;
-  if (offsets) theta[6 + d] = v.offset;
-  return theta.array().log();
+  Eigen::VectorXd value(d + 7);
+  value << v.kernel.rbf, v.kernel.length2, v.kernel.linear, v.kernel.quadratic, v.nuisance, v.nuisance_time_h, v.noise,
+      v.offset;
+  return value.head(d + (offsets ? 7 : 6)).array().log();
 }
 
 compensation::CompositeVariances composite_variances(const Eigen::VectorXd& theta, Eigen::Index d) {
@@ -204,29 +199,22 @@ constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
 // Starts of the search: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias with white noise; a
 // polynomial; a wiggly one; mostly drift.
 std::vector<Eigen::VectorXd> starts(Eigen::Index inputs, bool offsets) {
-  struct Start {
-    double rbf, length2, linear, quadratic, nuisance, time_h, noise;
-  };
-  constexpr Start kStarts[] = {{-1, 0.7, -1, -2, -2, 0.7, -2},
-                               {-3, 2, -0.5, -1, -3, 2, -1.5},
-                               {-1, -1, -2, -4, -4, 1, -2},
-                               {-2, 1, -1, -3, -1, 1.5, -3}};
+  constexpr double kStarts[][7] = {{-1, 0.7, -1, -2, -2, 0.7, -2},
+                                   {-3, 2, -0.5, -1, -3, 2, -1.5},
+                                   {-1, -1, -2, -4, -4, 1, -2},
+                                   {-2, 1, -1, -3, -1, 1.5, -3}};
   std::vector<Eigen::VectorXd> all;
-  for (const Start& s : kStarts) {
-    Eigen::VectorXd theta(inputs + (offsets ? 7 : 6));
-    theta[0] = s.rbf;
-    theta.segment(1, inputs).setConstant(s.length2);
-    theta.segment(1 + inputs, 5) << s.linear, s.quadratic, s.nuisance, s.time_h, s.noise;
-    if (offsets) theta[6 + inputs] = -3;
+  for (const auto& s : kStarts) {
+    Eigen::VectorXd theta = Eigen::VectorXd::Constant(inputs + (offsets ? 7 : 6), -3);
+    theta.head(inputs + 6) << s[0], Eigen::VectorXd::Constant(inputs, s[1]), s[2], s[3], s[4], s[5], s[6];
     all.push_back(theta);
   }
   return all;
 }
 
 /// Minimises the objective over `part` from `start`.
-using Descent =
-    std::function<QuasiNewtonResult(const CompositeSamples& part, const Eigen::VectorXd& weight,
-                                    const Eigen::VectorXd& start, int most, const Eigen::MatrixXd& inverse_hessian)>;
+using Descent = std::function<Minimum(const CompositeSamples& part, const Eigen::VectorXd& weight,
+                                      const Eigen::VectorXd& start, int most, const Eigen::MatrixXd& inverse_hessian)>;
 
 }  // namespace
 
@@ -236,6 +224,9 @@ double believed_sd(const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
   return std::sqrt((believed * (y.array() - mean).square()).sum() / believed.sum());
 }
 
+namespace {
+
+// The last system and its report. `weight`: first weights in, last weights out.
 std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                                  ReweightSettings settings, Eigen::VectorXd& weight,
                                                  ReweightReport& report) {
@@ -252,12 +243,9 @@ std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples
   return system;
 }
 
-namespace {
-
 // Re-weights at `from`, then descends. `scale`: from the samples of its inverse Hessian to those of `part`.
-std::optional<QuasiNewtonResult> refined(const Descent& descend, const CompositeSamples& part,
-                                         const ReweightSettings& settings, Eigen::VectorXd weight,
-                                         const QuasiNewtonResult& from, double scale) {
+std::optional<Minimum> refined(const Descent& descend, const CompositeSamples& part, const ReweightSettings& settings,
+                               Eigen::VectorXd weight, const Minimum& from, double scale) {
   ReweightReport report;
   if (!reweighted_system(part, from.x, settings, weight, report)) return std::nullopt;
   return descend(part, weight, from.x, kFineEvaluations, from.inverse_hessian * scale);
@@ -265,10 +253,10 @@ std::optional<QuasiNewtonResult> refined(const Descent& descend, const Composite
 
 // The best of the optima that the starts find, unless another one is clearly better with robust weights: without them
 // outliers decide. Weights differ between optima, so that small differences do not count.
-std::optional<QuasiNewtonResult> best_weighted(const Descent& descend, const CompositeSamples& coarse,
-                                               const ReweightSettings& settings, const Eigen::VectorXd& first) {
+std::optional<Minimum> best_weighted(const Descent& descend, const CompositeSamples& coarse,
+                                     const ReweightSettings& settings, const Eigen::VectorXd& first) {
   constexpr double kClear = 5;  // of the log likelihood
-  std::vector<QuasiNewtonResult> optima;
+  std::vector<Minimum> optima;
   for (const Eigen::VectorXd& start : starts(coarse.x.rows(), coarse.recordings > 1)) {
     auto found = descend(coarse, first, start, kCoarseEvaluations, {});
     if (std::isfinite(found.value)) optima.push_back(std::move(found));
@@ -276,9 +264,9 @@ std::optional<QuasiNewtonResult> best_weighted(const Descent& descend, const Com
   std::stable_sort(optima.begin(), optima.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
   const auto same = [](const auto& a, const auto& b) { return b.value - a.value < 0.02; };
   optima.erase(std::unique(optima.begin(), optima.end(), same), optima.end());
-  std::optional<QuasiNewtonResult> best;
+  std::optional<Minimum> best;
   double limit = std::numeric_limits<double>::infinity();
-  for (const QuasiNewtonResult& optimum : optima) {
+  for (const Minimum& optimum : optima) {
     auto found = refined(descend, coarse, settings, first, optimum, 1);
     if (!found || !(found->value < limit)) continue;
     limit = best ? found->value : found->value - kClear;
@@ -291,10 +279,10 @@ std::optional<QuasiNewtonResult> best_weighted(const Descent& descend, const Com
 
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const TuningSettings& tuning,
-                                      const Eigen::VectorXd& given) {
+                                      const Eigen::VectorXd& first) {
   constexpr double kImpossible = std::numeric_limits<double>::infinity();
   constexpr int kExpected = 4 * 45 + 3 * 20;  // evaluations
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(samples.y.size()), first = given.size() > 0 ? given : ones;
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(samples.y.size());
   // Outliers enlarge the variance of the target, of which the drift is expected to be a share.
   DriftPrior expected = drift;
   expected.centre += 2 * std::log(believed_sd(samples.y, first) / believed_sd(samples.y, ones));
@@ -313,7 +301,7 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
     };
     return minimise_smooth(f, start, most, inverse_hessian, [&] { return tuning.stopped(); });
   };
-  std::optional<QuasiNewtonResult> best;
+  std::optional<Minimum> best;
   double searched = 0;
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
     if (static_cast<Eigen::Index>(searched) == samples.y.size()) break;
@@ -326,6 +314,28 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
     searched = now;
   }
   return CompositeFit{best->x, first, best->value};
+}
+
+namespace {}  // namespace
+
+std::optional<CompositeSolution> solve_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                 const Eigen::VectorXd& weight, const ReweightSettings& settings) {
+  CompositeSolution s;
+  s.centres = others({}, samples.y.size());
+  s.weight = weight;
+  const auto system = reweighted_system(samples, theta, settings, s.weight, s.reweight);
+  if (!system) return std::nullopt;
+  compensation::CompositeParameters& p = s.parameters;
+  p.variances = composite_variances(theta, samples.x.rows());
+  p.variances.warm_up = samples.warm_up;
+  p.beta = system->beta();
+  p.centres = samples.x;
+  p.alpha = system->alpha();
+  p.weight = s.weight;
+  p.time_h = samples.time_h;
+  p.recording = samples.recording;
+  s.fitted = system->predict(samples.x);
+  return s;
 }
 
 namespace {
@@ -357,54 +367,57 @@ LowRank composite_pivots(const compensation::CompositeKernel& kernel, const Eige
   return pivoted_cholesky(variance, row, tolerance, max_rank);
 }
 
-std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                                    ReweightSettings settings, Eigen::Index max_rank) {
+std::optional<CompositeSolution> solve_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                        ReweightSettings settings, Eigen::Index max_rank) {
   constexpr Eigen::Index kPivotSamples = 4000;
   constexpr double kLeftOfNoise = 1e-3;  // maximum kernel variance outside the centres, in noise variances
   constexpr int kSparseSolves = 30;
-  const compensation::CompositeVariances v = composite_variances(theta, samples.x.rows());
+  CompositeSolution s;
+  s.weight = Eigen::VectorXd::Ones(samples.y.size());
+  compensation::CompositeParameters& p = s.parameters;
+  p.variances = composite_variances(theta, samples.x.rows());
+  const compensation::CompositeVariances& v = p.variances;
   const Rows tried = thinned(samples.y.size(), kPivotSamples);
   const LowRank found = composite_pivots(v.kernel, samples.x(Eigen::all, tried), kLeftOfNoise * v.noise, max_rank);
-  SparseComposite fit;
-  for (const Eigen::Index i : found.pivots) fit.centres.push_back(tried[static_cast<std::size_t>(i)]);
+  for (const Eigen::Index i : found.pivots) s.centres.push_back(tried[static_cast<std::size_t>(i)]);
   const Eigen::Index r = found.rank();
-  const Eigen::MatrixXd points = samples.x(Eigen::all, fit.centres);
-  Eigen::MatrixXd factor = v.kernel.matrix(points);
+  p.centres = samples.x(Eigen::all, s.centres);
+  Eigen::MatrixXd factor = v.kernel.matrix(p.centres);
   factor.diagonal().array() += compensation::kCompositeJitter * v.kernel.rbf;
   if (!cholesky(factor)) return std::nullopt;
-  const compensation::CompositeCentres centres(v.kernel, points);
+  const compensation::CompositeCentres centres(v.kernel, p.centres);
   Eigen::MatrixXd psi(r + 1, samples.y.size());
   for (Eigen::Index i = 0; i < psi.cols(); ++i) {
     Eigen::VectorXd k = centres.row(samples.x.col(i));
     solve_lower(factor, k);
     psi.col(i) << k, 1.0;
   }
-  Eigen::VectorXd w;
+  Eigen::VectorXd w, residual;
   settings.min_weight = kMinCompositeWeight;
   settings.limit = std::min(settings.limit, kSparseSolves);
   const auto solve = [&](const Eigen::VectorXd& weight) -> Result<Eigen::VectorXd> {
     const NuisanceFilter filter(v, samples.time_h, samples.recording, weight);
     const Eigen::MatrixXd moments = moments_of(filter, psi, samples.y);
-    fit.gram = moments.topLeftCorner(r + 1, r + 1);
-    fit.gram.diagonal().head(r).array() += 1;
+    p.gram = moments.topLeftCorner(r + 1, r + 1);
+    p.gram.diagonal().head(r).array() += 1;
     w = moments.row(r + 1).head(r + 1).transpose();
-    Eigen::MatrixXd inverse = fit.gram;
+    Eigen::MatrixXd inverse = p.gram;
     const bool good = cholesky(inverse);
     if (good) solve_cholesky(inverse, w);
     if (!good || !w.allFinite())
       return make_error("composite kernel", "the covariance of the centres is not positive definite");
-    fit.residual = samples.y - psi.transpose() * w;
-    return Eigen::VectorXd(v.noise * filter.solve(fit.residual).cwiseQuotient(weight));
+    residual = samples.y - psi.transpose() * w;
+    return Eigen::VectorXd(v.noise * filter.solve(residual).cwiseQuotient(weight));
   };
-  fit.weight = Eigen::VectorXd::Ones(samples.y.size());
-  const auto report = reweight(settings, fit.weight, solve, weights_settled());
+  const auto report = reweight(settings, s.weight, solve, weights_settled());
   if (!report) return std::nullopt;
-  fit.reweight = *report;
-  fit.alpha = w.head(r);  // w · φ(x) = (L⁻ᵀ w) · k(x)
-  solve_lower_transposed(factor, fit.alpha);
-  fit.beta = w[r];
-  fit.gram = Eigen::MatrixXd(fit.gram.selfadjointView<Eigen::Lower>());
-  return fit;
+  s.reweight = *report;
+  s.fitted = samples.y - residual;
+  p.alpha = w.head(r);  // w · φ(x) = (L⁻ᵀ w) · k(x)
+  solve_lower_transposed(factor, p.alpha);
+  p.beta = w[r];
+  p.gram = Eigen::MatrixXd(p.gram.selfadjointView<Eigen::Lower>());
+  return s;
 }
 
 }  // namespace prism::training

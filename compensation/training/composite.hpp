@@ -9,7 +9,7 @@
 
 #include "compensation/composite_model.hpp"
 #include "compensation/training/held_out.hpp"
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/robust.hpp"
 #include "compensation/training/tuning.hpp"
 
 namespace prism::training {
@@ -71,12 +71,6 @@ class CompositeSystem {
 /// Minimum weight: with a weight of zero H would not be finite.
 inline constexpr double kMinCompositeWeight = 1e-7;
 
-/// Re-weights the system by its noise residuals until the weights converge. `weight`: first weights in, last weights
-/// out. Returns nullopt if a system is not positive definite.
-std::optional<CompositeSystem> reweighted_system(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                                 ReweightSettings settings, Eigen::VectorXd& weight,
-                                                 ReweightReport& report);
-
 /// The weights take rows with a smaller one for outliers.
 inline constexpr double kBelievedWeight = 0.3;
 /// Standard deviation of y without the rows that the weights take for outliers.
@@ -89,11 +83,11 @@ struct CompositeFit {
 };
 
 /// Several starts on every n-th sample (about 300), then the best is refined on about 500 and 1000; weights are
-/// iterated before each refinement, from `first` (N; empty: all 1). Errors: no start has a finite objective.
+/// iterated before each refinement, from `first` (N). Errors: no start has a finite objective.
 /// `tuning`: for progress, with the objective as cost, and the stop flag.
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const TuningSettings& tuning,
-                                      const Eigen::VectorXd& first = {});
+                                      const Eigen::VectorXd& first);
 
 // Long records: the composite kernel over a few centres, with a filter for the nuisance; O(N r²) instead of O(N³).
 
@@ -126,24 +120,27 @@ class NuisanceFilter {
   std::vector<Step> steps_;
 };
 
-/// f(x) ≈ wᵀ φ(x), φ = L⁻¹ k(x), L Lᵀ = K over the centres (Nyström; Williams and Seeger 2001), w ~ N(0, 1).
-struct SparseComposite {
-  Rows centres;           ///< indices of the samples
-  Eigen::VectorXd alpha;  ///< of the centres
-  double beta = 0;
-  Eigen::MatrixXd gram;      ///< [I 0; 0 0] + Ψ Λ⁻¹ Ψᵀ, Ψ = [φ; 1] over the samples
-  Eigen::VectorXd weight;    ///< N
-  Eigen::VectorXd residual;  ///< y − f − beta, N
-  ReweightReport reweight;
-};
-
 /// Pivots of the kernel over these points (d × N, normalised), until the rest is at most `tolerance`.
 LowRank composite_pivots(const compensation::CompositeKernel& kernel, const Eigen::MatrixXd& points, double tolerance,
                          Eigen::Index max_rank);
 
-/// Centres by pivoted Cholesky among at most 4000 samples, until the rest is far below the noise or there are
-/// `max_rank`; re-weighted as in reweighted_system(). Returns nullopt if a system is not positive definite.
-std::optional<SparseComposite> fit_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
-                                                    ReweightSettings settings, Eigen::Index max_rank);
+/// A model's parameters for given theta, without normalisation, trust and prior.
+struct CompositeSolution {
+  compensation::CompositeParameters parameters;
+  Rows centres;                    ///< indices of the samples
+  Eigen::VectorXd weight, fitted;  ///< N; fitted: f + beta
+  ReweightReport reweight;
+};
+
+/// Re-weights by the noise residuals, from `weight`, until the weights converge; one centre per sample. Returns nullopt
+/// if a system is not positive definite.
+std::optional<CompositeSolution> solve_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                 const Eigen::VectorXd& weight, const ReweightSettings& settings);
+
+/// The same from weights of 1, over a few centres: f(x) ≈ wᵀ φ(x), φ = L⁻¹ k(x), L Lᵀ = K over the centres (Nyström;
+/// Williams and Seeger 2001), w ~ N(0, 1). Centres by pivoted Cholesky among at most 4000 samples, until the rest is
+/// far below the noise or there are `max_rank`.
+std::optional<CompositeSolution> solve_sparse_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
+                                                        ReweightSettings settings, Eigen::Index max_rank);
 
 }  // namespace prism::training

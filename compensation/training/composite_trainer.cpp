@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The composite-kernel IR-LSSVM, dense or over a few centres, with uncertainty parameters from its own record.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,14 +10,12 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/composite.hpp"
 #include "compensation/training/dense.hpp"
-#include "compensation/training/gross_outliers.hpp"
+#include "compensation/training/robust.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
 
-constexpr Eigen::Index kDenseComposite = 3000;  // samples; longer records use a few centres
-constexpr Eigen::Index kMaxCompositeRank = 400;
 constexpr double kWarmUpVariance = 0.5;  // of the target's; a weak prior of one coefficient
 constexpr double kGentleParameter = 3;   // of the weights: a clean record loses almost no data
 
@@ -23,45 +23,27 @@ constexpr double kGentleParameter = 3;   // of the weights: a clean record loses
 // it repeats at the same temperatures.
 bool shows_warm_up(const CompositeSamples& samples) {
   constexpr double kLong_h = 8;
-  if (samples.recordings < 2 || samples.y.size() > kDenseComposite) return false;
-  std::vector<double> last(static_cast<std::size_t>(samples.recordings), 0.0);
-  for (std::size_t i = 0; i < samples.recording.size(); ++i) {
-    double& end = last[static_cast<std::size_t>(samples.recording[i])];
-    end = std::max(end, samples.time_h[static_cast<Eigen::Index>(i)]);
-  }
-  return *std::min_element(last.begin(), last.end()) >= kLong_h;
-}
-
-CompositeSamples samples_of(const NormalisedData& data, const TrainingData& raw) {
-  CompositeSamples samples{data.x, data.y, {}, runs_of(raw), 1, 0};
-  samples.recordings = 1 + *std::max_element(samples.recording.begin(), samples.recording.end());
-  samples.time_h = time_of(raw);
-  if (shows_warm_up(samples)) samples.warm_up = kWarmUpVariance;
-  return samples;
+  const std::vector<Rows> recordings = fold_members(samples.recording);
+  const auto is_long = [&](const Rows& rows) { return samples.time_h(rows).maxCoeff() >= kLong_h; };
+  return recordings.size() > 1 && std::all_of(recordings.begin(), recordings.end(), is_long);
 }
 
 // Centre and weight on the simulated truths and the chamber splits (docs/benchmarks.md); kNone: as good as zero.
 DriftPrior drift_prior(Drift drift) {
-  switch (drift) {
-    case Drift::kThermal:
-      return {0.25, std::log(0.05)};
-    case Drift::kNone:
-      return {100, std::log(1e-6)};
-    default:
-      return {};
-  }
+  if (drift == Drift::kThermal) return {0.25, std::log(0.05)};
+  return drift == Drift::kNone ? DriftPrior{100, std::log(1e-6)} : DriftPrior{};
 }
 
 // First weights: as good as none for rows far from their neighbours, so that no drift in time is found
 // that follows them. All 1 on clean gyros, if more than a quarter of the rows are far, and if the
 // 65 neighbours are more than a third of the record, because then ramps are far.
-Eigen::VectorXd first_weights(const TrainingData& data) {
+Eigen::VectorXd first_weights(const TrainingJob& job) {
   constexpr Eigen::Index kMostShare = 4, kFewestRows = 195;
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(data.target.size());
-  if (data.target.size() < kFewestRows) return weight;
-  const auto suspects = gross_outliers(data.inputs, data.target, runs_of(data), kSuspect);
-  if (static_cast<Eigen::Index>(suspects.size()) * kMostShare <= data.target.size())
-    weight(suspects).setConstant(kMinCompositeWeight);
+  const Eigen::Index n = job.data.target.size();
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
+  if (n < kFewestRows || job.settings.reweight.weight.kind == WeightKind::kNone) return weight;
+  const Rows suspects = gross_outliers(job.data.inputs, job.data.target, job.runs, kSuspect);
+  if (static_cast<Eigen::Index>(suspects.size()) * kMostShare <= n) weight(suspects).setConstant(kMinCompositeWeight);
   return weight;
 }
 
@@ -111,29 +93,28 @@ std::optional<HeldOut> hold_out(const CompositeSamples& samples, const Composite
   return held;
 }
 
-/// How one half of the record predicts the other.
-struct Skill {
-  double score = 1, overlap = 1;
-};
-
+// How one half of the record predicts the other: skill and overlap.
 // r = 1 − Σ ω (y − prediction)² / Σ ω (y − mean of the other half)², each half of the record predicted by the other.
 // Returns the half that says less for the model, because the next record may resemble either. ω = 1 / (1 + v/var_y)²: a
 // half with a high uncertainty at a point does not count there; overlap is the mean of √ω. Rows that the weights take
 // for outliers do not count: an error that no model can predict lowers r.
-Skill skill_of(const CompositeSamples& samples, const CompositeFit& fit) {
+compensation::UncertaintySettings trust_of(const CompositeSamples& samples, const CompositeFit& fit) {
   Folds halves(samples.recording.size(), 0);
   for (std::size_t i = halves.size() / 2; i < halves.size(); ++i) halves[i] = 1;
   const auto held = hold_out(samples, fit, halves);
-  if (!held) return {0, 1};
-  Skill worst;
+  compensation::UncertaintySettings worst, half_trust;
+  if (!held) worst.skill = 0;
+  if (!held) return worst;
   for (const auto& half : fold_members(halves)) {
     const Eigen::ArrayXd y = samples.y(half), knows = (1 + held->variance(half).array()).inverse();
     const Eigen::ArrayXd v = believed(fit.weight(half)) * fit.weight(half).array() * knows.square();
     const double missed = (v * (y - held->mean(half).array()).square()).sum(),
                  moved = (v * (y - held->level(half).array()).square()).sum();
-    const Skill skill{moved > 0 ? 1 - missed / moved : 0, knows.mean()};
-    if (compensation::evidence_of(skill.score, skill.overlap) < compensation::evidence_of(worst.score, worst.overlap))
-      worst = skill;
+    half_trust.skill = moved > 0 ? 1 - missed / moved : 0;
+    half_trust.overlap = knows.mean();
+    if (compensation::evidence_of(half_trust.skill, half_trust.overlap) <
+        compensation::evidence_of(worst.skill, worst.overlap))
+      worst = half_trust;
   }
   return worst;
 }
@@ -152,8 +133,8 @@ double believed_noise(const CompositeSamples& samples, const CompositeFit& fit) 
 // the 95 % quantile of |error| / sd_mean, divided by its nominal value of 2. Never below 1, because blocks of one
 // record differ less than another run.
 // `errors`: those of the predictions that prismd would use; without their samples.
-compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit, const Skill& skill,
-                                         HeldOutErrors& errors) {
+compensation::BetweenRunError calibrated(const CompositeSamples& samples, const CompositeFit& fit,
+                                         const compensation::UncertaintySettings& trust, HeldOutErrors& errors) {
   const auto variances = composite_variances(fit.theta, samples.x.rows());
   compensation::BetweenRunError spread;
   const double drift = variances.nuisance - level_of(samples, fit.theta);
@@ -172,7 +153,7 @@ compensation::BetweenRunError calibrated(const CompositeSamples& samples, const 
     compensation::Prediction served;
     served.bias_deg_per_h = held->mean[i];
     served.mean_deg_per_h = held->level[i];
-    served.knowledge = {held->variance[i], 1, skill.score, 0, spread, true, skill.overlap, {}};
+    served.knowledge = {held->variance[i], 1, trust.skill, 0, spread, true, trust.overlap, {}};
     served = compensation::shrunk(served);
     errors.error[i] -= served.bias_deg_per_h;
     if (fit.weight[i] < kBelievedWeight) continue;
@@ -233,88 +214,47 @@ bool one_passage(const TrainingData& raw, int recordings) {
   return path > 0 && mean.maxCoeff() - mean.minCoeff() > kStraight * path;
 }
 
-constexpr const char* kOnePassage =
-    "one passage through the temperatures: thermal drift and drift in time cannot be separated; assumed mostly "
-    "thermal; "
-    "a second cycle would decide (--drift states what you know)";
-
-// Parameters, beta and centres: everything except the uncertainty parameters.
-Result<compensation::CompositeParameters> solved(const CompositeSamples& samples, const ReweightSettings& settings,
-                                                 const ResourcePlan& plan, CompositeFit& fit, TrainedModel& trained) {
-  compensation::CompositeParameters p;
-  p.variances = composite_variances(fit.theta, samples.x.rows());
-  if (plan.sparse) {
-    auto found = fit_sparse_composite(samples, fit.theta, settings, plan.max_rank);
-    if (!found) return make_error("composite kernel", "the covariance of the centres is not positive definite");
-    p.beta = found->beta;
-    p.centres = samples.x(Eigen::all, found->centres);
-    p.alpha = found->alpha;
-    p.gram = std::move(found->gram);
-    fit.weight = std::move(found->weight);
-    trained.reweight = std::move(found->reweight);
-    trained.samples.alpha = Eigen::VectorXd::Zero(samples.y.size());
-    trained.samples.alpha(found->centres) = p.alpha;
-    trained.samples.fitted = samples.y - found->residual;
-  } else {
-    ReweightReport report;
-    const auto system = reweighted_system(samples, fit.theta, settings, fit.weight, report);
-    if (!system) return make_error("composite kernel", "the covariance of the samples is not positive definite");
-    p.variances.warm_up = samples.warm_up;
-    p.beta = system->beta();
-    p.centres = samples.x;
-    p.alpha = system->alpha();
-    p.weight = fit.weight;
-    p.time_h = samples.time_h;
-    p.recording = samples.recording;
-    trained.reweight = std::move(report);
-    trained.samples.alpha = p.alpha;
-    trained.samples.fitted = system->predict(samples.x);
-  }
-  trained.samples.weight = fit.weight;
-  trained.centres = static_cast<int>(p.alpha.size());
-  return p;
-}
-
 }  // namespace
 
-ResourcePlan plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
-  if (samples > kDenseComposite) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxCompositeRank);
-  const double n = static_cast<double>(samples), searched = std::min(n, 1000.0);
-  // The covariance, its parts, the model's factor.
-  return {n * n * 5 * 8, (searched * searched * searched * 60 + n * n * n / 3 * 15) / kFlops};
-}
-
 Result<TrainedModel> train_composite(TrainingJob job) {
-  auto data = normalise(job.data.inputs, job.data.target, job.settings.scaling, job.data.names);
+  auto data = normalise(job.data, job.settings.scaling);
   if (!data) return tl::unexpected<Error>(data.error());
   TrainingSettings settings = job.settings;
   settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
-  CompositeSamples samples = samples_of(*data, job.data);
-  const bool robust = settings.reweight.weight.kind != WeightKind::kNone;
-  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), settings,
-                              robust ? first_weights(job.data) : Eigen::VectorXd());
+  CompositeSamples samples{data->x, data->y, time_of(job.data), job.runs, fold_count(job.runs), 0};
+  if (!job.plan.sparse && shows_warm_up(samples)) samples.warm_up = kWarmUpVariance;
+  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), settings, first_weights(job));
   if (!fit) return tl::unexpected<Error>(fit.error());
+  const auto solved = [&] {
+    return job.plan.sparse ? solve_sparse_composite(samples, fit->theta, settings.reweight, job.plan.max_rank)
+                           : solve_composite(samples, fit->theta, fit->weight, settings.reweight);
+  };
+  auto solution = solved();
   TrainedModel trained;
-  auto p = solved(samples, settings.reweight, job.plan, *fit, trained);
-  if (p && (believed(fit->weight) == 0).any()) {
+  if (solution) trained.reweight = solution->reweight;
+  if (solution && (believed(solution->weight) == 0).any()) {
+    fit->weight = solution->weight;
     rescale(samples, *fit, data->constants);
-    const auto report = trained.reweight;
-    p = solved(samples, settings.reweight, job.plan, *fit, trained);
-    trained.reweight = report;
+    solution = solved();
   }
-  if (!p) return tl::unexpected<Error>(p.error());
+  if (!solution) return make_error("composite kernel", "the covariance of the samples is not positive definite");
   const compensation::Normalisation& n = data->constants;
-  trained.samples.fitted = trained.samples.fitted.array() * n.target_scale + n.target_shift;
-  p->normalisation = n;
+  compensation::CompositeParameters& p = solution->parameters;
+  p.normalisation = n;
+  p.prior = settings.prior;
+  fit->weight = solution->weight;
+  trained.samples = {Eigen::VectorXd::Zero(samples.y.size()),
+                     solution->weight,
+                     solution->fitted.array() * n.target_scale + n.target_shift,
+                     {}};
+  trained.samples.alpha(solution->centres) = p.alpha;
+  trained.centres = static_cast<int>(p.alpha.size());
   const Rows some = thinned(samples.y.size(), kErrorSamples);
   const CompositeSamples subset = samples.part(some);
   const CompositeFit subset_fit{fit->theta, fit->weight(some)};
-  p->prior = settings.prior;
-  const Skill skill = skill_of(subset, subset_fit);
-  p->trust.skill = skill.score;
-  p->trust.overlap = skill.overlap;
-  p->trust.level = level_of(samples, fit->theta);
-  job.info.spread = calibrated(subset, subset_fit, skill, trained.held_out);
+  p.trust = trust_of(subset, subset_fit);
+  p.trust.level = level_of(samples, fit->theta);
+  job.info.spread = calibrated(subset, subset_fit, p.trust, trained.held_out);
   trained.held_out.error *= n.target_scale;
   trained.held_out.model_variance *= n.target_scale * n.target_scale;
   if (trained.held_out.error.size() > 0) trained.held_out.samples = some;
@@ -322,15 +262,108 @@ Result<TrainedModel> train_composite(TrainingJob job) {
        {&job.info.spread->nuisance_deg_per_h, &job.info.spread->offset_deg_per_h, &job.info.spread->noise_deg_per_h})
     *part *= n.target_scale;
   job.info.kind = "composite";
-  const auto first = compensation::CompositeModel::make(job.info, *p);
+  const auto first = compensation::CompositeModel::make(job.info, p);
   if (!first) return tl::unexpected<Error>(first.error());
-  p->trust.relevance = relevance_of(**first, job.data);
-  p->trust.guard = guard_for(**first, job.data, n.target_scale);
-  auto model = compensation::CompositeModel::make(std::move(job.info), std::move(*p));
+  p.trust.relevance = relevance_of(**first, job.data);
+  p.trust.guard = guard_for(**first, job.data, n.target_scale);
+  auto model = compensation::CompositeModel::make(std::move(job.info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
   if (settings.drift == Drift::kThermal && one_passage(job.data, samples.recordings))
-    trained.notes.emplace_back(kOnePassage);
+    trained.notes.emplace_back(
+        "one passage through the temperatures: thermal drift and drift in time cannot be separated; assumed mostly "
+        "thermal; a second cycle would decide (--drift states what you know)");
+  return trained;
+}
+
+// A short record with a population prior: models of gyros of the same type give the shape, the record its scale.
+
+namespace {
+
+constexpr double kScaleSpread = 0.3;  // prior sd of one gyro's drift over that of another of the same type
+constexpr Eigen::Index kScaleSamples = 1000;
+
+Result<void> check_siblings(const TrainingData& data, const compensation::ModelInfo& info,
+                            const TrainingSettings& settings) {
+  if (!settings.method->has(kSiblings))
+    return make_error(
+        "prior", fmt::format("found method {}, expected {}", settings.method->name, method_names(kSiblings, " or ")));
+  if (settings.siblings.size() < 2)
+    return make_error("prior", fmt::format("found {} models, expected at least 2", settings.siblings.size()));
+  for (const compensation::ModelPtr& sibling : settings.siblings) {
+    const compensation::ModelInfo& other = sibling->info();
+    const std::string who = fmt::format("prior, model {:.12} of {}", other.id, other.gyro_serial);
+    if (other.inputs != data.names)
+      return make_error(
+          who, fmt::format("found inputs {}, expected {}", fmt::join(other.inputs, ","), fmt::join(data.names, ",")));
+    if (other.features != info.features || other.table != info.table)
+      return make_error(who, "has different features: window, slope or lags");
+    if (other.domain.min.empty()) return make_error(who, "contains no ranges of its inputs");
+  }
+  return {};
+}
+
+compensation::PopulationPrior prior_of(const TrainingData& data, const std::vector<compensation::ModelPtr>& siblings) {
+  compensation::PopulationPrior prior{1, siblings, {}};
+  for (const compensation::ModelPtr& sibling : siblings) {
+    double sum = 0;
+    for (Eigen::Index i = 0; i < data.inputs.cols(); ++i)
+      sum += sibling->bias_deg_per_h(compensation::nearest_in_box(*sibling, column(data.inputs, i)));
+    prior.levels.push_back(sum / static_cast<double>(data.inputs.cols()));
+  }
+  return prior;
+}
+
+Eigen::VectorXd said(const compensation::PopulationPrior& prior, const Eigen::MatrixXd& inputs) {
+  Eigen::VectorXd mean(inputs.cols());
+  for (Eigen::Index i = 0; i < inputs.cols(); ++i) mean[i] = prior.at(column(inputs, i)).mean_deg_per_h;
+  return mean;
+}
+
+// Generalised least squares for y = beta + scale · m + f + n + e with a normal prior about 1 for scale: with P = C⁻¹
+// minus its level, (mᵀP(y − m)) / (mᵀPm + 1/spread²), C from the first training.
+double scale_of(const TrainingData& data, const Eigen::VectorXd& m, const TrainedModel& first) {
+  const auto& p = static_cast<const compensation::CompositeModel&>(*first.model).parameters();
+  const Rows some = thinned(m.size(), kScaleSamples);
+  const double scale = p.normalisation.target_scale;
+  CompositeSamples samples{normalised_inputs(data.inputs(Eigen::all, some), p.normalisation),
+                           (data.target(some) - m(some)) / scale,
+                           time_of(data)(some),
+                           taken(runs_of(data), some),
+                           1,
+                           p.variances.warm_up};
+  const Eigen::VectorXd theta = composite_theta(p.variances, p.variances.offset > 0);
+  const Eigen::VectorXd weight = first.samples.weight(some);
+  const auto own = CompositeSystem::make(samples, theta, weight);
+  samples.y = m(some) / scale;
+  const auto theirs = CompositeSystem::make(samples, theta, weight);
+  if (!own || !theirs) return 1;
+  const double information = samples.y.dot(theirs->alpha()) + 1 / (kScaleSpread * kScaleSpread);
+  return std::clamp(1 + samples.y.dot(own->alpha()) / information, 0.1, 10.0);
+}
+
+}  // namespace
+
+Result<TrainedModel> train_with_siblings(const TrainingData& data, compensation::ModelInfo info,
+                                         const TrainingSettings& wanted) {
+  if (auto good = check_siblings(data, info, wanted); !good) return tl::unexpected<Error>(good.error());
+  TrainingSettings settings = wanted;
+  settings.siblings.clear();
+  settings.prior = prior_of(data, wanted.siblings);
+  const Eigen::VectorXd m = said(*settings.prior, data.inputs);
+  TrainingData rest = data;
+  rest.target = data.target - m;
+  // train() has left out gross outliers: a second search would number the rows of the rest.
+  auto trained = train_checked(rest, info, settings);
+  if (!trained) return trained;
+  settings.prior->scale = scale_of(data, m, *trained);
+  rest.target = data.target - settings.prior->scale * m;
+  trained = train_checked(rest, std::move(info), settings);
+  if (!trained) return trained;
+  trained->samples.fitted += settings.prior->scale * m;
+  const auto square = [](const Eigen::VectorXd& v) { return (v.array() - v.mean()).square().sum(); };
+  const double moved = square(data.target);
+  trained->from_siblings = moved > 0 ? 1 - square(rest.target) / moved : 0;
   return trained;
 }
 

@@ -5,13 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <random>
 
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/extrapolation.hpp"
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/robust.hpp"
 
 namespace prism::training {
 namespace {
@@ -45,15 +46,15 @@ Folds blocked_folds(const std::vector<int>& runs, int k) {
   const std::size_t n = runs.size();
   Folds fold(n);
   int next = 0;
-  for (std::size_t begin = 0; begin < n;) {
-    std::size_t end = begin;
-    while (end < n && runs[end] == runs[begin]) ++end;
-    const std::size_t length = end - begin;
+  for (const Rows& run : fold_members(runs)) {
+    if (run.empty()) continue;
+    const std::size_t length = run.size();
     const double share = static_cast<double>(k) * static_cast<double>(length) / static_cast<double>(n);
     const std::size_t blocks = std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(share)), 1, length);
-    for (std::size_t i = begin; i < end; ++i) fold[i] = next + static_cast<int>((i - begin) * blocks / length);
+    for (const Eigen::Index i : run)
+      fold[static_cast<std::size_t>(i)] =
+          next + static_cast<int>((static_cast<std::size_t>(i - run[0])) * blocks / length);
     next += static_cast<int>(blocks);
-    begin = end;
   }
   return fold;
 }
@@ -86,12 +87,9 @@ std::vector<int> taken(const std::vector<int>& of_rows, const Rows& rows) {
 }
 
 Rows others(const Rows& members, Eigen::Index count) {
-  std::vector<char> out(static_cast<std::size_t>(count), 0);
-  for (const Eigen::Index i : members) out[static_cast<std::size_t>(i)] = 1;
-  Rows rest;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (!out[static_cast<std::size_t>(i)]) rest.push_back(i);
-  }
+  Rows all(static_cast<std::size_t>(count)), rest;
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  std::set_difference(all.begin(), all.end(), members.begin(), members.end(), std::back_inserter(rest));
   return rest;
 }
 
@@ -106,6 +104,7 @@ Eigen::VectorXd held_out(const Folds& folds, const FoldResidual& residual) {
   const auto n = static_cast<Eigen::Index>(folds.size());
   Eigen::VectorXd all(n);
   for (const Rows& members : fold_members(folds)) {
+    if (members.empty()) continue;
     const Eigen::VectorXd part = residual(others(members, n), members);
     if (part.size() == 0) return {};
     all(members) = part;
@@ -126,7 +125,7 @@ double order_statistic(std::vector<double> values, double share) {
 }
 
 double guard_of(std::vector<double> variances, double none) {
-  return variances.empty() ? none : kGuardFactor * order_statistic(std::move(variances), kGuardQuantile);
+  return variances.empty() ? none : 12 * order_statistic(std::move(variances), 0.99);
 }
 
 namespace {

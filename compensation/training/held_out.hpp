@@ -55,10 +55,9 @@ double order_statistic(std::vector<double> values, double share);
 
 // The error of a model in a new run, estimated from blocks of the training record.
 
-/// A variance above this multiple of the quantile at the training samples is `extrapolating`: 2 % of a repeat of the
-/// training profile, 90 % of the large errors 15 degC outside it (docs/benchmarks.md).
-inline constexpr double kGuardFactor = 12, kGuardQuantile = 0.99;
-/// That multiple; `none` without values.
+/// 12 times the 99 % quantile of the variances at the training samples; `none` without them. A larger variance is
+/// `extrapolating`: 2 % of a repeat of the training profile, 90 % of the large errors 15 degC outside it
+/// (docs/benchmarks.md).
 double guard_of(std::vector<double> variances, double none);
 
 /// Enough samples for the estimate; longer records use every n-th sample.

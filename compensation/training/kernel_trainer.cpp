@@ -18,11 +18,6 @@
 namespace prism::training {
 namespace {
 
-constexpr Eigen::Index kRefinedSamples = 4000;
-constexpr Eigen::Index kTuningSamples = 3000;  // longer records are tuned on every n-th sample
-constexpr Eigen::Index kDenseLimit = 5000;     // samples; above it one centre per sample needs gigabytes and minutes
-constexpr Eigen::Index kMaxRank = 600;
-
 /// A training at one point; its results begin in `trained`.
 struct KernelJob {
   TrainingJob& job;
@@ -149,9 +144,9 @@ Result<TrainedModel> train_sparse(KernelJob k) {
   return finished(k, "sparse_lssvm", system.pivots, std::move(p), residual * k.scale());
 }
 
-// Every n-th sample and its fold, at most kTuningSamples.
+// Every n-th sample and its fold, at most 3000.
 Result<TuningResult> tune_on_part(const NormalisedData& data, const TrainingSettings& settings, const Folds& folds) {
-  const Rows part = thinned(data.y.size(), kTuningSamples);
+  const Rows part = thinned(data.y.size(), 3000);
   const Eigen::MatrixXd x = data.x(Eigen::all, part);
   const Eigen::VectorXd y = data.y(part);
   const Folds compact = numbered(taken(folds, part));
@@ -204,12 +199,7 @@ struct SvmRows {
   std::vector<svm_node*> pointers;
 };
 
-struct Freed {
-  void operator()(svm_model* model) const { svm_free_and_destroy_model(&model); }
-};
-using SvmModel = std::unique_ptr<svm_model, Freed>;
-
-SvmModel fit_svr(SvmRows& rows, Eigen::VectorXd y, const TuningPoint& point, double epsilon) {
+std::shared_ptr<svm_model> fit_svr(SvmRows& rows, Eigen::VectorXd y, const TuningPoint& point, double epsilon) {
   svm_parameter parameter{};
   parameter.svm_type = EPSILON_SVR;
   parameter.kernel_type = RBF;
@@ -220,7 +210,7 @@ SvmModel fit_svr(SvmRows& rows, Eigen::VectorXd y, const TuningPoint& point, dou
   parameter.cache_size = 100;
   parameter.shrinking = 1;
   const svm_problem problem{static_cast<int>(y.size()), y.data(), rows.pointers.data()};
-  return SvmModel(svm_train(&problem, &parameter));
+  return {svm_train(&problem, &parameter), [](svm_model* model) { svm_free_and_destroy_model(&model); }};
 }
 
 Eigen::VectorXd predicted(const svm_model* model, const SvmRows& rows) {
@@ -270,7 +260,7 @@ Result<TrainedModel> train_svr(KernelJob k) {
   const double epsilon = k.job.settings.epsilon;
   const Rows all = others({}, k.data.y.size()), some = thinned(k.data.y.size(), kErrorSamples);
   SvmRows rows(k.data.x, all);
-  const SvmModel svm = fit_svr(rows, k.data.y, k.point, epsilon);
+  const auto svm = fit_svr(rows, k.data.y, k.point, epsilon);
   Rows vectors;
   for (int i = 0; i < svm->l; ++i) vectors.push_back(svm->sv_indices[i] - 1);
   if (vectors.empty()) return make_error("svr", "found no support vector: epsilon exceeds all residuals");
@@ -285,23 +275,9 @@ Result<TrainedModel> train_svr(KernelJob k) {
 
 }  // namespace
 
-ResourcePlan plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
-  if (samples > kDenseLimit) return plan_sparse(samples, inputs, settings.memory_limit_bytes, kMaxRank);
-  const double n = static_cast<double>(samples);
-  const bool robust = settings.method->has(kWeights) && settings.reweight.weight.kind != WeightKind::kNone;
-  const int solves = !robust ? 2 : settings.reweight.limit == 1 ? 3 : 30;
-  // Kernel, factor and inverse in double, plus the kernel in extended precision.
-  return {n * n * (3 * 8 + (samples <= kRefinedSamples ? 16 : 0)), n * n * n / 3 * solves / kFlops};
-}
-
-ResourcePlan plan_svr(Eigen::Index samples, Eigen::Index, const TrainingSettings&) {
-  const double n = static_cast<double>(samples);
-  return {n * n * 4 + 200e6, n * n * 1e-7};
-}
-
 Result<TrainedModel> train_kernel(TrainingJob job) {
   const bool svr = job.settings.method->has(kTube);
-  const auto data = normalise(job.data.inputs, job.data.target, job.settings.scaling, job.data.names);
+  const auto data = normalise(job.data, job.settings.scaling);
   if (!data) return tl::unexpected<Error>(data.error());
   svm_set_print_string_function([](const char*) {});
   TrainingSettings settings = job.settings;

@@ -117,8 +117,6 @@ LowRank coarser(const LowRank& fine, double tolerance) {
   return result;
 }
 
-PrimalLssvm::PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double c) : system_(system), y_(y), c_(c) {}
-
 Eigen::MatrixXd PrimalLssvm::gram(const Eigen::VectorXd& weight) const {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(system_.phi.rows(), system_.phi.rows());
   add_gram(system_.phi, gram, &weight);
@@ -138,8 +136,6 @@ bool PrimalLssvm::solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& mome
   return theta_.allFinite();
 }
 
-Eigen::VectorXd PrimalLssvm::residuals() const { return y_ - system_.phi.transpose() * theta_; }
-
 Eigen::VectorXd PrimalLssvm::leverages() const {
   Eigen::VectorXd h(y_.size()), z;
   for (Eigen::Index i = 0; i < h.size(); ++i) {
@@ -149,7 +145,5 @@ Eigen::VectorXd PrimalLssvm::leverages() const {
   }
   return h;
 }
-
-double PrimalLssvm::log_determinant() const { return 2 * factor_.diagonal().array().log().sum(); }
 
 }  // namespace prism::training

@@ -42,7 +42,7 @@ Eigen::MatrixXd pivot_factor(const Eigen::MatrixXd& pivots, double sigma2);
 class PrimalLssvm {
  public:
   /// `system` and `y` must outlive it.
-  PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double c);
+  PrimalLssvm(const LowRank& system, const Eigen::VectorXd& y, double c) : system_(system), y_(y), c_(c) {}
 
   /// Solves with weights v ≥ 0 (0 leaves a sample out). Returns false if the matrix is not positive definite.
   bool solve(const Eigen::VectorXd& weight);
@@ -51,11 +51,11 @@ class PrimalLssvm {
 
   const Eigen::VectorXd& theta() const { return theta_; }  ///< [w; b]
   /// y − f at every sample, also those left out.
-  Eigen::VectorXd residuals() const;
+  Eigen::VectorXd residuals() const { return y_ - system_.phi.transpose() * theta_; }
   /// φᵀ (diag(I/c, 0) + Φ V Φᵀ)⁻¹ φ at every sample.
   Eigen::VectorXd leverages() const;
   /// log det of the matrix of the last solve.
-  double log_determinant() const;
+  double log_determinant() const { return 2 * factor_.diagonal().array().log().sum(); }
   /// The matrix of the last solve, before its factorisation, is diag(I/c, 0) + this.
   Eigen::MatrixXd gram(const Eigen::VectorXd& weight) const;
 

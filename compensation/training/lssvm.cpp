@@ -14,6 +14,7 @@
 #include "compensation/training/dense.hpp"
 
 namespace prism::training {
+
 Result<LssvmFactor> LssvmFactor::make(Eigen::MatrixXd kernel, const Eigen::VectorXd& inverse_cv,
                                       const Eigen::VectorXd& y) {
   LssvmFactor f;
@@ -58,6 +59,7 @@ Eigen::VectorXd LssvmFactor::leave_fold_out(const Folds& folds, Eigen::VectorXd*
   Eigen::VectorXd held_out = Eigen::VectorXd::Constant(y_.size(), std::numeric_limits<double>::infinity());
   if (variance) *variance = held_out;
   for (const Rows& fold : fold_members(folds)) {
+    if (fold.empty()) continue;
     const Eigen::MatrixXd columns = w(Eigen::all, fold).transpose();
     Eigen::MatrixXd c = Eigen::MatrixXd::Zero(columns.rows(), columns.rows());
     add_gram(columns, c);
@@ -95,6 +97,10 @@ ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigm
   return k;
 }
 
+namespace {
+
+// Refines a solution with residuals in extended precision until they stagnate, so that it does not depend on the
+// machine. Up to 12 steps, O(N²) each.
 void refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
             const LssvmFactor& factor, LssvmSolution& solution) {
   using Extended = long double;
@@ -120,8 +126,6 @@ void refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, con
   solution.b = static_cast<double>(b);
 }
 
-namespace {
-
 // A weight of zero makes 1/(c v) infinite: the sample is removed from the system, alpha = 0 (eq. 16 in eq. 14).
 Result<IrlssvmFit> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                                   const Eigen::VectorXd& weight, const ExtendedMatrix* extended) {
@@ -145,18 +149,12 @@ Result<IrlssvmFit> solve_weighted(const Eigen::MatrixXd& kernel, const Eigen::Ve
   return IrlssvmFit{std::move(solution), weight, std::move(residual), std::move(kept), std::move(*factor), {}};
 }
 
-// Alternation between two states: successive solutions differ, but every second one is the same.
-bool alternates(const Eigen::VectorXd& now, const Eigen::VectorXd& last, const Eigen::VectorXd& before, int solves) {
-  constexpr int kPatience = 20;
-  if (solves < kPatience || before.size() == 0) return false;
-  return (now - before).norm() < 1e-3 * (now - last).norm();
-}
-
 }  // namespace
 
 Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                                const ReweightSettings& settings) {
   constexpr double kRounding = 2e-16;
+  constexpr int kPatience = 20;
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(y.size());
   std::optional<IrlssvmFit> fit;
   Eigen::VectorXd last, before;  // alpha of the two solves before
@@ -173,7 +171,9 @@ Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::Vecto
     const Eigen::VectorXd& alpha = fit->solution.alpha;
     const double change = (alpha - last).norm(), previous = std::exchange(last_change, change);
     const bool averaged = report.oscillating;
-    if (settings.tolerance > 0 && alternates(alpha, last, before, report.solves)) report.oscillating = true;
+    // Alternation between two states: successive solutions differ, but every second one is the same.
+    if (settings.tolerance > 0 && report.solves >= kPatience && (alpha - before).norm() < 1e-3 * change)
+      report.oscillating = true;
     // A change below the smallest that the system can resolve in double precision is noise if it no longer decreases.
     const double floor = kRounding * c * static_cast<double>(alpha.size()) * alpha.norm();
     if (change <= settings.tolerance || (change <= floor && change > 0.8 * previous)) return AfterStep::kConverged;

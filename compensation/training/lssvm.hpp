@@ -8,7 +8,7 @@
 
 #include "base/result.hpp"
 #include "compensation/training/held_out.hpp"
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/robust.hpp"
 
 namespace prism::training {
 
@@ -57,12 +57,6 @@ class LssvmFactor {
 /// The kernel matrix in extended precision.
 ExtendedMatrix extended_kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
-/// Refines a solution with residuals in extended precision until they stagnate, so that it does not depend on the
-/// machine. `kernel` over the samples of the factor; inverse_cv and y as for the factor. Up to 12 steps, O(N²)
-/// each.
-void refine(const ExtendedMatrix& kernel, const Eigen::VectorXd& inverse_cv, const Eigen::VectorXd& y,
-            const LssvmFactor& factor, LssvmSolution& solution);
-
 struct IrlssvmFit {
   LssvmSolution solution;    ///< alpha is 0 for dropped samples
   Eigen::VectorXd weight;    ///< v_k used in the last solve; 0: dropped
@@ -77,7 +71,10 @@ struct IrlssvmFit {
 Result<IrlssvmFit> fit_irlssvm(const Eigen::MatrixXd& kernel, const Eigen::VectorXd& y, double c,
                                const ReweightSettings& settings);
 
-/// refine() for the last system of a fit, `kernel` over all samples; updates the residuals.
+/// Longer records are not refined: the matrix would need gigabytes.
+inline constexpr Eigen::Index kRefinedSamples = 4000;
+/// Refines the last system of a fit, `kernel` over all samples, with residuals in extended precision; updates the
+/// residuals.
 void refine_fit(const ExtendedMatrix& kernel, double c, const Eigen::VectorXd& y, IrlssvmFit& fit);
 
 // Held-out errors of the LSSVM: exact from one factorisation, or by refits if the weights must not depend on the fold.

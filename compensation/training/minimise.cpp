@@ -6,21 +6,21 @@
 #include <vector>
 
 namespace prism::training {
-SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& start,
-                       const SimplexSettings& settings, const std::function<bool()>& stop) {
-  std::vector<SimplexResult> vertices;
+Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& start,
+                 const SimplexSettings& settings, const std::function<bool()>& stop) {
+  std::vector<Minimum> vertices;
   int evaluations = 0;
-  const auto at = [&](const Eigen::VectorXd& x) -> SimplexResult {
+  const auto at = [&](const Eigen::VectorXd& x) -> Minimum {
     const Eigen::VectorXd inside = x.cwiseMax(settings.lower).cwiseMin(settings.upper);
     ++evaluations;
-    return {inside, f(inside)};
+    return {inside, f(inside), {}};
   };
   const auto sort = [&] {
     std::stable_sort(vertices.begin(), vertices.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
   };
   const auto small = [&] {
     double edge = 0;
-    for (const SimplexResult& v : vertices) edge = std::max(edge, (v.x - vertices.front().x).cwiseAbs().maxCoeff());
+    for (const Minimum& v : vertices) edge = std::max(edge, (v.x - vertices.front().x).cwiseAbs().maxCoeff());
     const double spread = vertices.back().value - vertices.front().value;
     return edge <= settings.x_tolerance && spread <= settings.f_tolerance * std::fabs(vertices.front().value);
   };
@@ -35,15 +35,15 @@ SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, c
     Eigen::VectorXd centre = Eigen::VectorXd::Zero(start.size());
     for (std::size_t i = 0; i < n; ++i) centre += vertices[i].x / static_cast<double>(n);
     const Eigen::VectorXd away = centre - vertices[n].x;
-    const SimplexResult reflected = at(centre + away);
+    const Minimum reflected = at(centre + away);
     if (reflected.value < vertices[0].value) {
-      const SimplexResult expanded = at(centre + 2 * away);
+      const Minimum expanded = at(centre + 2 * away);
       vertices[n] = expanded.value < reflected.value ? expanded : reflected;
     } else if (reflected.value < vertices[n - 1].value) {
       vertices[n] = reflected;
     } else {
       const bool outside = reflected.value < vertices[n].value;
-      const SimplexResult contracted = at(centre + (outside ? 0.5 : -0.5) * away);
+      const Minimum contracted = at(centre + (outside ? 0.5 : -0.5) * away);
       if (contracted.value < std::min(reflected.value, vertices[n].value)) {
         vertices[n] = contracted;
       } else {
@@ -54,12 +54,12 @@ SimplexResult minimise(const std::function<double(const Eigen::VectorXd&)>& f, c
   return vertices.front();
 }
 
-QuasiNewtonResult minimise_smooth(const SmoothFunction& f, const Eigen::VectorXd& start, int max_evaluations,
-                                  const Eigen::MatrixXd& inverse_hessian, const std::function<bool()>& stop) {
+Minimum minimise_smooth(const SmoothFunction& f, const Eigen::VectorXd& start, int max_evaluations,
+                        const Eigen::MatrixXd& inverse_hessian, const std::function<bool()>& stop) {
   constexpr double kArmijo = 1e-4, kShortest = 1e-8, kMaxStep = 1, kImprovement = 1e-4, kGradient = 1e-3;
   const Eigen::Index n = start.size();
   const bool informed = inverse_hessian.size() > 0;
-  QuasiNewtonResult best{start, 0, informed ? inverse_hessian : Eigen::MatrixXd::Identity(n, n)};
+  Minimum best{start, 0, informed ? inverse_hessian : Eigen::MatrixXd::Identity(n, n)};
   int evaluations = 1;
   Eigen::VectorXd gradient(n), next_gradient(n);
   best.value = f(best.x, gradient);

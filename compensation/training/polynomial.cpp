@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Householder>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
@@ -131,8 +130,8 @@ double LinearProblem::condition(const std::vector<int>& subset) const {
   return singular[0] / singular[singular.size() - 1];
 }
 
-Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
-                                    const StepwiseSettings& settings) {
+Result<PolynomialFit> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
+                                   const StepwiseSettings& settings) {
   if (!(settings.p_enter > 0 && settings.p_enter <= settings.p_remove && settings.p_remove <= 1)) {
     return make_error("stepwise", fmt::format("found p-enter {} and p-remove {}, expected 0 < p-enter <= p-remove <= 1",
                                               settings.p_enter, settings.p_remove));
@@ -142,7 +141,7 @@ Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen:
   const LinearProblem problem(columns, y);
   const int count = static_cast<int>(columns.cols()), limit = 100 + 10 * count;
   const std::vector<double> none(static_cast<std::size_t>(count), std::numeric_limits<double>::quiet_NaN());
-  StepwiseResult model{settings.start, {}, 1, {}};
+  PolynomialFit model{settings.start, {}, 1, {}};
   std::sort(model.terms.begin(), model.terms.end());
   const auto take = [&](LinearFit fit, StepwiseStep step) {
     model.fit = std::move(fit);
@@ -197,11 +196,8 @@ Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen:
 TermPowers cubic_terms() { return {{1}, {2}, {3}}; }
 
 TermPowers plain_terms(std::size_t d) {
-  TermPowers terms;
-  for (std::size_t i = 0; i < d; ++i) {
-    terms.emplace_back(d, 0);
-    terms.back()[i] = 1;
-  }
+  TermPowers terms(d, std::vector<int>(d, 0));
+  for (std::size_t i = 0; i < d; ++i) terms[i][i] = 1;
   return terms;
 }
 
@@ -229,9 +225,6 @@ std::string term_name(const std::vector<int>& powers, const std::vector<std::str
   return text.empty() ? "intercept" : text;
 }
 
-namespace {
-
-// One column per term, from inputs d × N.
 Eigen::MatrixXd columns_of(const Eigen::MatrixXd& inputs, const TermPowers& terms) {
   Eigen::MatrixXd columns = Eigen::MatrixXd::Ones(inputs.cols(), static_cast<Eigen::Index>(terms.size()));
   for (std::size_t j = 0; j < terms.size(); ++j) {
@@ -243,6 +236,8 @@ Eigen::MatrixXd columns_of(const Eigen::MatrixXd& inputs, const TermPowers& term
   }
   return columns;
 }
+
+namespace {
 
 // The chosen terms, fitted again without each fold.
 HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y, const std::vector<int>& chosen,
@@ -259,133 +254,43 @@ HeldOutErrors hold_out(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
 
 }  // namespace
 
-ResourcePlan plan_polynomial(Eigen::Index samples, Eigen::Index, const TrainingSettings& settings) {
-  return {static_cast<double>(samples) * 16 * static_cast<double>(settings.terms.size() + 2) * 2};
-}
-
 // The paper's LS and stepwise models (eqs. 21 to 25).
 Result<TrainedModel> train_polynomial(TrainingJob job) {
   const TrainingData& data = job.data;
   const TermPowers& terms = job.settings.terms;
-  for (const auto& powers : terms) {
-    if (powers.size() != data.names.size())
-      return make_error("terms", fmt::format("found {} powers, expected {}", powers.size(), data.names.size()));
-  }
   const Eigen::MatrixXd columns = columns_of(data.inputs, terms);
-  TrainedModel trained;
-  std::vector<int> chosen(terms.size());
-  std::iota(chosen.begin(), chosen.end(), 0);
+  PolynomialFit fit;
   if (job.settings.method->has(kTerms)) {
-    auto result = fit_stepwise(columns, data.target, job.settings.stepwise);
-    if (!result) return tl::unexpected<Error>(result.error());
-    chosen = result->terms;
-    trained.linear = result->fit;
-    trained.condition = result->condition;
-    trained.stepwise = std::move(*result);
+    auto found = fit_stepwise(columns, data.target, job.settings.stepwise);
+    if (!found) return tl::unexpected<Error>(found.error());
+    fit = std::move(*found);
     job.info.kind = "stepwise";
   } else {
+    fit.terms.resize(terms.size());
+    std::iota(fit.terms.begin(), fit.terms.end(), 0);
     const LinearProblem problem(columns, data.target);
-    auto fit = problem.fit(chosen);
-    if (!fit) return tl::unexpected<Error>(fit.error());
-    trained.linear = std::move(*fit);
-    trained.condition = problem.condition(chosen);
+    auto found = problem.fit(fit.terms);
+    if (!found) return tl::unexpected<Error>(found.error());
+    fit.fit = std::move(*found);
+    fit.condition = problem.condition(fit.terms);
     job.info.kind = "polynomial";
   }
-  std::vector<compensation::Term> model = {{std::vector<int>(data.names.size(), 0), trained.linear->intercept}};
-  trained.samples.fitted = Eigen::VectorXd::Constant(data.target.size(), trained.linear->intercept);
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const double coefficient = trained.linear->coefficient[static_cast<Eigen::Index>(i)];
-    model.push_back({terms[static_cast<std::size_t>(chosen[i])], coefficient});
-    trained.samples.fitted += columns.col(chosen[i]) * coefficient;
+  TrainedModel trained;
+  std::vector<compensation::Term> model = {{std::vector<int>(data.names.size(), 0), fit.fit.intercept}};
+  trained.samples.fitted = Eigen::VectorXd::Constant(data.target.size(), fit.fit.intercept);
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    const double coefficient = fit.fit.coefficient[static_cast<Eigen::Index>(i)];
+    model.push_back({terms[static_cast<std::size_t>(fit.terms[i])], coefficient});
+    trained.samples.fitted += columns.col(fit.terms[i]) * coefficient;
   }
   trained.samples.weight = Eigen::VectorXd::Ones(data.target.size());
   const Eigen::VectorXd left = data.target - trained.samples.fitted;
   const double sd = std::sqrt((data.target.array() - data.target.mean()).square().mean());
-  trained.held_out = hold_out(columns, data.target, chosen, job.runs);
+  trained.held_out = hold_out(columns, data.target, fit.terms, job.runs);
   job.info.spread = between_run_error_of(trained.held_out, left, sd, job.runs);
-  trained.model =
-      std::make_shared<compensation::PolynomialModel>(std::move(job.info), std::move(model), trained.linear->sd());
+  trained.model = std::make_shared<compensation::PolynomialModel>(std::move(job.info), std::move(model), fit.fit.sd());
+  trained.polynomial = std::move(fit);
   return trained;
-}
-
-namespace {
-
-/// Inputs in standard deviations, with a row of zeros for each that is constant.
-Eigen::MatrixXd in_deviations(const Eigen::MatrixXd& inputs, std::vector<bool>& moves) {
-  Eigen::MatrixXd scaled = inputs.transpose();
-  for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
-    const double mean = scaled.col(i).mean();
-    scaled.col(i).array() -= mean;
-    const double sd = std::sqrt(scaled.col(i).squaredNorm() / static_cast<double>(scaled.rows()));
-    moves.push_back(sd > 1e-9 * (1 + std::abs(mean)));
-    if (moves.back()) scaled.col(i) /= sd;
-  }
-  return scaled.transpose();
-}
-
-}  // namespace
-
-Result<InputSearch> search_inputs(const TrainingData& data) {
-  constexpr Eigen::Index kFewestToChoose = 40;
-  constexpr int kHeldOutParts = 10;
-  constexpr std::size_t kMost = 6;
-  if (data.target.size() < kFewestToChoose)
-    return make_error("inputs", fmt::format("found {} samples, expected at least {} to choose inputs by",
-                                            data.target.size(), kFewestToChoose));
-  std::vector<bool> moves;
-  const Eigen::MatrixXd inputs = in_deviations(data.inputs, moves);
-  const Folds parts = blocked_folds(runs_of(data), kHeldOutParts);
-  const auto judge = [&](const std::vector<int>& chosen) {
-    TermPowers terms = second_order_terms(chosen.size());
-    terms.insert(terms.begin(), std::vector<int>(chosen.size(), 0));  // the intercept
-    const Eigen::MatrixXd columns = columns_of(inputs(chosen, Eigen::all), terms);
-    const Eigen::VectorXd error = held_out(parts, [&](const Rows& rest, const Rows& part) -> Eigen::VectorXd {
-      const Eigen::VectorXd fit = columns(rest, Eigen::all).colPivHouseholderQr().solve(data.target(rest));
-      return data.target(part) - columns(part, Eigen::all) * fit;
-    });
-    double squares = 0, scatter = 0;
-    std::vector<double> means;
-    for (const Rows& part : fold_members(parts)) {
-      const double own = error(part).squaredNorm();
-      squares += own;
-      means.push_back(own / static_cast<double>(part.size()));
-    }
-    const double mean = squares / static_cast<double>(error.size()), count = static_cast<double>(means.size());
-    for (const double own : means) scatter += (own - mean) * (own - mean);
-    InputSet set;
-    for (const int i : chosen) set.inputs.push_back(data.names[static_cast<std::size_t>(i)]);
-    set.error_deg_per_h = std::sqrt(mean);
-    if (mean > 0 && count > 1)
-      set.standard_error_deg_per_h = std::sqrt(scatter / (count - 1) / count) / (2 * set.error_deg_per_h);
-    return set;
-  };
-  const auto better = [](const InputSet& a, const InputSet& b) { return a.error_deg_per_h < b.error_deg_per_h; };
-  InputSearch search;
-  search.without_deg_per_h = judge({}).error_deg_per_h;
-  std::vector<int> left, chosen;
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    if (!moves[i]) continue;
-    left.push_back(static_cast<int>(i));
-    search.alone.push_back(judge({left.back()}));
-  }
-  if (left.empty()) return make_error("inputs", "found only constant inputs, expected one that changes");
-  while (!left.empty() && chosen.size() < kMost) {
-    std::vector<InputSet> sets;
-    chosen.push_back(-1);
-    for (const int candidate : left) {
-      chosen.back() = candidate;
-      sets.push_back(judge(chosen));
-    }
-    const auto best = std::min_element(sets.begin(), sets.end(), better);
-    const auto which = left.begin() + (best - sets.begin());
-    chosen.back() = *which;
-    left.erase(which);
-    search.path.push_back(std::move(*best));
-  }
-  const auto best = std::min_element(search.path.begin(), search.path.end(), better);
-  const double enough = best->error_deg_per_h + best->standard_error_deg_per_h;
-  while (search.path[search.chosen].error_deg_per_h > enough) ++search.chosen;
-  return search;
 }
 
 }  // namespace prism::training

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Polynomials: linear least squares with an intercept (paper eq. 21), stepwise regression, and a selection of inputs.
+// Polynomials: linear least squares with an intercept (paper eq. 21), and stepwise regression.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,14 @@
 
 namespace prism::training {
 
-struct TrainingData;  // trainer.hpp
-
 /// The terms of a polynomial: powers of the inputs, one list per term (the intercept is implicit).
 using TermPowers = std::vector<std::vector<int>>;
 TermPowers cubic_terms();               ///< x, x², x³ of the only input (eq. 21)
 TermPowers plain_terms(std::size_t d);  ///< every input itself
 /// Inputs, squares and products of two (eqs. 22 and 24): T, T², dT/dt, (dT/dt)², …
 TermPowers second_order_terms(std::size_t d);
+/// One column per term, N × terms, from inputs d × N.
+Eigen::MatrixXd columns_of(const Eigen::MatrixXd& inputs, const TermPowers& terms);
 /// "T", "T^2", "T*dTdt".
 std::string term_name(const std::vector<int>& powers, const std::vector<std::string>& names);
 
@@ -68,39 +68,17 @@ struct StepwiseStep {
   std::vector<int> terms;                       ///< in the model after the step, ascending
 };
 
-struct StepwiseResult {
-  std::vector<int> terms;  ///< ascending
-  LinearFit fit;           ///< over `terms`
-  double condition = 1;
-  std::vector<StepwiseStep> path;
+struct PolynomialFit {
+  std::vector<int> terms;          ///< ascending
+  LinearFit fit;                   ///< over `terms`
+  double condition = 1;            ///< of their design matrix
+  std::vector<StepwiseStep> path;  ///< of stepwise regression
 };
 
 /// While a term outside has p < p_enter, the one with the smallest p enters; else, if a term inside has p > p_remove,
 /// the one with the largest p leaves; else it stops. `columns` is N × m, one term per column; the intercept always
 /// stays in. Errors: settings out of range, linearly dependent start terms, no convergence.
-Result<StepwiseResult> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
-                                    const StepwiseSettings& settings);
-
-// Selection of model inputs: the smallest set that predicts held-out data well.
-
-/// A set of inputs, evaluated by polynomials of second order on contiguous held-out parts of the record.
-struct InputSet {
-  std::vector<std::string> inputs;
-  double error_deg_per_h = 0;           ///< rms over the held-out parts
-  double standard_error_deg_per_h = 0;  ///< of that rms, between parts
-};
-
-struct InputSearch {
-  double without_deg_per_h = 0;  ///< the held-out rms of a constant (the mean)
-  std::vector<InputSet> alone;   ///< each candidate alone, in their order
-  std::vector<InputSet> path;    ///< each set adds the most helpful candidate to the one before
-  std::size_t chosen = 0;        ///< index in path: the smallest set within one standard error of the best
-
-  const InputSet& best() const { return path[chosen]; }
-};
-
-/// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
-/// constant, or fewer than 40 samples.
-Result<InputSearch> search_inputs(const TrainingData& data);
+Result<PolynomialFit> fit_stepwise(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y,
+                                   const StepwiseSettings& settings);
 
 }  // namespace prism::training

@@ -4,46 +4,58 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <set>
 
 #include "compensation/training/dense.hpp"
-#include "compensation/training/gross_outliers.hpp"
+#include "compensation/training/lssvm.hpp"
+#include "compensation/training/robust.hpp"
 
 namespace prism::training {
 namespace {
 
-constexpr Method kMethods[] = {
-    {"composite", "default", kWeights | kOwnSearch | kSiblings | kDrift, plan_composite, train_composite},
-    {"ls", "", kCubic, plan_polynomial, train_polynomial},
-    {"stepwise", "", kTerms, plan_polynomial, train_polynomial},
-    {"lssvm", "", kTuning | kExactFolds, plan_lssvm, train_kernel},
-    {"ir-lssvm", "default with --c, --sigma2 or --tune", kWeights | kTuning | kExactFolds, plan_lssvm, train_kernel},
-    {"svr", "", kTuning | kTube, plan_svr, train_kernel}};
+constexpr double kFlops = 4e9;  // of one core, a conservative estimate
+constexpr Eigen::Index kAny = std::numeric_limits<Eigen::Index>::max();
 
-std::string joined(const std::vector<std::string>& words, const char* last) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? last : ", ") + words[i];
-  return text;
+ResourcePlan plan_polynomial(double n, const TrainingSettings& settings) {
+  return {n * 16 * static_cast<double>(settings.terms.size() + 2) * 2};
 }
 
-// Rows that repeat an earlier one: the same inputs, target and, if known, time.
+// Kernel, factor and inverse in double, plus the kernel in extended precision.
+ResourcePlan plan_lssvm(double n, const TrainingSettings& settings) {
+  const bool robust = settings.method->has(kWeights) && settings.reweight.weight.kind != WeightKind::kNone;
+  const int solves = !robust ? 2 : settings.reweight.limit == 1 ? 3 : 30;
+  return {n * n * (3 * 8 + (n <= kRefinedSamples ? 16 : 0)), n * n * n / 3 * solves / kFlops};
+}
+
+ResourcePlan plan_svr(double n, const TrainingSettings&) { return {n * n * 4 + 200e6, n * n * 1e-7}; }
+
+// The covariance, its parts, the model's factor.
+ResourcePlan plan_composite(double n, const TrainingSettings&) {
+  const double searched = std::min(n, 1000.0);
+  return {n * n * 5 * 8, (searched * searched * searched * 60 + n * n * n / 3 * 15) / kFlops};
+}
+
+constexpr Method kMethods[] = {
+    {"composite", kWeights | kOwnSearch | kSiblings | kDrift, plan_composite, 3000, 400, train_composite},
+    {"ls", kCubic, plan_polynomial, kAny, 0, train_polynomial},
+    {"stepwise", kTerms, plan_polynomial, kAny, 0, train_polynomial},
+    {"lssvm", kTuning | kExactFolds, plan_lssvm, 5000, 600, train_kernel},
+    {"ir-lssvm", kWeights | kTuning | kExactFolds, plan_lssvm, 5000, 600, train_kernel},
+    {"svr", kTuning | kTube, plan_svr, kAny, 0, train_kernel}};
+
+// Rows that repeat an earlier one: the same target, inputs and, if known, time.
 Eigen::Index repeated_rows(const TrainingData& data) {
-  const Eigen::Index n = data.target.size();
-  const bool timed = data.time_s.size() == n;
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  const auto compared = [&](Eigen::Index a, Eigen::Index b) {
-    if (data.target[a] != data.target[b]) return data.target[a] < data.target[b] ? -1 : 1;
-    for (Eigen::Index i = 0; i < data.inputs.rows(); ++i) {
-      if (data.inputs(i, a) != data.inputs(i, b)) return data.inputs(i, a) < data.inputs(i, b) ? -1 : 1;
-    }
-    return timed && data.time_s[a] != data.time_s[b] ? data.time_s[a] < data.time_s[b] ? -1 : 1 : 0;
-  };
-  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return compared(a, b) < 0; });
-  Eigen::Index repeats = 0;
-  for (std::size_t i = 1; i < order.size(); ++i) repeats += compared(order[i - 1], order[i]) == 0;
-  return repeats;
+  std::vector<std::vector<double>> rows;
+  for (Eigen::Index i = 0; i < data.target.size(); ++i) {
+    rows.push_back({data.target[i]});
+    rows.back().insert(rows.back().end(), data.inputs.col(i).begin(), data.inputs.col(i).end());
+    if (data.time_s.size() == data.target.size()) rows.back().push_back(data.time_s[i]);
+  }
+  std::sort(rows.begin(), rows.end());
+  return static_cast<Eigen::Index>(rows.end() - std::unique(rows.begin(), rows.end()));
 }
 
 // Records that contain nothing to learn from; finite numbers only.
@@ -64,28 +76,16 @@ Result<void> check_content(const TrainingData& data, bool searches) {
 
 Result<void> check(const TrainingData& data, const TrainingSettings& settings) {
   const auto n = static_cast<std::size_t>(data.inputs.cols());
-  if (data.names.size() != static_cast<std::size_t>(data.inputs.rows()) ||
-      static_cast<std::size_t>(data.target.size()) != n) {
-    return make_error("training data",
-                      fmt::format("found {} names, {} x {} inputs, {} targets, expected matching sizes",
-                                  data.names.size(), data.inputs.rows(), n, data.target.size()));
-  }
+  assert(data.names.size() == static_cast<std::size_t>(data.inputs.rows()) && data.target.size() == data.inputs.cols());
+  assert(settings.tuning != Tuning::kGiven || (settings.given_folds && settings.given_folds->size() == n));
   const bool searches = settings.method->has(kOwnSearch) || (settings.method->has(kTuning) && !settings.c);
   if (auto good = check_content(data, searches); !good) return good;
   if (settings.c.has_value() != settings.sigma2.has_value())
     return make_error("c and sigma2", "found one of them, expected both or none");
-  for (const auto& value : {settings.c, settings.sigma2, settings.parameter}) {
-    if (value && !(*value > 0 && std::isfinite(*value)))
-      return make_error("c, sigma2 and the weight's parameter",
-                        fmt::format("found {}, expected a positive number", *value));
-  }
-  if (!(settings.epsilon >= 0))
-    return make_error("epsilon", fmt::format("found {}, expected at least 0", settings.epsilon));
+  assert(settings.c.value_or(1) > 0 && settings.sigma2.value_or(1) > 0 && settings.parameter.value_or(1) > 0);
   const bool folded = searches && (settings.tuning == Tuning::kBlocked || settings.tuning == Tuning::kShuffled);
   if (folded && (settings.folds < 2 || static_cast<std::size_t>(settings.folds) > n))
     return make_error("folds", fmt::format("found {}, expected 2 to the number of samples, {}", settings.folds, n));
-  if (settings.tuning == Tuning::kGiven && (!settings.given_folds || settings.given_folds->size() != n))
-    return make_error("folds", "found fewer folds than samples, expected one fold number per sample");
   return {};
 }
 
@@ -120,8 +120,7 @@ Result<TrainedModel> train_without(const Rows& far, const TrainingData& data, co
   const Eigen::Index n = data.target.size();
   if (static_cast<Eigen::Index>(far.size()) * kMostShare > n)
     return make_error("training data",
-                      fmt::format("found {} of {} rows far from all others, expected at most a quarter: "
-                                  "rows {}",
+                      fmt::format("found {} of {} rows far from all others, expected at most a quarter: rows {}",
                                   far.size(), n, rows_text(far)));
   const Rows rest = others(far, n);
   TrainingSettings settings = wanted;
@@ -145,22 +144,21 @@ std::string ResourcePlan::text() const {
                      std::ceil(bytes / 1e6), seconds);
 }
 
-ResourcePlan plan_sparse(Eigen::Index samples, Eigen::Index inputs, double limit_bytes, Eigen::Index most) {
-  const double n = static_cast<double>(samples), fixed = n * 8 * static_cast<double>(inputs + 12);
-  const double fits = (0.8 * limit_bytes - fixed) / (8 * n) - 2;
-  const Eigen::Index rank = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(fits), 0, most);
-  const double r = static_cast<double>(rank);
-  return {fixed + n * 8 * (r + 1) + 6 * 8 * r * r, n * r * r * 25 / kFlops, true, rank};
-}
-
 Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings) {
   constexpr Eigen::Index kMinRank = 50;
-  const ResourcePlan plan = settings.method->plan(samples, inputs, settings);
-  const double limit = settings.memory_limit_bytes;
-  if (plan.sparse && plan.max_rank < kMinRank)
-    return make_error("memory", fmt::format("{} samples leave memory for {} centres within {:.0f} MB, expected at "
-                                            "least {}: use fewer samples",
-                                            samples, plan.max_rank, limit / 1e6, kMinRank));
+  const Method& method = *settings.method;
+  const double n = static_cast<double>(samples), limit = settings.memory_limit_bytes;
+  ResourcePlan plan = method.plan(n, settings);
+  if (samples > method.dense_samples) {  // as many centres as fit in memory
+    const double fixed = n * 8 * static_cast<double>(inputs + 12), fits = (0.8 * limit - fixed) / (8 * n) - 2;
+    const Eigen::Index rank = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(fits), 0, method.most_centres);
+    const double r = static_cast<double>(rank);
+    plan = {fixed + n * 8 * (r + 1) + 6 * 8 * r * r, n * r * r * 25 / kFlops, true, rank};
+    if (rank < kMinRank)
+      return make_error("memory", fmt::format("{} samples leave memory for {} centres within {:.0f} MB, expected at "
+                                              "least {}: use fewer samples",
+                                              samples, rank, limit / 1e6, kMinRank));
+  }
   if (plan.bytes <= limit) return plan;
   return make_error("memory", fmt::format("{} samples need about {:.0f} MB, expected at most {:.0f} MB", samples,
                                           plan.bytes / 1e6, limit / 1e6));
@@ -209,26 +207,76 @@ Result<TrainedModel> train(const TrainingData& data, compensation::ModelInfo inf
 std::span<const Method> methods() { return kMethods; }
 
 const Method* find_method(std::string_view name) {
-  const auto found =
-      std::find_if(std::begin(kMethods), std::end(kMethods), [&](const Method& m) { return name == m.name; });
-  return found == std::end(kMethods) ? nullptr : found;
+  for (const Method& method : kMethods) {
+    if (name == method.name) return &method;
+  }
+  return nullptr;
 }
-
-const Method& default_method(bool tuned) { return *find_method(tuned ? "ir-lssvm" : "composite"); }
 
 std::string method_names(unsigned uses, const char* last) {
   std::vector<std::string> names;
   for (const Method& method : kMethods) {
     if ((method.uses & uses) != 0) names.emplace_back(method.name);
   }
-  return joined(names, last);
+  const std::string end = std::move(names.back());
+  names.pop_back();
+  return fmt::format("{}{}{}", fmt::join(names, ", "), names.empty() ? "" : last, end);
 }
 
-std::string method_help() {
-  std::vector<std::string> names;
-  for (const Method& method : kMethods)
-    names.push_back(*method.help ? fmt::format("{} ({})", method.name, method.help) : method.name);
-  return joined(names, " or ");
+// Engineering units → the normalised units of the kernels.
+
+namespace {
+
+struct Constants {
+  double shift = 0, scale = 1;
+};
+
+// Sums in long double: the constants then do not depend on the order or the width of vectors.
+Constants constants_of(const Eigen::VectorXd& v, NormalisationMethod scaling, bool divisor_n) {
+  if (scaling == NormalisationMethod::kNone) return {};
+  const long double n = static_cast<long double>(v.size());
+  if (scaling == NormalisationMethod::kAuto) {
+    const std::set<double> distinct(v.begin(), v.end());
+    const double low = *distinct.begin(), high = *distinct.rbegin();
+    if (distinct.size() == 2) return {(low + high) / 2, (high - low) / 2};
+    if (static_cast<long double>(distinct.size()) < std::sqrt(n)) return {};
+  }
+  long double sum = 0, squares = 0;
+  for (const double value : v) sum += value;
+  const long double mean = sum / n;
+  for (const double value : v) squares += (value - mean) * (value - mean);
+  return {static_cast<double>(mean), static_cast<double>(std::sqrt(squares / (divisor_n ? n : n - 1)))};
+}
+
+}  // namespace
+
+Result<NormalisedData> normalise(const TrainingData& raw, NormalisationMethod scaling) {
+  const Eigen::MatrixXd& inputs = raw.inputs;
+  if (inputs.cols() < 2) return make_error("training data", "found fewer than two rows, expected at least 2");
+  if (!inputs.allFinite() || !raw.target.allFinite())
+    return make_error("training data", "found a number that is not finite");
+  NormalisedData data;
+  compensation::Normalisation& n = data.constants;
+  n.input_shift.resize(inputs.rows());
+  n.input_scale.resize(inputs.rows());
+  for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+    const Constants c = constants_of(inputs.row(i), scaling, false);
+    // A column that repeats one decimal number has a standard deviation of rounding noise instead of zero.
+    if (!(c.scale > 1e-14 * std::fabs(c.shift)) || !(c.scale > 0))
+      return make_error(raw.names[static_cast<std::size_t>(i)], "the input is constant, expected one that changes");
+    n.input_shift[i] = c.shift;
+    n.input_scale[i] = c.scale;
+  }
+  const Constants t = constants_of(raw.target, scaling, true);
+  n.target_shift = t.shift;
+  n.target_scale = t.scale > 0 ? t.scale : 1;
+  data.x = normalised_inputs(inputs, n);
+  data.y = (raw.target.array() - n.target_shift) / n.target_scale;
+  return data;
+}
+
+Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants) {
+  return ((inputs.colwise() - constants.input_shift).array().colwise() / constants.input_scale.array()).matrix();
 }
 
 }  // namespace prism::training

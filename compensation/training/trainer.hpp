@@ -13,7 +13,6 @@
 #include "compensation/composite_model.hpp"
 #include "compensation/model.hpp"
 #include "compensation/training/held_out.hpp"
-#include "compensation/training/normalise.hpp"
 #include "compensation/training/polynomial.hpp"
 #include "compensation/training/tuning.hpp"
 
@@ -31,6 +30,26 @@ struct TrainingData {
   std::vector<int> runs;           ///< recording of each sample, in order of time; empty: one run
   Eigen::VectorXd time_s;  ///< N, since its recording began; empty: evenly spaced (the composite kernel's nuisance)
 };
+
+enum class NormalisationMethod {
+  kZscore,  ///< inputs by mean and sd (divisor N − 1), target by mean and sd (divisor N)
+  kAuto,    ///< by column: two values → −1/+1; fewer than √N values → unchanged; else z-score
+  kNone,
+};
+
+/// The normalised units of the kernels, with the constants for the way back.
+struct NormalisedData {
+  Eigen::MatrixXd x;  ///< d × N, one sample per column
+  Eigen::VectorXd y;  ///< N
+  compensation::Normalisation constants;
+};
+
+/// Errors: fewer than two samples; numbers that are not finite; a constant input if it must be scaled (`where`: its
+/// name). A constant target keeps the scale 1.
+Result<NormalisedData> normalise(const TrainingData& data, NormalisationMethod scaling);
+
+/// Normalises new samples with known constants.
+Eigen::MatrixXd normalised_inputs(const Eigen::MatrixXd& inputs, const compensation::Normalisation& constants);
 
 /// The user's knowledge about drift in time, for the composite kernel.
 enum class Drift {
@@ -74,13 +93,11 @@ struct TrainedModel {
   double c = 0, sigma2 = 0, parameter = 0;  ///< kernels only
   std::optional<TuningResult> tuning;       ///< if parameters were tuned
   std::optional<ReweightReport> reweight;
-  std::optional<StepwiseResult> stepwise;  ///< terms by number, as settings.terms lists them
-  std::optional<LinearFit> linear;         ///< polynomials
-  double condition = 0;                    ///< of the design matrix (polynomials)
+  std::optional<PolynomialFit> polynomial;  ///< terms by number, as settings.terms lists them
   SampleDiagnostics samples;
   HeldOutErrors held_out;  ///< of the predictions that prismd would use
-  std::optional<double>
-      from_siblings;  ///< share of the record's variance that the population prior explains; below 0: it is misleading
+  /// Share of the record's variance that the population prior explains; below 0: it is misleading.
+  std::optional<double> from_siblings;
   int centres = 0;
   std::vector<std::string> notes;  ///< warnings for the user
 };
@@ -92,11 +109,6 @@ struct ResourcePlan {
   Eigen::Index max_rank = 0;
   std::string text() const;
 };
-
-inline constexpr double kFlops = 4e9;  ///< of one core, a conservative estimate
-
-/// A low-rank plan with as many centres as fit in memory, at most `most`.
-ResourcePlan plan_sparse(Eigen::Index samples, Eigen::Index inputs, double limit_bytes, Eigen::Index most);
 
 /// The memory and time of a training of this size. Errors: it needs more memory than the limit.
 Result<ResourcePlan> plan_resources(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
@@ -118,7 +130,7 @@ Eigen::VectorXd time_of(const TrainingData& data);
 /// The folds of the settings, at most one per sample.
 Folds folds_of(const TrainingData& data, const TrainingSettings& settings);
 
-// The training methods. To add one: write its two functions, and a row in trainer.cpp.
+// The training methods. To add one: write its function, and a row in trainer.cpp.
 
 /// Features of a method; each is a group of options of prismcal.
 enum MethodUses : unsigned {
@@ -144,29 +156,21 @@ struct TrainingJob {
 
 struct Method {
   const char* name;
-  const char* help;  ///< added to the name in help texts: when it is the default
-  unsigned uses;     ///< MethodUses
-  ResourcePlan (*plan)(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
+  unsigned uses;  ///< MethodUses
+  ResourcePlan (*plan)(double samples, const TrainingSettings& settings);
+  Eigen::Index dense_samples, most_centres;  ///< longer records: a sparse model of at most most_centres
   Result<TrainedModel> (*train)(TrainingJob job);
 
   bool has(MethodUses use) const { return (uses & use) != 0; }
 };
 
-ResourcePlan plan_polynomial(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
-ResourcePlan plan_lssvm(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
-ResourcePlan plan_svr(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
-ResourcePlan plan_composite(Eigen::Index samples, Eigen::Index inputs, const TrainingSettings& settings);
 Result<TrainedModel> train_polynomial(TrainingJob job);
 Result<TrainedModel> train_kernel(TrainingJob job);
 Result<TrainedModel> train_composite(TrainingJob job);
 
 /// All methods, the default first.
 std::span<const Method> methods();
-/// The default; `tuned`: if c, sigma2, a tuning or folds are given.
-const Method& default_method(bool tuned);
 /// Names of the methods with one of these uses: "lssvm, ir-lssvm" + `last` + "svr".
 std::string method_names(unsigned uses, const char* last = ", ");
-/// All names with their help: "composite (default), ls, … or svr".
-std::string method_help();
 
 }  // namespace prism::training

@@ -279,7 +279,6 @@ class TuningSearch {
         count(point, point.cost);
       }
     });
-    // If everything is given, there is no search: the result is the cost of this point.
     result_.best = *std::min_element(result_.surface.begin(), result_.surface.end(), cheaper);
   }
 
@@ -324,17 +323,14 @@ class TuningSearch {
       return p;
     };
     const auto f = [&](const Eigen::VectorXd& x) { return evaluated(point_at(x), effort); };
-    const SimplexResult end = minimise(f, start, simplex, [&] { return settings_.stopped(); });
+    const Minimum end = minimise(f, start, simplex, [&] { return settings_.stopped(); });
     TuningPoint p = point_at(end.x);
     p.cost = end.value;
     return p;
   }
 
   void local_search() {
-    if (axes_.empty()) {
-      if (!settings_.stopped()) result_.best.cost = evaluated(result_.best, Effort::kSearch);
-      return;
-    }
+    if (axes_.empty()) return;  // the result is the cost of this point
     // The weights stay fixed in the folds until the last simplex: a tenth of the work, and nearly the same optimum.
     const bool frozen = cost_.robust() && !small_ && !(settings_.c && settings_.sigma2);
     std::vector<TuningPoint> cells = best_cells();

@@ -15,7 +15,7 @@
 
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/low_rank.hpp"
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/robust.hpp"
 
 namespace prism::training {
 

@@ -206,8 +206,7 @@ void measure_long_record(Eigen::Index n) {
 
 int run(const std::string& shared, bool kernels_only) {
   const training::TrainingData data = reference(shared);
-  const training::NormalisedData normalised =
-      *training::normalise(data.inputs, data.target, training::NormalisationMethod::kZscore, data.names);
+  const training::NormalisedData normalised = *training::normalise(data, training::NormalisationMethod::kZscore);
   measure_prediction(normalised);
   measure_fit(normalised);
   measure_window(data);

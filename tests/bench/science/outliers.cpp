@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "compensation/training/gross_outliers.hpp"
+#include "compensation/training/robust.hpp"
 #include "tests/bench/science/contenders.hpp"
 #include "tests/bench/science/record.hpp"
 #include "tests/bench/science/tables.hpp"

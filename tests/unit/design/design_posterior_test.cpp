@@ -11,7 +11,7 @@
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/composite.hpp"
 #include "compensation/training/held_out.hpp"
-#include "compensation/training/normalise.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/design/stated_prior.hpp"
 

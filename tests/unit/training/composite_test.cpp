@@ -89,7 +89,7 @@ TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
   TuningSettings counted;
   int evaluations = 0;
   counted.progress = [&evaluations](int done, int, const TuningPoint&) { evaluations = done; };
-  const auto fit = search_composite(r.samples, {}, {}, counted);
+  const auto fit = search_composite(r.samples, {}, {}, counted, Eigen::VectorXd::Ones(r.samples.y.size()));
   ASSERT_TRUE(fit) << fit.error().text();
   EXPECT_LT(fit->objective, r.golden["cases"]["optimum"]["objective"].get<double>());
   EXPECT_GT(evaluations, 4);
@@ -343,21 +343,22 @@ TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
 
 TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
   const DriftingRecord drift(300, 0.002);
-  const auto data = normalise(drift.data.inputs, drift.data.target, NormalisationMethod::kZscore, drift.data.names);
+  const auto data = normalise(drift.data, NormalisationMethod::kZscore);
   const CompositeSamples samples{data->x, data->y, drift.data.time_s / 3600, std::vector<int>(300, 0), 1};
   Eigen::VectorXd theta(8);
   theta << -1, 0.3, 0.7, -1, -2, -3, 0.5, -3;
   const Eigen::VectorXd weight = Eigen::VectorXd::Ones(300);
   const auto dense = CompositeSystem::make(samples, theta, weight);
-  const auto sparse = fit_sparse_composite(samples, theta, {}, 300);
+  const auto sparse = solve_sparse_composite(samples, theta, {}, 300);
   ASSERT_TRUE(dense && sparse);
   EXPECT_LT(sparse->centres.size(), 200u);
   compensation::CompositeCentres centres(compensation::CompositeKernel(composite_variances(theta, 2).kernel),
                                          samples.x(Eigen::all, sparse->centres));
-  centres.weigh(sparse->alpha);
+  centres.weigh(sparse->parameters.alpha);
   const Eigen::MatrixXd some = samples.x.leftCols(50);
   const Eigen::VectorXd expected = dense->predict(some);
-  for (Eigen::Index i = 0; i < 50; ++i) EXPECT_NEAR(centres.sum(some.col(i)) + sparse->beta, expected[i], 2e-3);
+  for (Eigen::Index i = 0; i < 50; ++i)
+    EXPECT_NEAR(centres.sum(some.col(i)) + sparse->parameters.beta, expected[i], 2e-3);
 }
 
 // The filter compared with the equivalent matrix, for two recordings with an offset each.

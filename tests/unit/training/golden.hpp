@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "compensation/training/held_out.hpp"
-#include "compensation/training/reweighting.hpp"
+#include "compensation/training/robust.hpp"
 #include "tests/support/shared_files.hpp"
 
 namespace prism::test {

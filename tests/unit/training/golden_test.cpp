@@ -11,7 +11,7 @@
 
 #include "compensation/kernel.hpp"
 #include "compensation/training/lssvm.hpp"
-#include "compensation/training/normalise.hpp"
+#include "compensation/training/trainer.hpp"
 
 namespace prism::training {
 namespace {
@@ -55,7 +55,7 @@ TEST_P(GoldenCase, NormalisesLikeTheReference) {
   const NormalisationMethod scaling = rule == "zscore"     ? NormalisationMethod::kZscore
                                       : rule == "original" ? NormalisationMethod::kNone
                                                            : NormalisationMethod::kAuto;
-  const auto data = normalise(g.inputs(g.train), test::vector_of(g.train["y"]), scaling, g.about["inputs"]);
+  const auto data = normalise({g.about["inputs"], g.inputs(g.train), test::vector_of(g.train["y"]), {}, {}}, scaling);
   ASSERT_TRUE(data) << data.error().text();
   EXPECT_LT((data->x - g.x).cwiseAbs().maxCoeff(), 1e-14 * std::max(1.0, g.x.cwiseAbs().maxCoeff()));
   EXPECT_LT((data->y - g.y).cwiseAbs().maxCoeff(), 1e-14 * std::max(1.0, g.y.cwiseAbs().maxCoeff()));
@@ -98,9 +98,10 @@ TEST_P(GoldenCase, HeldOutResidualsComeFromOneFactorisation) {
 // the remaining difference is the uncertainty of the reference itself.
 TEST_P(GoldenCase, RefiningRecoversTheDigitsThatDoubleLoses) {
   Golden& g = *golden_;
-  const LssvmFactor f = factor();
-  LssvmSolution s = f.solution();
-  refine(extended_kernel_matrix(g.x, g.sigma2), Eigen::VectorXd::Constant(g.y.size(), 1 / g.c), g.y, f, s);
+  const ExtendedMatrix extended = extended_kernel_matrix(g.x, g.sigma2);
+  ReweightSettings settings;
+  settings.extended = &extended;
+  const LssvmSolution s = fit_irlssvm(kernel_, g.y, g.c, settings)->solution;
   const double tolerance = std::max(1e-13, 100 * g.expected["accuracy"]["alpha_rel"].get<double>());
   EXPECT_LT(relative(g.kept(s.alpha), g.column("alpha")), tolerance);
   EXPECT_LT(relative(s.b, g.expected["unweighted"]["b"]), tolerance);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Gross outliers: found exactly, whatever their size, and without effect on a robust training.
-#include "compensation/training/gross_outliers.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <set>
 
 #include "compensation/extrapolation.hpp"
+#include "compensation/training/robust.hpp"
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {

@@ -14,7 +14,7 @@ using test::relative;
 
 constexpr double kCoefficientTolerance = 1e-9;
 
-void expect_path(const StepwiseResult& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
+void expect_path(const PolynomialFit& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
   ASSERT_EQ(found.path.size(), expected["path"].size());
   for (std::size_t i = 0; i < found.path.size(); ++i) {
     const StepwiseStep& step = found.path[i];
@@ -33,7 +33,7 @@ void expect_path(const StepwiseResult& found, const nlohmann::json& expected, co
   }
 }
 
-void expect_result(const StepwiseResult& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
+void expect_result(const PolynomialFit& found, const nlohmann::json& expected, const std::vector<std::string>& names) {
   expect_path(found, expected, names);
   EXPECT_EQ(found.terms.size(), expected["final_terms"].size());
   EXPECT_LT(relative(found.fit.intercept, expected["intercept"]), kCoefficientTolerance);

@@ -134,7 +134,7 @@ TEST(Trainer, StepwiseFindsTheSimulatedTerms) {
   const auto trained = train(data, {}, settings);
   ASSERT_TRUE(trained) << trained.error().text();
   std::vector<std::string> names;
-  for (const int term : trained->stepwise->terms)
+  for (const int term : trained->polynomial->terms)
     names.push_back(term_name(settings.terms[static_cast<std::size_t>(term)], data.names));
   EXPECT_EQ(std::vector(names.begin(), names.begin() + 2), (std::vector<std::string>{"T", "T^2"}));
   EXPECT_NEAR(trained->model->predict(std::vector{40.0, 5.5}).bias_deg_per_h, 0.1 + 0.08 - 0.016, 1e-4);
@@ -166,13 +166,10 @@ TEST(ResourcePlan, RejectsTooLargeTrainingsBeforeTheyStart) {
   EXPECT_FALSE(plan_resources(100000, 3, settings));
 }
 
-using testing::HasSubstr;
-
 TEST(Methods, HaveCompleteRowsUnderTheirOwnNames) {
   for (const Method& method : methods()) {
     EXPECT_EQ(find_method(method.name), &method);
     EXPECT_TRUE(method.plan && method.train) << method.name;
-    EXPECT_THAT(method_help(), HasSubstr(method.name));
   }
   EXPECT_EQ(find_method("unknown"), nullptr);
 }

@@ -61,8 +61,8 @@ Result<Problem> read_problem(const CvChoice& choice, const training::TrainingSet
   if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
     fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));
   names.resize(static_cast<std::size_t>(d));
-  auto data =
-      training::normalise(columns->values.topRows(d), columns->values.row(d).transpose(), settings.scaling, names);
+  auto data = training::normalise({names, columns->values.topRows(d), columns->values.row(d).transpose(), {}, {}},
+                                  settings.scaling);
   if (!data) return tl::unexpected<Error>(data.error());
   const auto n = static_cast<std::size_t>(columns->values.cols());
   if (choice.fold_column.empty()) {

@@ -140,8 +140,7 @@ void add_fit_command(CLI::App& app, int& code) {
   add_method_options(*command, choice->method);
   tools::add_examples(*command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
   command->callback([choice, &code] {
-    if (!choice->fold_column.empty() && choice->method.method.empty())
-      choice->method.method = training::default_method(true).name;
+    if (!choice->fold_column.empty() && choice->method.method.empty()) choice->method.method = kDefaultTuned;
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());
   });

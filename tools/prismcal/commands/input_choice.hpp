@@ -1,20 +1,41 @@
 // SPDX-License-Identifier: MIT
-// `--inputs auto`: chooses inputs by their error on held-out parts of the recordings.
+// `--inputs auto`: the smallest set of inputs that predicts held-out parts of the recordings well.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "compensation/training/trainer.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
 
 namespace prism::commands {
 
+/// A set of inputs, evaluated by polynomials of second order on contiguous held-out parts of the record.
+struct InputSet {
+  std::vector<std::string> inputs;
+  double error_deg_per_h = 0;           ///< rms over the held-out parts
+  double standard_error_deg_per_h = 0;  ///< of that rms, between parts
+};
+
+struct InputSearch {
+  double without_deg_per_h = 0;  ///< the held-out rms of a constant (the mean)
+  std::vector<InputSet> alone;   ///< each candidate alone, in their order
+  std::vector<InputSet> path;    ///< each set adds the most helpful candidate to the one before
+  std::size_t chosen = 0;        ///< index in path: the smallest set within one standard error of the best
+
+  const InputSet& best() const { return path[chosen]; }
+};
+
+/// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
+/// constant, or fewer than 40 samples.
+Result<InputSearch> search_inputs(const training::TrainingData& data);
+
 /// The candidates are the inputs of the first recording. Errors: those of read_training_set() and search_inputs().
-Result<training::InputSearch> choose_inputs(const TrainChoice& choice);
+Result<InputSearch> choose_inputs(const TrainChoice& choice);
 
 /// The result as a readable table and as JSON.
-std::string search_text(const training::InputSearch& search);
-nlohmann::ordered_json search_json(const training::InputSearch& search);
+std::string search_text(const InputSearch& search);
+nlohmann::ordered_json search_json(const InputSearch& search);
 
 }  // namespace prism::commands

@@ -12,17 +12,30 @@
 namespace prism::commands {
 namespace {
 
+std::string default_method() { return training::TrainingSettings().method->name; }
+
 std::vector<std::string> known_methods() {
   std::vector<std::string> names;
   for (const training::Method& method : training::methods()) names.emplace_back(method.name);
   return names;
 }
 
+std::string method_help() {
+  std::vector<std::string> names = known_methods();
+  for (std::string& name : names)
+    name += name == default_method() ? " (default)"
+            : name == kDefaultTuned  ? " (default with --c, --sigma2 or --tune)"
+                                     : "";
+  const std::string last = std::move(names.back());
+  names.pop_back();
+  return fmt::format("{} or {}", fmt::join(names, ", "), last);
+}
+
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
   const std::string terms = training::method_names(training::kTerms) + ": ";
-  command.add_option("--method", o.method, training::method_help())->check(CLI::IsMember(known_methods()));
+  command.add_option("--method", o.method, method_help())->check(CLI::IsMember(known_methods()));
   command
       .add_option("--weight", o.weight,
                   training::method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)")
@@ -82,7 +95,7 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
 
 std::string method_name_of(const MethodOptions& options) {
   if (!options.method.empty()) return options.method;
-  return training::default_method(options.c || options.sigma2 || !options.tune.empty()).name;
+  return options.c || options.sigma2 || !options.tune.empty() ? kDefaultTuned : default_method();
 }
 
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {

@@ -12,6 +12,9 @@
 
 namespace prism::commands {
 
+/// The default method if c, sigma2, a tuning or folds are given.
+inline constexpr const char* kDefaultTuned = "ir-lssvm";
+
 struct MethodOptions {
   std::string method, tune;  ///< empty: method_name_of(), blocked
   std::string drift;         ///< empty: thermal

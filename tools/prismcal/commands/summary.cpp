@@ -59,7 +59,7 @@ ordered_json p_values(const std::vector<double>& p, const TrainingSettings& sett
   return json;
 }
 
-ordered_json path_json(const training::StepwiseResult& result, const TrainingSettings& settings, const Names& names) {
+ordered_json path_json(const training::PolynomialFit& result, const TrainingSettings& settings, const Names& names) {
   ordered_json path = ordered_json::array();
   for (const training::StepwiseStep& step : result.path) {
     ordered_json entry = {{"action", step.action}};
@@ -79,13 +79,13 @@ ordered_json path_json(const training::StepwiseResult& result, const TrainingSet
 
 ordered_json polynomial_json(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
   ordered_json json = {{"coefficients", ordered_json::object()},
-                       {"sse", trained.linear->sse},
-                       {"df", trained.linear->df},
-                       {"sd", trained.linear->sd()},
-                       {"condition", finite_json(trained.condition)}};
+                       {"sse", trained.polynomial->fit.sse},
+                       {"df", trained.polynomial->fit.df},
+                       {"sd", trained.polynomial->fit.sd()},
+                       {"condition", finite_json(trained.polynomial->condition)}};
   for (const compensation::Term& term : terms_of(trained))
     json["coefficients"][training::term_name(term.powers, names)] = term.coefficient;
-  if (trained.stepwise) json["path"] = path_json(*trained.stepwise, settings, names);
+  if (settings.method->has(training::kTerms)) json["path"] = path_json(*trained.polynomial, settings, names);
   return json;
 }
 
@@ -95,18 +95,18 @@ std::string polynomial_text(const TrainedModel& trained, const TrainingSettings&
                                       (trained.model->info().table ? "" : " (T degC, dTdt degC/s, U V)"));
   for (const compensation::Term& term : terms_of(trained))
     text += detail_line("", fmt::format("{:<10} {: .6g}", training::term_name(term.powers, names), term.coefficient));
-  if (trained.stepwise) {
+  if (settings.method->has(training::kTerms)) {
     text += detail_line("steps", "p: probability that a term without effect improves the fit so much");
-    for (const training::StepwiseStep& step : trained.stepwise->path) {
+    for (const training::StepwiseStep& step : trained.polynomial->path) {
       if (step.term >= 0)
         text += detail_line(
             "", fmt::format("{:<7} {:<10} p {:.2g}", step.action, named(settings, step.term, names), step.p));
     }
   }
-  text += detail_line("residual", plain_number(trained.linear->sd(), 3) + " " + target_unit(trained) +
+  text += detail_line("residual", plain_number(trained.polynomial->fit.sd(), 3) + " " + target_unit(trained) +
                                       ": 1 sigma that the model leaves in its own recording");
-  return text +
-         detail_line("condition", fmt::format("{:.3g}: above 1e8 the terms are almost the same", trained.condition));
+  return text + detail_line("condition", fmt::format("{:.3g}: above 1e8 the terms are almost the same",
+                                                     trained.polynomial->condition));
 }
 
 // The paper's kernels.
@@ -221,13 +221,13 @@ std::string composite_text(const TrainedModel& trained) {
 // All methods.
 
 ordered_json method_json(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
-  if (trained.linear) return polynomial_json(trained, settings, names);
+  if (trained.polynomial) return polynomial_json(trained, settings, names);
   return settings.method->has(training::kOwnSearch) ? composite_json(trained, settings)
                                                     : kernel_json(trained, settings);
 }
 
 std::string method_text(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
-  if (trained.linear) return polynomial_text(trained, settings, names);
+  if (trained.polynomial) return polynomial_text(trained, settings, names);
   return settings.method->has(training::kOwnSearch) ? composite_text(trained) : kernel_text(trained, settings);
 }
 

@@ -105,7 +105,7 @@ std::string TrainingRun::model_text() const {
 Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
   TrainChoice choice = requested;
   if (choice.method.quiet) choice.recordings.source.table.silence();
-  std::optional<training::InputSearch> search;
+  std::optional<InputSearch> search;
   if (choice.inputs == "auto") {
     auto found = choose_inputs(choice);
     if (!found) return tl::unexpected<Error>(found.error());

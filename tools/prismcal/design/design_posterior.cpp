@@ -13,7 +13,7 @@
 #include "compensation/training/composite.hpp"
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/low_rank.hpp"
-#include "compensation/training/normalise.hpp"
+#include "compensation/training/trainer.hpp"
 
 namespace prism::design {
 namespace {

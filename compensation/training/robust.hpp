@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Iterative re-weighting (paper section 2.3): solve, weight by the residuals, solve again.
+// Outliers: robust weights and scales, re-weighting (paper section 2.3: solve, weight by the residuals, solve again),
+// and gross outliers, which are removed before a robust training, so that its start does not depend on them.
 #pragma once
 
 #include <Eigen/Core>
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
+#include "compensation/training/held_out.hpp"
 
 namespace prism::training {
 
@@ -47,9 +50,6 @@ enum class ScaleKind {
 /// Robust standard deviation of residuals (at least one). If more than half of them are equal, returns the larger of
 /// both definitions, then the mean deviation; 0 only if all are equal.
 double robust_scale(const Eigen::VectorXd& residuals, ScaleKind kind);
-
-/// v_k for every residual; all 1 if `scale` is 0.
-Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale, const WeightFunction& function);
 
 /// A kernel matrix in extended precision (80 bits on x86-64): N² · 16 bytes.
 using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -95,5 +95,22 @@ StepRule residuals_within(double tolerance);
 /// Converged if no weight changed by 1e-3 or more. After 20 solves weights are averaged, so that an alternation between
 /// two states ends at their mean.
 StepRule weights_settled();
+
+// Gross outliers of the target.
+
+inline constexpr double kGross = 60;
+/// Simulated gyros without outliers stay below 5, real chamber records do not.
+inline constexpr double kSuspect = 8;
+
+/// Rows whose target is far from the median of the 65 rows around them in their recording, and from that of the 65 rows
+/// with the nearest inputs: more than `scales` robust scales (MAD) of all such distances, both times. In order. Clean
+/// records stay below 41 (docs/compensation.md); smaller outliers are left to the robust weights. None with fewer than
+/// 20 rows. An excursion of the inputs that is unique and shorter than 30 rows counts as well. `inputs` is d × N;
+/// `runs`: recording of each row. O(N · min(N, 2000)).
+Rows gross_outliers(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& target, const std::vector<int>& runs,
+                    double scales = kGross);
+
+/// Rows counted from 1, as ranges: "12, 50 to 57 and 3 others".
+std::string rows_text(const Rows& rows);
 
 }  // namespace prism::training
