@@ -24,7 +24,7 @@ constexpr double kGentleParameter = 3;   // of the weights: a clean record loses
 bool shows_warm_up(const CompositeSamples& samples) {
   constexpr double kLong_h = 8;
   const std::vector<Rows> recordings = fold_members(samples.recording);
-  const auto is_long = [&](const Rows& rows) { return samples.time_h(rows).maxCoeff() >= kLong_h; };
+  const auto is_long = [&](const Rows& rows) { return !rows.empty() && samples.time_h[rows.back()] >= kLong_h; };
   return recordings.size() > 1 && std::all_of(recordings.begin(), recordings.end(), is_long);
 }
 

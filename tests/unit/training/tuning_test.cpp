@@ -189,6 +189,16 @@ TEST(Folds, BlocksAreContiguousWithinOneRun) {
   EXPECT_EQ(folds[89], 5);  // three quarters of the samples take three quarters of the folds
 }
 
+// As held_out_folds() of recordings that are thinned, if one of them is short.
+TEST(Folds, ANumberWithoutSamplesIsPassedOver) {
+  const Eigen::VectorXd found = held_out({0, 0, 2}, [](const Rows& rest, const Rows& members) {
+    return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(members.size()), static_cast<double>(rest.size()))
+        .eval();
+  });
+  EXPECT_EQ(found, Eigen::Vector3d(1, 1, 2));
+  EXPECT_EQ(blocked_folds({0, 0, 2, 2}, 2), (Folds{0, 0, 1, 1}));
+}
+
 TEST(Folds, EveryRunHasAFold) {
   const Folds folds = blocked_folds({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, 3);
   EXPECT_NE(folds[9], folds[10]);
