@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/reloader.hpp"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <utility>
 
@@ -51,12 +52,15 @@ void Reloader::finish(Result<pipeline::Setup> setup) {
 
 Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!setup) return tl::unexpected<Error>(setup.error());
-  const std::vector<config::OutputConfig> outputs = parts_.device.setup.config.outputs;
+  const std::vector<pipeline::Setup::Output> outputs = parts_.device.setup.outputs;
   const auto reopen = parts_.device.reconfigure(std::move(*setup));
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
   const pipeline::Setup& now = parts_.device.setup;
-  if (outputs != now.config.outputs) parts_.outputs_changed();
+  // The device's own format is an output's, too, if its frames are the same.
+  const auto same = [](const auto& a, const auto& b) { return a.config == b.config && a.line == b.line; };
+  if (!std::equal(outputs.begin(), outputs.end(), now.outputs.begin(), now.outputs.end(), same))
+    parts_.outputs_changed();
   return now.config.path + " in use, model " + pipeline::models_text(now);
 }
 

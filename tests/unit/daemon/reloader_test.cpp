@@ -15,7 +15,8 @@ class ReloaderTest : public test::DaemonPartsTest {
  protected:
   std::shared_ptr<Reloader> make(Reloader::Load load) {
     return Reloader::make(io_, *disk_,
-                          {std::move(load), parts_->device, [this] { ++reopened_; }, [] {}, parts_->events.teller(),
+                          {std::move(load), parts_->device, [this] { ++reopened_; }, [this] { ++outputs_reopened_; },
+                           parts_->events.teller(),
                            [] { return std::string("test"); }});
   }
   void run_until(const bool& done) {
@@ -29,7 +30,7 @@ class ReloaderTest : public test::DaemonPartsTest {
 
   boost::asio::io_context io_;
   std::optional<DiskThread> disk_{std::in_place, 1 << 20, [](const std::string&) {}};
-  int reopened_ = 0;
+  int reopened_ = 0, outputs_reopened_ = 0;
 };
 
 TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
@@ -94,6 +95,24 @@ TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {
   reloader->reload([&](const auto&) { done = true; });
   run_until(done);
   EXPECT_EQ(reopened_, 1);
+}
+
+// Frames of another speed are the device's, and those of an output that sends "same".
+TEST_F(ReloaderTest, AnOutputOfAnotherFormatIsOpenedAnew) {
+  pipeline::Setup setup = setup_;
+  setup.config.outputs = {{.frames = "same"}};
+  setup.outputs = {{setup.config.outputs[0], nullptr, {}}};
+  const auto reloader = make([&setup] { return setup; });
+  const auto reload = [&] {
+    bool done = false;
+    reloader->reload([&](const auto&) { done = true; });
+    run_until(done);
+    return outputs_reopened_;
+  };
+  EXPECT_EQ(reload(), 1);
+  EXPECT_EQ(reload(), 1) << "nothing changed";
+  setup.outputs[0].line.format.baud = 9600;
+  EXPECT_EQ(reload(), 2);
 }
 
 TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
