@@ -287,6 +287,8 @@ Result<TrainedModel> train_kernel(TrainingJob job) {
   std::optional<TuningResult> tuning;
   if (settings.c && settings.sigma2) {
     point.c = *settings.c, point.sigma2 = *settings.sigma2;
+  } else if (svr && (settings.tuning == Tuning::kLoo || settings.tuning == Tuning::kReml)) {
+    return make_error("tuning", "found leave-one-out or reml for svr, expected folds: blocked or shuffled");
   } else {
     auto found = (svr ? tune_svr : tune_lssvm)(*data, settings, folds_of(job.data, job.settings));
     if (!found) return tl::unexpected<Error>(found.error());
