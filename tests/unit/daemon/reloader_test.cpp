@@ -16,8 +16,7 @@ class ReloaderTest : public test::DaemonPartsTest {
   std::shared_ptr<Reloader> make(Reloader::Load load) {
     return Reloader::make(io_, *disk_,
                           {std::move(load), parts_->device, [this] { ++reopened_; }, [this] { ++outputs_reopened_; },
-                           parts_->events.teller(),
-                           [] { return std::string("test"); }});
+                           parts_->events.teller(), [] { return std::string("test"); }});
   }
   void run_until(const bool& done) {
     for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
