@@ -167,7 +167,7 @@ Result<TuningResult> tune_lssvm(const NormalisedData& data, const TrainingSettin
   auto first = tune_on_part(data, settings, folds);
   if (!first || first->stopped) return first;
   before = 1;
-  const auto second = tune_on_part(data, settings, *settings.second_folds);
+  auto second = tune_on_part(data, settings, *settings.second_folds);
   first->stopped = settings.stopped();
   if (first->stopped) return first;
   if (!second) return second;
