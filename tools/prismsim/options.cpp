@@ -47,6 +47,7 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
   app.add_option("--profile", line.profile, "thermal cycle: paper, second, third, beyond, fast, steady or warm-up")
       ->capture_default_str();
   app.add_option("--seed", simulation.seed, "random numbers of the day: another seed is another day of the same gyro")
+      ->check(tools::within(0, 1e15))
       ->capture_default_str();
   auto* cycles = app.add_option("--cycles", line.cycles, "number of cycles")
                      ->check(tools::within(1e-6, 1000.0))

@@ -153,7 +153,8 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
     tables += fmt::format("static const {} {}[{}] = {{", kInteger ? "unsigned char" : "prism_number", name, size);
     for (const auto value : values) {
       if (count > 0) tables += count % inputs == 0 ? ",\n  " : ", ";
-      tables += kInteger ? fmt::format("{}", value) : fmt::format("{:a}", rounded(value, options));
+      tables += kInteger || value == 0 ? fmt::format("{:.0f}", static_cast<double>(value))  // 0x0p-1022 by fmt 10
+                                       : fmt::format("{:a}", rounded(value, options));
       ++count;
     }
     tables += "};\n";

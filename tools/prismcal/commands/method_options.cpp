@@ -75,7 +75,9 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
   command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
       ->check(CLI::IsMember({"zscore", "auto", "none"}))
       ->capture_default_str();
-  command.add_option("--seed", o.seed, "seed of the random generator")->capture_default_str();
+  command.add_option("--seed", o.seed, "seed of the random generator")
+      ->check(tools::within(0, 1e15))
+      ->capture_default_str();
   command.add_option("--threads", o.threads, "maximum number of threads")
       ->check(tools::within(1, 64))
       ->capture_default_str();
