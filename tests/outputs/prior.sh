@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Training with what other recordings and gyros tell: models of siblings, and two recordings that warm up.
-train() { echo "== $*"; prismcal train "$@" --out m.json --force --quiet | sed -E "s|, [0-9]+ evaluations||"; jq -c 'del(.id, .provenance.made)' m.json | sed -E 's|([0-9][.][0-9]{6})[0-9]+|\1|g'; }
+train() { echo "== $*"; prismcal train "$@" --out m.json --force --quiet | sed -E "s|, [0-9]+ evaluations||"; python3 -c 'import json; m = json.load(open("m.json")); del m["id"], m["provenance"]["made"]; print(json.dumps(m, separators=(",", ":")))' | sed -E 's|([0-9][.][0-9]{6})[0-9]+|\1|g'; }
 mkdir models
 for i in 1 2; do
   sed -i "s/70-[0-9]/70-$i/" g.json
