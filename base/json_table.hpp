@@ -265,6 +265,13 @@ class JsonTable {
     return *this;
   }
 
+  /// The schema of the last key has these rules, too: the check in then() has its own message.
+  JsonTable& also(const Json& rules, bool is_required = false) {
+    rows_.back().schema.update(rules);
+    rows_.back().is_required = rows_.back().is_required || is_required;
+    return *this;
+  }
+
   /// The last key is read by another function, also if it is absent.
   JsonTable& read_by(std::function<void(const Section&, T&)> read) {
     rows_.back().read = std::move(read);

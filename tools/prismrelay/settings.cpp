@@ -48,6 +48,9 @@ void check_topic_part(const Section& section, const char* key, const std::string
                                   shortened(text)));
 }
 
+const Json kNotEmpty = {{"minLength", 1}};
+const Json kTopicPart = {{"minLength", 1}, {"maxLength", 64}, {"pattern", "^[^/+# ]+$"}};
+
 JsonTable<PostgresSettings> postgresql_keys() {
   using P = PostgresSettings;
   return JsonTable<P>()
@@ -68,6 +71,7 @@ JsonTable<TlsFiles> tls_keys() {
   using T = TlsFiles;
   return JsonTable<T>()
       .text("ca_file", &T::ca, "CA certificate that verifies the broker.")
+      .also(kNotEmpty, true)
       .text("cert_file", &T::certificate, "")
       .text("key_file", &T::key, "Client certificate and its key, if the broker requires one.")
       .then([](const Section& section, T& files) {
@@ -83,11 +87,13 @@ JsonTable<MqttSettings> mqtt_keys() {
   return JsonTable<M>()
       .text("host", &M::host, "The broker's host name.")
       .required()
+      .also(kNotEmpty)
       .integer("port", {1, 65535}, &M::port, "With tls the default is 8883.")
       .text("user", &M::user, "")
       .text("password_file", &M::password_file, "For a broker with users; as that of the database.")
       .text("client_id", &M::client_id, "Default: prismrelay-SITE.")
       .text("prefix", &M::prefix, "First part of every topic.")
+      .also(kTopicPart)
       .object("tls", tls_keys(), &M::tls, "")
       .then([](const Section& section, M& settings) {
         if (settings.host.empty()) section.fail("host", "is empty, expected the broker's host name");
@@ -103,6 +109,7 @@ JsonTable<MetricsSettings> metrics_keys() {
       .text("file", &M::file,
             "Ends in .prom, in node_exporter's textfile directory; a regular file, not a link. A new file has mode "
             "0644, an existing one keeps its mode.")
+      .also({{"pattern", "[.]prom$"}}, true)
       .number("every_s", {1, 3600}, &M::every_s, "Seconds between two texts.")
       .then([](const Section& section, M& settings) {
         if (fs::path(settings.file).extension() != ".prom")
@@ -133,6 +140,7 @@ JsonTable<Settings> keys() {
             "Name of this host, different for each host: gyros are SITE/NAME in tables and topics. 1 to 64 printable "
             "characters without blanks, /, + and #, without a . or $ first.")
       .required()
+      .also(kTopicPart)
       .texts(
           "instances", &S::instances,
           "One or several: a name, found as by prismctl(1) (in /run/prismd, then $XDG_RUNTIME_DIR/prismd), a socket, "
