@@ -18,6 +18,9 @@
 
 namespace prism {
 
+/// The schema of a file from that of its object. `source` has the table; its test writes the file.
+Json schema_of_file(const std::string& program, const std::string& source, const Json& object);
+
 /// A schema as the text of its file: one line per key.
 std::string schema_text(const Json& schema);
 

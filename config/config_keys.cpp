@@ -416,12 +416,7 @@ const JsonTable<Config>& config_keys() {
 Json config_schema() {
   Config usual;
   usual.axes.emplace_back();
-  Json schema = {
-      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-      {"$comment", "SPDX-License-Identifier: MIT. For editors; written from config/config_keys.cpp by its test."},
-      {"title", "prismd configuration"}};
-  schema.update(config_keys().schema(usual));
-  return schema;
+  return schema_of_file("prismd", "config/config_keys.cpp", config_keys().schema(usual));
 }
 
 }  // namespace prism::config

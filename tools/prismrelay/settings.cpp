@@ -203,12 +203,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
 }
 
 Json settings_schema() {
-  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                 {"$comment",
-                  "SPDX-License-Identifier: MIT. For editors; written from tools/prismrelay/settings.cpp by its test."},
-                 {"title", "prismrelay configuration"}};
-  schema.update(keys().schema());
-  return schema;
+  return schema_of_file("prismrelay", "tools/prismrelay/settings.cpp", keys().schema());
 }
 
 Result<Settings> load_settings(const std::string& path) {

@@ -101,12 +101,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
 }
 
 Json web_config_schema() {
-  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                 {"$comment",
-                  "SPDX-License-Identifier: MIT. For editors; written from tools/prismweb/web_config.cpp by its test."},
-                 {"title", "prismweb configuration"}};
-  schema.update(keys().schema());
-  return schema;
+  return schema_of_file("prismweb", "tools/prismweb/web_config.cpp", keys().schema());
 }
 
 Result<void> load_web_config(const std::string& path, Settings& settings) {
