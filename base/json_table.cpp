@@ -104,10 +104,9 @@ struct ManPage {
 }  // namespace
 
 Json schema_of_file(const std::string& program, const std::string& source, const Json& object) {
-  Json schema = {
-      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-      {"$comment", "SPDX-License-Identifier: MIT. For editors; written from " + source + " by its test."},
-      {"title", program + " configuration"}};
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                 {"$comment", "SPDX-License-Identifier: MIT. For editors; written from " + source + " by its test."},
+                 {"title", program + " configuration"}};
   schema.update(object);
   return schema;
 }

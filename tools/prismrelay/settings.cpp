@@ -202,9 +202,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
   return settings;
 }
 
-Json settings_schema() {
-  return schema_of_file("prismrelay", "tools/prismrelay/settings.cpp", keys().schema());
-}
+Json settings_schema() { return schema_of_file("prismrelay", "tools/prismrelay/settings.cpp", keys().schema()); }
 
 Result<Settings> load_settings(const std::string& path) {
   const auto text = read_text_file(path);

@@ -100,9 +100,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   return section.finish();
 }
 
-Json web_config_schema() {
-  return schema_of_file("prismweb", "tools/prismweb/web_config.cpp", keys().schema());
-}
+Json web_config_schema() { return schema_of_file("prismweb", "tools/prismweb/web_config.cpp", keys().schema()); }
 
 Result<void> load_web_config(const std::string& path, Settings& settings) {
   const Result<std::string> text = read_text_file(path);
