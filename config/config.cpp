@@ -63,10 +63,21 @@ void resolve_line(const Section& section, const fs::path& base, LineConfig& line
   line.device = transport::describe(settings);
 }
 
+// A further line: present, and none of `used`, to which it is added.
+void resolve_other_line(const Section& section, const fs::path& base, LineConfig& line,
+                        std::vector<std::string>& used) {
+  resolve_line(section, base, line);
+  if (line.device.empty())
+    section.fail("device", "is missing or empty, expected a serial device (or \"tcp\" or \"udp\")");
+  if (std::find(used.begin(), used.end(), line.device) != used.end())
+    section.fail("device", fmt::format("{} is another line of this configuration", line.device));
+  used.push_back(line.device);
+}
+
 // Parts of a name with "." would be taken for LINE.SENSOR.
 bool is_simple_name(const std::string& name) { return is_sensor_name(name) && name.find('.') == std::string::npos; }
 
-void resolve_sensor_lines(const Section& top, const fs::path& base, Config& config) {
+void resolve_sensor_lines(const Section& top, const fs::path& base, Config& config, std::vector<std::string>& used) {
   if (top.has("sensor_lines") && !top.has("axes"))
     top.fail("sensor_lines", "given without \"axes\"; expected a configuration with \"axes\"");
   const Section lines = top.object("sensor_lines");
@@ -74,11 +85,7 @@ void resolve_sensor_lines(const Section& top, const fs::path& base, Config& conf
     const Section section = lines.object(line.name);
     if (!is_simple_name(line.name))
       lines.fail(line.name, "invalid name, expected letters, digits and _, not T, U, dTdt or lagN");
-    resolve_line(section, base, line.line);
-    if (line.line.device.empty())
-      section.fail("device", "is missing or empty, expected a serial device (or \"tcp\" or \"udp\")");
-    if (line.line.device == config.line.device && !line.line.device.empty())
-      section.fail("device", fmt::format("{} is the gyro's line", line.line.device));
+    resolve_other_line(section, base, line.line, used);
     line.frames = find_data_file(line.frames, "frames", base);
     for (const TextColumn& column : line.text.columns) {
       if (!is_simple_name(column.sensor.name))
@@ -91,19 +98,12 @@ void resolve_sensor_lines(const Section& top, const fs::path& base, Config& conf
              fmt::format("found {}, expected at most {}", config.sensor_lines.size(), kMostSensorLines));
 }
 
-void resolve_outputs(const Section& top, const fs::path& base, Config& config) {
+void resolve_outputs(const Section& top, const fs::path& base, Config& config, std::vector<std::string>& used) {
   const std::vector<Section> sections = top.objects("out", false);  // none after a fault
-  std::vector<std::string> used = {config.line.device};
-  for (const SensorLineConfig& line : config.sensor_lines) used.push_back(line.line.device);
   for (std::size_t i = 0; i < sections.size(); ++i) {
     OutputConfig& output = config.outputs[i];
     const Section line = sections[i].object("line");
-    resolve_line(line, base, output.line);
-    if (output.line.device.empty())
-      line.fail("device", "is missing or empty, expected a serial device (or \"tcp\" or \"udp\")");
-    if (std::find(used.begin(), used.end(), output.line.device) != used.end())
-      line.fail("device", fmt::format("{} is another line of this configuration", output.line.device));
-    used.push_back(output.line.device);
+    resolve_other_line(line, base, output.line, used);
     if (output.line.network.type == "udp" && output.line.network.listens)
       line.object("udp").fail("listen", "an output has no sender to answer; expected \"address\"");
     if (output.capture && !config.capture) sections[i].fail("capture", "given without the configuration's \"capture\"");
@@ -149,9 +149,10 @@ Config read_config(const Section& top, const fs::path& file) {
   // Segments of log and capture and the socket are named after the instance. Checks the name of the file, too.
   if (auto good = check_text(TextRule::kName, config.name, ""); !good) top.fail("name", good.error().what);
   resolve_line(top.object("line"), base, config.line);
-  resolve_sensor_lines(top, base, config);
+  std::vector<std::string> used = {config.line.device};
+  resolve_sensor_lines(top, base, config, used);
   config.frames = find_data_file(config.frames, "frames", base);
-  resolve_outputs(top, base, config);
+  resolve_outputs(top, base, config, used);
   if (config.axes.empty()) top.fail("axes", "found none, expected at least one axis");
   for (AxisConfig& axis : config.axes)
     resolve_models(config.by_axes ? top.object("axes").object(axis.name) : top, base, axis, config.warnings);

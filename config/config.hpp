@@ -2,6 +2,7 @@
 // Configuration of one prismd, read strictly from one JSON file (comments allowed).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -92,13 +93,14 @@ enum class WhenUnknown {
   kHold,  ///< with the last correction for hold_s, then as OutputConfig::then
   kDrop,  ///< nothing
 };
+inline constexpr std::array kUnknownPolicies = {"raw", "hold", "drop"};
 
 /// A line on which corrected frames leave.
 struct OutputConfig {
   LineConfig line = {};
   std::string frames = {};  ///< "same", "prism", or a frame description: name or path
   WhenUnknown when_unknown = WhenUnknown::kRaw;
-  double hold_s = 60;
+  double hold_s = 60;     ///< 0: of another policy
   bool then_drop = true;  ///< after hold_s: drop, else raw
   bool unmarked = false;  ///< raw frames may leave although no bit marks the corrected ones
   double fade_deg_per_h_per_s = 0.001;

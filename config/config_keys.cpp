@@ -15,7 +15,6 @@ constexpr std::array kParities = {"none", "even", "odd"};
 constexpr std::array kLineEnds = {"lf", "cr"};
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
-constexpr std::array kUnknownPolicies = {"raw", "hold", "drop"};
 constexpr std::array kAfterHold = {"raw", "drop"};
 constexpr std::array kLevels = {"debug", "info", "warning", "error"};
 constexpr double kMostColumns = 64;  // of a line of text
@@ -309,9 +308,12 @@ JsonTable<OutputConfig> output_keys() {
               "filter behind the gyro sees no step.")
       .boolean("capture", &O::capture, "Records the sent bytes in capture/out-N/; requires capture.")
       .then([holds](const Section& section, O& output) {
+        if (holds(output)) return;
         for (const char* key : {"hold_s", "then"}) {
-          if (section.has(key) && !holds(output)) section.fail(key, "given without \"when_unknown\": \"hold\"");
+          if (section.has(key)) section.fail(key, "given without \"when_unknown\": \"hold\"");
         }
+        output.hold_s = 0;
+        output.then_drop = output.when_unknown == WhenUnknown::kDrop;
       });
 }
 

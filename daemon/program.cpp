@@ -26,11 +26,9 @@ void check(const pipeline::Setup& setup) {
              setup.frames->rate_hz, pipeline::models_text(setup),
              config.line.device.empty() ? "none" : config.line.device, pipeline::unit_name(setup));
   for (std::size_t i = 0; i < config.outputs.size(); ++i) {
-    static constexpr const char* kPolicies[] = {"as received", "with the last correction, then none or as received",
-                                                "not sent"};
     const config::OutputConfig& output = config.outputs[i];
     fmt::print("output {}: {}, frames {}; without a correction: {}\n", i + 1, output.line.device, output.frames,
-               kPolicies[static_cast<std::size_t>(output.when_unknown)]);
+               config::kUnknownPolicies[static_cast<std::size_t>(output.when_unknown)]);
   }
   print_growth("log", config.log, pipeline::log_bytes_per_day(setup));
   print_growth("capture", config.capture, pipeline::capture_bytes_per_day(setup));

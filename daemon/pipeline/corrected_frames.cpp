@@ -11,8 +11,6 @@
 namespace prism::pipeline {
 namespace {
 
-using config::WhenUnknown;
-
 void append(std::vector<std::uint8_t>& out, std::span<const std::uint8_t> bytes) {
   out.insert(out.end(), bytes.begin(), bytes.end());
 }
@@ -43,7 +41,6 @@ CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
     : config_(setup.outputs[index].config),
       is_first_(index == 0),
       same_(config_.frames == "same"),
-      drops_(config_.when_unknown == WhenUnknown::kDrop),
       in_(setup.frames),
       editor_(setup.frames),
       axes_(setup.axes.size()) {
@@ -101,7 +98,7 @@ Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::De
     axis.form = Form::kRaw;
     axis.sent = kUnknown;
   }
-  Form form = samples.empty() && (!same_ || drops_) ? Form::kDropped : Form::kCorrected;
+  Form form = samples.empty() && (!same_ || config_.then_drop) ? Form::kDropped : Form::kCorrected;
   for (const Rows::Sample& sample : samples) form = std::max(form, follow(axes_[sample.axis], sample.row));
   if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes));
   if (form == Form::kDropped) return form;
@@ -128,12 +125,12 @@ Form CorrectedFrames::follow(AxisState& axis, const compensation::Compensated& r
     form = Form::kCorrected;
     target = axis.known = row.correction.bias_deg_per_h;
     axis.known_ns = measured.time_ns;
-  } else if (config_.when_unknown != WhenUnknown::kRaw) {
+  } else {
     const double age_s = static_cast<double>(measured.time_ns - axis.known_ns) / 1e9;
-    if (!drops_ && !std::isnan(axis.known) && age_s >= 0 && age_s <= config_.hold_s) {
+    if (config_.hold_s > 0 && !std::isnan(axis.known) && age_s >= 0 && age_s <= config_.hold_s) {
       form = Form::kHeld;
       target = axis.known;
-    } else if (drops_ || config_.then_drop) {
+    } else if (config_.then_drop) {
       return axis.form = Form::kDropped;
     }
   }
@@ -178,7 +175,7 @@ Form CorrectedFrames::edit_axis(std::size_t index, double value) {
   if (std::isnan(found)) {
     ++counters_.unfit;
     if (axis.sample != nullptr) axis.sent = axis.sample->rate_deg_per_h;
-    return axis.form = drops_ ? Form::kDropped : Form::kRaw;
+    return axis.form = config_.then_drop ? Form::kDropped : Form::kRaw;
   }
   if (accumulates) return axis.form;
   axis.carry = wanted - found;

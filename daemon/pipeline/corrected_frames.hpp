@@ -79,7 +79,7 @@ class CorrectedFrames {
   void encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message);
 
   const config::OutputConfig config_;
-  const bool is_first_, same_, drops_;
+  const bool is_first_, same_;
   const wire::FrameDescriptionPtr in_;
   wire::FrameEditor editor_;
   std::optional<wire::FrameEncoder> encoder_;

@@ -166,10 +166,8 @@ Result<void> check_output(const Setup& setup, const Setup::Output& output, const
     return make_error(place + "/frames", fmt::format("rates of {} are hexadecimal digits, which cannot be corrected in "
                                                      "place; expected \"prism\" or a frame description",
                                                      from.name));
-  const bool may_be_raw = config.when_unknown == config::WhenUnknown::kRaw ||
-                          (config.when_unknown == config::WhenUnknown::kHold && !config.then_drop);
   is_marked = config.frames == "prism" || (config.frames == "same" && is_marked);
-  if (may_be_raw && !is_marked && !config.unmarked)
+  if (!config.then_drop && !is_marked && !config.unmarked)
     return make_error(place + "/when_unknown",
                       "raw frames would look like corrected ones, because no bit \"corrected\" is described; expected "
                       "\"drop\", or \"unmarked\": true to accept it");

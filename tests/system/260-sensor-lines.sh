@@ -65,7 +65,7 @@ jq 'del(.sensor_lines.chamber.columns)' fog-z.json >wrong.json; refused "no colu
 jq '.sensor_lines.chamber.frames = "trplg"' fog-z.json >wrong.json; refused "a gyro's frames" 'trplg.json'
 jq '.frames = "lutron-btm4208sd"' fog-z.json >wrong.json; refused "no gyro" 'found no gyro, expected one'
 jq 'del(.sensor_lines.chamber.columns.temperature.unit)' fog-z.json >wrong.json; refused "no unit" '/sensor_lines/chamber/columns/temperature: "unit" is missing'
-jq '.sensor_lines.chamber.device = "tty"' fog-z.json >wrong.json; refused "the same line twice" "is the gyro's line"
+jq '.sensor_lines.chamber.device = "tty"' fog-z.json >wrong.json; refused "the same line twice" "is another line of this configuration"
 jq '.axes.z.model = "./own.json" | del(.sensor_lines, .axes.z.temperature)' fog-z.json >wrong.json
 refused "a model with a missing sensor" 'found chamber.temperature, expected a sensor of dsp3000: none'
 

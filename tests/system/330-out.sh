@@ -27,6 +27,7 @@ refused() { # WHAT CHANGE: jq's
   same "lines of it" "$(wc -l <"$dir/wrong.txt")" 1
 }
 outputs "$PRISM_SOURCE/config/models/tao2019-model2.json"
+contains "an output in words" "$(prismd "$dir/gyro.json" --check)" "output 4: $dir/hold, frames prism; without a correction: hold"
 refused '/out/0/when_unknown: raw frames would look like corrected ones' 'del(.out[0].unmarked)'
 refused 'tty is another line of this configuration' '.out[2].line.device = .line.device'
 refused 'given together with "device"' '.line.tcp = {listen: "127.0.0.1:1"}'

@@ -154,12 +154,9 @@ class Model:
     def predict(self, frame, extrapolation="preset", slew_limit=True, max_bias_deg_per_h=100.0):
         """Columns of the log for one-second means; the settings are those of "correction".
 
-        frame: a dict or DataFrame of equally long columns of a log, in order of time: time_s, rate_deg_per_h (deg/h),
-        temperature_degc, uhfo_v (V) if the model uses it, NAME_degc … of its sensors; if present, also `quality` (the
-        values of an implausible second are not used) and `partial`. NaN or None: unknown.
-        Returns a dict of arrays of that length: mean_rate_deg_per_h, mean_temperature_degc, slope_degc_per_s,
-        mean_uhfo_v, bias_deg_per_h, sd_deg_per_h, sd_mean_deg_per_h, corrected_deg_per_h, corrected_mean_deg_per_h
-        (NaN: none) and quality.
+        frame: a dict or DataFrame with a log's columns time_s, rate_deg_per_h, temperature_degc, those of the other
+        inputs (uhfo_v, NAME_degc …), and, if known, `quality` (an implausible second is not used) and `partial`, in
+        order of time. NaN or None: unknown. Returns the columns that the log has of these, as arrays in a dict.
         """
         second, gap = np.rint(np.asarray(frame["time_s"], float)).astype(int), self.features["max_gap_s"]
         empty = np.full(len(second), np.nan)

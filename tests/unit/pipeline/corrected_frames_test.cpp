@@ -17,7 +17,8 @@ using Bytes = std::vector<std::uint8_t>;
 /// A stream of frames with a steady rate, and an output of it.
 class Line {
  public:
-  explicit Line(const std::string& description, config::OutputConfig config = {.frames = "same"})
+  explicit Line(const std::string& description,
+                config::OutputConfig config = {.frames = "same", .hold_s = 0, .then_drop = false})
       : frames_(test::shipped(description)), encoder_(frames_), decoder_(frames_) {
     setup_.frames = frames_;
     setup_.axes.resize(1);
@@ -101,7 +102,7 @@ TEST(CorrectedFrames, RoundsWithoutBias) {
 }
 
 TEST(CorrectedFrames, FadesASwitchAndFollowsTheEngineOtherwise) {
-  Line line("dmu11", {.frames = "prism", .fade_deg_per_h_per_s = 1});
+  Line line("dmu11", {.frames = "prism", .hold_s = 0, .then_drop = false, .fade_deg_per_h_per_s = 1});
   const double step = line.frames()->period_s();
   const auto sent = [&](double bias) {
     const Bytes message = line.frame(10, bias);
@@ -126,7 +127,7 @@ TEST(CorrectedFrames, SendsWhatThePolicySaysWithoutACorrection) {
   const double none = kUnknown;
   Line raw("trplg"), plain("trplg");
   EXPECT_EQ(raw.frame(100, none), plain.frame(100, none, false)) << "as received";
-  Line drop("trplg", {.frames = "same", .when_unknown = WhenUnknown::kDrop});
+  Line drop("trplg", {.frames = "same", .when_unknown = WhenUnknown::kDrop, .hold_s = 0});
   EXPECT_TRUE(drop.frame(100, none).empty());
   EXPECT_TRUE(drop.frame(100, none, false).empty()) << "held back by the counter check";
   EXPECT_FALSE(drop.frame(100, 20).empty());

@@ -271,13 +271,12 @@ std::string pairs_text(const Model& model, const COptions& options) {
   double least = HUGE_VAL, most = -HUGE_VAL;
   for (int k = 0; k < kPairs; ++k) {
     const std::vector<double> point = test_point(info, k, options);
+    const std::vector<double> nearest = nearest_in_box(model, point);
     bool outside = false;
-    for (std::size_t i = 0; i < min.size(); ++i) {
-      const double room = compensation::margin_of(info, i) * (max[i] - min[i]);
-      outside |= point[i] < min[i] - room || point[i] > max[i] + room;
-    }
-    const bool nearest = outside && options.policy == Extrapolation::kClamp;
-    const double bias = model.bias_deg_per_h(nearest ? nearest_in_box(model, point) : point);
+    for (std::size_t i = 0; i < min.size(); ++i)
+      outside |= std::abs(point[i] - nearest[i]) > compensation::margin_of(info, i) * (max[i] - min[i]);
+    const bool clamps = outside && options.policy == Extrapolation::kClamp;
+    const double bias = model.bias_deg_per_h(clamps ? nearest : point);
     least = std::min(least, bias);
     most = std::max(most, bias);
     pairs +=
