@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
 #include "base/json_member.hpp"
 
 namespace prism::client {
@@ -30,6 +31,10 @@ Response response_of(std::string_view method, json message) {
 
 Response response_of_member(std::string_view method, std::string_view member) {
   return response_of(method, parse_json_line("{" + std::string(member) + "}").value_or(json()));
+}
+
+std::string error_member(int code, const std::string& message) {
+  return R"("error":)" + json_text(json{{"code", code}, {"message", message}});
 }
 
 const json& of_axis(const json& result, const std::string& axis) {

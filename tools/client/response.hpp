@@ -28,6 +28,9 @@ Response response_of(std::string_view method, nlohmann::json message);
 /// The same for the member `"result":…` or `"error":{…}` of the message.
 Response response_of_member(std::string_view method, std::string_view member);
 
+/// Returns `"error":{"code":…,"message":…}`, a member of a response.
+std::string error_member(int code, const std::string& message);
+
 /// The part of a result that belongs to `axis`; of the only axis if it is empty; null if it does not exist.
 const nlohmann::json& of_axis(const nlohmann::json& result, const std::string& axis);
 
