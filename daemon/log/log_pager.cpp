@@ -77,6 +77,7 @@ RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
   page.json += fmt::format("],\"after\":\"{}\",\"more\":{},\"missing\":{},\"behind\":{},\"kept\":{},\"deleted\":{}",
                            page.after.text(), page.after.total < end, page.missing, end - page.after.total,
                            end - deleted, deleted);
+  page.json.shrink_to_fit();  // it may wait long for its client
   keep_few(places_);
   keep_few(heads_);
   return page;

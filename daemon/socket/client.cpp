@@ -50,10 +50,13 @@ void Client::send(const Text& text, std::uint64_t rows) {
   wait_until_writable();
 }
 
-void Client::answer(std::string line) {
+void Client::answer(std::string line) { answer({{std::make_shared<const std::string>(std::move(line))}}); }
+
+void Client::answer(std::vector<Piece> line) {
   if (queued_bytes_ > 4 * max_queued_bytes_) return close();  // without this response: an hour of history is long
-  if (!open()) return;
-  push(std::make_shared<const std::string>(std::move(line)), 0);
+  for (Piece& piece : line) {
+    if (open()) push(std::move(piece.text), piece.from);
+  }
   if (open() && !waiting_) drain();
 }
 
@@ -120,13 +123,13 @@ void Client::wait_until_writable() {
 
 void Client::drain() {
   for (std::size_t budget = kTurnBytes; open() && !queue_.empty();) {
-    Queued& front = queue_.front();
-    const std::size_t sent = send_now(std::string_view(*front.text).substr(0, front.sent + budget), front.sent);
+    Piece& front = queue_.front();
+    const std::size_t sent = send_now(std::string_view(*front.text).substr(0, front.from + budget), front.from);
     if (!open()) return;
-    queued_bytes_ -= sent - front.sent;
-    memory_->give_back(*this, sent - front.sent);
-    budget -= sent - front.sent;
-    front.sent = sent;
+    queued_bytes_ -= sent - front.from;
+    memory_->give_back(*this, sent - front.from);
+    budget -= sent - front.from;
+    front.from = sent;
     const bool all = sent == front.text->size();
     if (all) queue_.pop_front();
     if ((!all || budget == 0) && !queue_.empty()) return wait_until_writable();

@@ -19,6 +19,12 @@ namespace prism::socket {
 /// Complete lines, shared by the send queues of several clients.
 using Text = std::shared_ptr<const std::string>;
 
+/// The text from `from` on.
+struct Piece {
+  Text text;
+  std::size_t from = 0;
+};
+
 struct Subscription {
   std::uint32_t sample_every = 0;  ///< every n-th sample of each axis; 0: none
   bool windows = false, events = false;
@@ -63,6 +69,8 @@ class Client : public std::enable_shared_from_this<Client> {
   /// A response to this client. Responses are never dropped: a client that sends requests without reading is closed
   /// when its queue reaches four times the limit. Long responses are sent in parts of kTurnBytes.
   void answer(std::string line);
+  /// The same response, in pieces that it may share with other clients.
+  void answer(std::vector<Piece> line);
   void close();
 
   bool open() const { return socket_.is_open(); }
@@ -90,14 +98,10 @@ class Client : public std::enable_shared_from_this<Client> {
   void drain();
   void tell_loss();
 
-  struct Queued {
-    Text text;
-    std::size_t sent;
-  };
   static constexpr std::size_t kTurnBytes = 64 << 10;  ///< then other clients are served
   Socket socket_;
   const std::size_t max_queued_bytes_;
-  std::deque<Queued> queue_;
+  std::deque<Piece> queue_;  ///< from: the next byte to send
   std::size_t queued_bytes_ = 0;
   std::uint64_t lost_ = 0, lost_total_ = 0;
   bool waiting_ = false;

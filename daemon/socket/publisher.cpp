@@ -12,19 +12,28 @@
 
 namespace prism::socket {
 
-void History::add(std::string row) {
-  rows_.push_back(std::move(row));
-  if (rows_.size() > kRows) rows_.pop_front();
+void History::add(const std::string& row) {
+  if (blocks_.empty() || blocks_.back().begins.size() == kBlockRows) blocks_.emplace_back();
+  if (blocks_.size() > kRows / kBlockRows + 1) blocks_.pop_front();
+  Block& last = blocks_.back();
+  last.text->append(1, ',');
+  last.begins.push_back(last.text->size());
+  last.text->append(row);
 }
 
-void History::append_to(std::string& text, std::size_t count) const {
-  const auto first = rows_.end() - static_cast<std::ptrdiff_t>(std::min(count, rows_.size()));
-  std::size_t size = 2;
-  for (auto row = first; row != rows_.end(); ++row) size += row->size() + 1;
-  text.reserve(text.size() + size);
-  text += '[';
-  for (auto row = first; row != rows_.end(); ++row) (text += row == first ? "" : ",") += *row;
-  text += ']';
+void History::append_to(std::vector<Piece>& pieces, std::size_t count) const {
+  std::size_t skipped = stored() - std::min(count, size());
+  bool is_first = true;
+  for (const Block& block : blocks_) {
+    if (skipped >= block.begins.size()) {
+      skipped -= block.begins.size();
+      continue;
+    }
+    const Text text = &block == &blocks_.back() ? std::make_shared<const std::string>(*block.text) : block.text;
+    pieces.push_back({text, is_first ? block.begins[skipped] : 0});
+    is_first = false;
+    skipped = 0;
+  }
 }
 
 namespace {
@@ -142,7 +151,7 @@ void Publisher::window(const pipeline::Rows::Window& window) {
   const auto wants = [&](const auto& client) { return choice_of(*client).wants(axis); };
   if (std::any_of(clients_.begin(), clients_.end(), wants))
     held_.push_back({axis, std::string(kWindowHead).append(row).append(kTail)});
-  histories_[axis].add(std::move(row));
+  histories_[axis].add(row);
 }
 
 Publisher::Choice Publisher::choice_of(const Client& client) {

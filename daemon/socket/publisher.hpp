@@ -20,18 +20,28 @@
 
 namespace prism::socket {
 
-/// The rows of the last hour as JSON, written once for notifications and for `history`.
+/// The rows of the last hour as JSON, written once for notifications and for `history`. Responses share their text, so
+/// that many clients that do not read cost little memory.
 class History {
  public:
   static constexpr std::size_t kRows = 3600;
 
-  void add(std::string row);
-  std::size_t size() const { return rows_.size(); }
-  /// Appends the last `count` rows, or all if there are fewer, as a JSON array, oldest first.
-  void append_to(std::string& text, std::size_t count) const;
+  void add(const std::string& row);
+  std::size_t size() const { return std::min(kRows, stored()); }
+  /// Appends the last `count` rows, or all if there are fewer, with commas between them, oldest first.
+  void append_to(std::vector<Piece>& pieces, std::size_t count) const;
 
  private:
-  std::deque<std::string> rows_;
+  static constexpr std::size_t kBlockRows = 100;
+  /// Rows, each after a comma. The last block still grows: responses copy it.
+  struct Block {
+    std::shared_ptr<std::string> text = std::make_shared<std::string>();
+    std::vector<std::size_t> begins;  ///< of its rows, behind the comma
+  };
+  std::size_t stored() const {
+    return blocks_.empty() ? 0 : (blocks_.size() - 1) * kBlockRows + blocks_.back().begins.size();
+  }
+  std::deque<Block> blocks_;
 };
 
 /// Samples of one call are sent together: one send for many rows at high rates, no delay at low rates. Windows and

@@ -139,6 +139,8 @@ std::string method_names() {
   return names;
 }
 
+Text text(std::string line) { return std::make_shared<const std::string>(std::move(line)); }
+
 // Responses are valid UTF-8 even if the request was not.
 std::string line_of(const ordered_json& message) { return json_text(message) + "\n"; }
 
@@ -272,20 +274,21 @@ std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
   return std::nullopt;
 }
 
-// The JSON of rows and events was written when they occurred; here it is only joined.
+// The JSON of rows and events was written when they occurred; here it is only joined, that of rows without a copy.
 void Rpc::history(const Call& call) {
   const auto count = count_param(call.params, "seconds", 100, History::kRows);
   if (!count) return fail_count(call, "seconds", History::kRows);
   const auto axes = axes_of(call);
   if (!axes) return;
-  std::string line = begin_reply(call);
-  const char* before = R"({"axes":{)";
+  std::vector<Piece> line;
+  std::string between = begin_reply(call) + R"({"axes":{)";
   for (const std::size_t axis : *axes) {
-    line.append(before).append(json_text(json(sources_.device.axes[axis].name))) += ':';
+    between += json_text(json(sources_.device.axes[axis].name)) + ":[";
+    line.push_back({text(std::exchange(between, "],"))});
     sources_.publisher.history(axis).append_to(line, *count);
-    before = ",";
   }
-  end_reply(call, line += "}}");
+  line.push_back({text("]}}}\n")});
+  if (call.wants_answer) call.client->answer(std::move(line));
 }
 
 void Rpc::events(const Call& call) {
@@ -386,8 +389,11 @@ asio::awaitable<void> Rpc::answer_rows(Call call, std::string axis, pipeline::Ro
   }
   call.client->reads_rows = false;
   if (page) {
-    std::string line = begin_reply(call) + R"({"axes":{)" + json_text(json(axis)) + ":";
-    co_return end_reply(call, line.append(page->json) += "}}}");
+    std::vector<Piece> line = {{text(begin_reply(call) + R"({"axes":{)" + json_text(json(axis)) + ":")}};
+    line.push_back({text(std::move(page->json))});
+    line.push_back({text("}}}}\n")});
+    if (call.wants_answer) call.client->answer(std::move(line));
+    co_return;
   }
   const ordered_json data = data_of(page.error(), axis);
   fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
