@@ -26,16 +26,21 @@ transport::Settings line_settings(const config::LineConfig& line, const wire::Fr
   return settings;
 }
 
-Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config) {
+/// The frames of the gyro's line, or those of `output`, whose numbers have the sign and scale of their description.
+Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config, const std::string& place,
+                                                   const config::OutputConfig* output = nullptr) {
   wire::GyroChoice choice;
   choice.axes.clear();
   choice.sensors = config.by_axes;
-  choice.rate_hz = config.rate_hz;
+  if (!output) choice.rate_hz = config.rate_hz;
   for (const config::AxisConfig& axis : config.axes)
-    choice.axes.push_back({axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
-  Result<wire::FrameDescriptionPtr> frames = load_frames(config.frames, config.path + ":/frames", choice, config.line);
+    choice.axes.push_back(output ? wire::AxisChoice{axis.name}
+                                 : wire::AxisChoice{axis.name, axis.sign, axis.scale_factor_arcsec_per_pulse});
+  const std::string& name = output ? output->frames : config.frames;
+  Result<wire::FrameDescriptionPtr> frames =
+      load_frames(name, place + "/frames", choice, output ? output->line : config.line);
   if (frames && !(*frames)->carries_gyro())
-    return make_error(config.frames,
+    return make_error(name,
                       "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
   return frames;
 }
@@ -176,7 +181,6 @@ Result<void> check_output(const Setup& setup, const Setup::Output& output, const
   const auto lacks = [&](const std::string& what) {
     return make_error(place + "/frames", fmt::format("{} has {}, which {} does not have", to.name, what, from.name));
   };
-  if (!to.carries_gyro()) return make_error(place + "/frames", "found a description without a gyro");
   if (to.axes.size() != from.axes.size()) return lacks(fmt::format("{} axes", to.axes.size()));
   if (to.temperature.present && !from.temperature.present) return lacks("a temperature");
   if (to.uhfo.present && !from.uhfo.present) return lacks("a UHFO voltage");
@@ -192,13 +196,7 @@ Result<void> load_outputs(Setup& setup) {
     const std::string place = fmt::format("{}:/out/{}", setup.config.path, setup.outputs.size());
     Setup::Output output{config, nullptr, {}};
     if (config.frames != "same" && config.frames != "prism") {
-      wire::GyroChoice choice;
-      if (setup.config.by_axes) {
-        choice.sensors = true;
-        choice.axes.clear();
-        for (const config::AxisConfig& axis : setup.config.axes) choice.axes.push_back({axis.name});
-      }
-      auto frames = load_frames(config.frames, place + "/frames", choice, config.line);
+      auto frames = load_gyro_frames(setup.config, place, &config);
       if (!frames) return tl::unexpected<Error>(frames.error());
       output.frames = *frames;
     }
@@ -292,7 +290,7 @@ Result<Setup> load_setup(const std::string& config_path, const Overrides& overri
   Setup setup;
   setup.config = std::move(*config);
   if (auto replaced = replace(setup.config, overrides); !replaced) return tl::unexpected<Error>(replaced.error());
-  const Result<wire::FrameDescriptionPtr> frames = load_gyro_frames(setup.config);
+  const Result<wire::FrameDescriptionPtr> frames = load_gyro_frames(setup.config, setup.config.path + ":");
   if (!frames) return tl::unexpected<Error>(frames.error());
   setup.frames = *frames;
   setup.notes = setup.frames->warnings;

@@ -34,7 +34,7 @@ refused 'given together with "device"' '.line.tcp = {listen: "127.0.0.1:1"}'
 refused '/out/1/line/udp/listen: an output has no sender' '.out[1].line.udp = {listen: "127.0.0.1:1"}'
 refused '/out/2/hold_s: given without' '.out[2].hold_s = 1'
 refused '/out/2: "frames" is missing' 'del(.out[2].frames)'
-refused '/out/4/frames: found a description without a gyro' '.out[4].frames = "scpi-thermometer"'
+refused 'scpi-thermometer.json: found no gyro, expected one' '.out[4].frames = "scpi-thermometer"'
 refused 'given without the configuration' 'del(.capture)'
 
 # One run without a reload: warm-up, the correction, an unplugged gyro.
