@@ -48,6 +48,7 @@ struct LineStatus {
 
   /// True if the line delivers rows, so that the latest values are current.
   bool delivers() const { return state == LineState::kReceiving || state == LineState::kReplaying; }
+  bool replays() const { return state == LineState::kReplaying || state == LineState::kEnded; }
   void set(LineState now, const std::string& why, std::int64_t now_ns) {
     if (now != state) since_ns = now_ns;
     state = now;

@@ -12,6 +12,7 @@
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "config/config.hpp"
+#include "config/config_keys.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 
@@ -19,6 +20,133 @@ namespace prism::socket {
 namespace {
 
 using nlohmann::ordered_json;
+
+/// Seconds, truncated to microseconds.
+double seconds(std::int64_t time_ns) {
+  const std::int64_t whole_us = time_ns / 1000;
+  return static_cast<double>(whole_us) / 1e6;
+}
+
+const char* state_name(pipeline::LineState state) {
+  constexpr const char* kNames[] = {"none", "connecting", "receiving", "silent", "replaying", "ended"};
+  return kNames[static_cast<int>(state)];
+}
+
+/// The current values of an axis: empty if the line does not deliver or has no frame yet. The quality is that of the
+/// current correction, plus `rate_invalid`, `implausible` and `clocks_differ` if the latest sample or second is.
+struct Current {
+  const compensation::Compensated* sample = nullptr;
+  const compensation::CompensatedWindow* window = nullptr;
+  compensation::Correction correction{kUnknown, kUnknown, kUnknown, compensation::kNoData};
+
+  std::string quality() const { return compensation::quality_text(correction.quality); }
+};
+
+/// The device at one moment. Every answer shows a part of it.
+struct State {
+  explicit State(const Sources& of)
+      : sources(of), now_ns(line.replays() ? line.last_data_ns : host_time_ns()), no_frames(has_no_frames()) {
+    for (std::size_t i = 0; i < device.axes.size(); ++i) axes.push_back(current(i));
+  }
+
+  const Sources& sources;
+  const pipeline::Device& device = sources.device;
+  const pipeline::Setup& setup = device.setup;
+  const config::Config& config = setup.config;
+  const pipeline::LineStatus& line = device.lines[pipeline::kGyroLine];
+  const std::int64_t now_ns;  ///< in a replay: of the last bytes
+  const bool no_frames;
+  std::vector<Current> axes;
+
+ private:
+  /// Bytes arrive, but for longer than a line may be silent (silence_s, at least three periods) no frame with gyro data
+  /// that can be used: the last values are old.
+  bool has_no_frames() const {
+    constexpr double kFrames = 3;  // of a slow device
+    const double age_s = seconds(line.last_data_ns - std::max(device.pipeline->last_frame_ns(), line.since_ns));
+    return line.delivers() && age_s > std::max(config.line.silence_s, kFrames / setup.frames->rate_hz);
+  }
+
+  Current current(std::size_t axis) const {
+    const pipeline::AxisRecord& record = device.axes[axis];
+    if (!line.delivers() || !record.last_sample || no_frames) return {};
+    Current now{&*record.last_sample, record.last_window ? &*record.last_window : nullptr,
+                device.pipeline->axes()[axis].engine.correction()};
+    constexpr std::uint32_t kOfValues =
+        compensation::kRateInvalid | compensation::kImplausible | compensation::kClocksDiffer;
+    now.correction.quality |= now.sample->correction.quality & kOfValues;
+    if (now.window) now.correction.quality |= now.window->correction.quality & kOfValues;
+    return now;
+  }
+};
+
+using Level = Problem::Level;
+
+constexpr std::uint32_t kUnusable = compensation::kRateInvalid | compensation::kInputMissing |
+                                    compensation::kOverLimit | compensation::kNoData | compensation::kImplausible |
+                                    compensation::kClocksDiffer;
+
+struct Findings {
+  std::vector<std::string> failed, cautions;
+
+  void add(Level level, std::string text) {
+    if (!text.empty()) (level == Level::kFailed ? failed : cautions).push_back(std::move(text));
+  }
+};
+
+// An instrument that sends, but nothing that its description or columns can read.
+std::string unread_problem(const State& state, std::size_t i) {
+  const pipeline::Setup::SensorLine& line = state.setup.sensor_lines[i];
+  const pipeline::SensorFeed& feed = state.device.pipeline->sensor_feeds()[i];
+  const std::int64_t since_ns = std::max(state.device.lines[i + 1].since_ns, feed.last_ns().value_or(0));
+  const double waited_s = seconds(state.now_ns - since_ns);
+  if (waited_s <= line.stale_after_s || feed.decoder().counters().bytes == 0) return {};
+  return fmt::format("{}: bytes, but no value that can be used for {:.0f} s: wrong description, columns or settings",
+                     line.name, waited_s);
+}
+
+void add_lines(Findings& found, const State& state) {
+  for (std::size_t i = 0; i < state.device.lines.size(); ++i) {
+    const pipeline::LineStatus& line = state.device.lines[i];
+    const std::string name = i == 0 ? "line" : state.setup.sensor_lines[i - 1].name;
+    if (line.delivers()) {
+      if (i > 0) found.add(Level::kCaution, unread_problem(state, i - 1));
+      continue;
+    }
+    found.add(i == 0 ? Level::kFailed : Level::kCaution,
+              fmt::format("{}: {}{}{}", name, state_name(line.state), line.detail.empty() ? "" : ": ", line.detail));
+  }
+}
+
+void add_axis(Findings& found, const State& state, std::size_t axis) {
+  const std::string &prefix = state.device.axes[axis].prefix, &model = state.setup.axes[axis].model_problem;
+  if (!model.empty()) found.add(Level::kFailed, fmt::format("{}model: {}", prefix, model));
+  std::uint32_t quality = state.axes[axis].correction.quality & ~compensation::kNoData;  // the line's problem
+  if (quality & compensation::kNoModel) {
+    if (model.empty()) found.add(Level::kCaution, prefix + "no model is configured: rates are uncorrected");
+    quality &= ~compensation::kNoModel;
+  }
+  if (quality == compensation::kGood) return;
+  found.add(quality & kUnusable ? Level::kFailed : Level::kCaution,
+            fmt::format("{}quality: {}", prefix, compensation::quality_text(quality)));
+}
+
+/// {"state": "good", "caution" or "failed", "problems": one line each, the failures first}. Good only if data,
+/// corrections, model, log, capture and disk are. Failed: something is lost or must not be used.
+ordered_json health_json(const State& state) {
+  const Problems& problems = state.device.problems;
+  Findings found;
+  add_lines(found, state);
+  if (state.no_frames && !problems.has(pipeline::kNoRate))
+    found.add(Level::kFailed, "line: bytes, but no frame that can be used");
+  for (std::size_t i = 0; i < state.axes.size(); ++i) add_axis(found, state, i);
+  for (const Problem& problem : problems.list()) {
+    if (!problem.kind.starts_with("line_") || problem.kind == "line_peer") found.add(problem.level, problem.shown());
+  }
+  const char* const level = !found.failed.empty() ? "failed" : found.cautions.empty() ? "good" : "caution";
+  found.failed.insert(found.failed.end(), found.cautions.begin(), found.cautions.end());
+  return {{"state", level}, {"problems", found.failed}};
+}
 
 ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
 ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json() : ordered_json(text); }
@@ -54,8 +182,7 @@ ordered_json counters_json(const wire::DecoderCounters& c) {
           {"out_of_range", c.out_of_range}};
 }
 
-ordered_json clock_json(const pipeline::Pipeline& pipeline) {
-  const drivers::ClockStatus& c = pipeline.clock().status();
+ordered_json clock_json(const drivers::ClockStatus& c) {
   return {{"samples", c.samples},
           {"missing_frames", c.missing_frames},
           {"missing_by_arrival", c.missing_by_arrival},
@@ -67,52 +194,48 @@ ordered_json clock_json(const pipeline::Pipeline& pipeline) {
           {"residual_s", known(c.residual_s)}};
 }
 
-ordered_json sensor_lines_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
+ordered_json sensor_lines_json(const State& state) {
   ordered_json json = ordered_json::object();
-  for (std::size_t i = 0; i < device.setup.sensor_lines.size(); ++i) {
-    const pipeline::Setup::SensorLine& line = device.setup.sensor_lines[i];
-    const pipeline::LineStatus& status = device.lines[i + 1];
-    const pipeline::SensorFeed& feed = device.pipeline->sensor_feeds()[i];
+  for (std::size_t i = 0; i < state.setup.sensor_lines.size(); ++i) {
+    const pipeline::Setup::SensorLine& line = state.setup.sensor_lines[i];
+    const pipeline::LineStatus& status = state.device.lines[i + 1];
+    const pipeline::SensorFeed& feed = state.device.pipeline->sensor_feeds()[i];
     ordered_json& own = json[line.name];
     own = {{"device", line.line.device},  {"state", state_name(status.state)},
            {"detail", status.detail},     {"state_since_s", seconds(status.since_ns)},
            {"frames", line.frames->name}, {"baud", line.line.format.baud},
            {"notes", status.notes}};
-    own["age_s"] = feed.last_ns() ? ordered_json(seconds(time_of(sources) - *feed.last_ns())) : ordered_json();
+    own["age_s"] = feed.last_ns() ? ordered_json(seconds(state.now_ns - *feed.last_ns())) : ordered_json();
     own["stale_after_s"] = line.stale_after_s;
     own["decoder"] = counters_json(feed.decoder().counters());
     own["hardware"] = hardware_json(status.hardware);
     put_polls(own, line.frames->commands, status.polls);
-    if (const pipeline::CaptureSink* capture = device.lines[i + 1].capture.get())
-      own["capture_dropped_bytes"] = capture->dropped_bytes();
+    if (status.capture) own["capture_dropped_bytes"] = status.capture->dropped_bytes();
   }
   return json;
 }
 
-ordered_json line_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const pipeline::Setup& setup = device.setup;
-  ordered_json json = {{"device", setup.config.line.device},   {"state", state_name(sources.gyro_line().state)},
-                       {"detail", sources.gyro_line().detail}, {"sessions", device.sessions},
-                       {"baud", setup.line.format.baud},       {"notes", sources.gyro_line().notes}};
-  json["decoder"] = counters_json(device.pipeline->decoder().counters());
-  json["timing"] = clock_json(*device.pipeline);
-  json["nominal_period_s"] = setup.frames->period_s();
-  json["hardware"] = hardware_json(sources.gyro_line().hardware);
-  put_polls(json, setup.frames->commands, sources.gyro_line().polls);
-  if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
+ordered_json line_answer(const State& state) {
+  const pipeline::LineStatus& line = state.line;
+  ordered_json json = {
+      {"device", state.config.line.device}, {"state", state_name(line.state)},      {"detail", line.detail},
+      {"sessions", state.device.sessions},  {"baud", state.setup.line.format.baud}, {"notes", line.notes}};
+  json["decoder"] = counters_json(state.device.pipeline->decoder().counters());
+  json["timing"] = clock_json(state.device.pipeline->clock().status());
+  json["nominal_period_s"] = state.setup.frames->period_s();
+  json["hardware"] = hardware_json(line.hardware);
+  put_polls(json, state.setup.frames->commands, line.polls);
+  if (!state.setup.sensor_lines.empty()) json["sensor_lines"] = sensor_lines_json(state);
   return json;
 }
 
-ordered_json sensors_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const std::vector<SensorName>& sensors = sensors_of_list(device.setup.sensors);
-  const std::vector<double> values = device.pipeline->sensors_now(time_of(sources));
-  const std::size_t of_device = device.setup.frames->sensors.size();
+ordered_json sensors_json(const State& state) {
+  const std::vector<SensorName>& sensors = sensors_of_list(state.setup.sensors);
+  const std::vector<double> values = state.device.pipeline->sensors_now(state.now_ns);
+  const std::size_t of_device = state.setup.frames->sensors.size();
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const bool there = i >= of_device || sources.gyro_line().delivers();
+    const bool there = i >= of_device || state.line.delivers();
     json[sensors[i].name] = {{"value", known(there ? values[i] : kUnknown)}, {"unit", sensors[i].unit}};
   }
   return json;
@@ -141,50 +264,31 @@ ordered_json retention_json(const pipeline::RetentionStatus& status) {
   return json;
 }
 
-/// The current values: empty if the line does not deliver or has no frame yet. The quality is that of the current
-/// correction, plus `rate_invalid`, `implausible` and `clocks_differ` if the latest sample or second is.
-struct Current {
-  const compensation::Compensated* sample = nullptr;
-  const compensation::CompensatedWindow* window = nullptr;
-  compensation::Correction correction{kUnknown, kUnknown, kUnknown, compensation::kNoData};
-};
-
-Current current(const Sources& sources, std::size_t axis) {
-  const pipeline::AxisRecord& record = sources.device.axes[axis];
-  if (!sources.gyro_line().delivers() || !record.last_sample || has_no_frames(sources)) return {};
-  Current now{&*record.last_sample, record.last_window ? &*record.last_window : nullptr,
-              sources.device.pipeline->axes()[axis].engine.correction()};
-  constexpr std::uint32_t kOfValues =
-      compensation::kRateInvalid | compensation::kImplausible | compensation::kClocksDiffer;
-  now.correction.quality |= now.sample->correction.quality & kOfValues;
-  if (now.window) now.correction.quality |= now.window->correction.quality & kOfValues;
-  return now;
-}
-
 // The row with its axis, as in notifications. Without a row, the same members are null.
 template <class Row>
-ordered_json row_json(const Row* row, std::uint32_t quality, const std::string& axis) {
+ordered_json row_json(const Row* row, const Current& now, const std::string& axis) {
   std::string text;
   compensation::append_json(text, row ? *row : Row{});
   ordered_json members = ordered_json::parse(text), json = {{"axis", axis}};
   if (row == nullptr) {
     for (auto& [key, value] : members.items()) value = nullptr;
-    members["quality"] = compensation::quality_text(quality);
+    members["quality"] = now.quality();
   }
   json.update(members);
   return json;
 }
 
-ordered_json age_json(const Sources& sources) {
-  const std::int64_t last_ns = sources.device.pipeline->last_frame_ns();
+ordered_json age_json(const State& state) {
+  const std::int64_t last_ns = state.device.pipeline->last_frame_ns();
   return last_ns == 0 ? ordered_json() : ordered_json(seconds(host_time_ns() - last_ns));
 }
 
 // Length of the window, history collected so far, and history that a correction needs.
-void put_window_length(ordered_json& json, const pipeline::Device& device, std::size_t axis, const Current& now) {
-  json["window_s"] = device.setup.axes[axis].features().length_s;
-  json["warm_s"] = now.window ? now.window->window.warm_s : 0;
-  json["full_s"] = compensation::history_s(device.setup.axes[axis].features());
+void put_window_length(ordered_json& json, const State& state, std::size_t axis) {
+  const compensation::CompensatedWindow* const window = state.axes[axis].window;
+  json["window_s"] = state.setup.axes[axis].features().length_s;
+  json["warm_s"] = window ? window->window.warm_s : 0;
+  json["full_s"] = compensation::history_s(state.setup.axes[axis].features());
 }
 
 // Meaning of the standard deviation: error in a new run, or, for models of version 0.1, the model's own.
@@ -197,48 +301,6 @@ ordered_json model_brief(const compensation::ModelPtr& model) {
 
 ordered_json series_json(const compensation::RunningVariance& series) {
   return {{"blocks", series.count()}, {"mean_deg_per_h", known(series.mean())}, {"sd_deg_per_h", known(series.sd())}};
-}
-
-void put_models(ordered_json& json, const pipeline::Setup::Axis& axis) {
-  json["model"] = model_brief(axis.model);
-  json["fallback_model"] = model_brief(axis.fallback);
-}
-
-void put_rows(ordered_json& json, const Sources& sources, std::size_t axis, const Current& now) {
-  const std::string& name = sources.device.axes[axis].name;
-  json["sample"] = row_json(now.sample, now.correction.quality, name);
-  json["window"] = row_json(now.window, now.correction.quality, name);
-  put_window_length(json, sources.device, axis, now);
-}
-
-/// The log of one axis: its retention, if known.
-void put_log(ordered_json& json, const pipeline::RowWriter* log) {
-  if (log == nullptr) return;
-  if (const auto status = log->retention()) json["log"]["retention"] = retention_json(*status);
-}
-
-/// Names the sensor lines without data; empty if all deliver.
-std::string lines_without_data(const Sources& sources) {
-  std::string text;
-  for (std::size_t i = 0; i < sources.device.setup.sensor_lines.size(); ++i) {
-    const pipeline::LineStatus& line = sources.device.lines[i + 1];
-    if (!line.delivers())
-      text += fmt::format(", {} {}", sources.device.setup.sensor_lines[i].name, state_name(line.state));
-  }
-  return text;
-}
-
-std::string quality_of(const Sources& sources, std::size_t axis) {
-  return compensation::quality_text(current_quality(sources, axis));
-}
-
-std::string qualities(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  if (device.axes.size() == 1) return "quality " + quality_of(sources, 0);
-  std::string text = "quality";
-  for (std::size_t i = 0; i < device.axes.size(); ++i)
-    text += fmt::format("{} {} {}", i > 0 ? "," : "", device.axes[i].name, quality_of(sources, i));
-  return text;
 }
 
 // Of each output: its line, the frames by how they left, and the latency from the read of a frame's last byte to the
@@ -265,35 +327,42 @@ ordered_json outputs_json(const pipeline::Device& device) {
   return all;
 }
 
-ordered_json status_answer(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const pipeline::Setup& setup = device.setup;
-  const config::Config& c = setup.config;
+ordered_json axis_json(const State& state, std::size_t axis) {
+  const Current& now = state.axes[axis];
+  const pipeline::AxisRecord& record = state.device.axes[axis];
+  ordered_json json = {{"model", model_brief(state.setup.axes[axis].model)},
+                       {"fallback_model", model_brief(state.setup.axes[axis].fallback)},
+                       {"quality", now.quality()},
+                       {"sample", row_json(now.sample, now, record.name)},
+                       {"window", row_json(now.window, now, record.name)}};
+  put_window_length(json, state, axis);
+  if (const auto status = record.log ? record.log->retention() : std::nullopt)
+    json["log"]["retention"] = retention_json(*status);
+  return json;
+}
+
+ordered_json status_answer(const State& state) {
+  const pipeline::Device& device = state.device;
+  const config::Config& c = state.config;
   ordered_json json = {{"name", c.name},
                        {"version", kVersion},
-                       {"state", state_name(sources.gyro_line().state)},
-                       {"detail", sources.gyro_line().detail},
-                       {"health", health_json(sources)},
-                       {"state_since_s", seconds(sources.gyro_line().since_ns)},
-                       {"started_s", seconds(sources.started_ns)},
+                       {"state", state_name(state.line.state)},
+                       {"detail", state.line.detail},
+                       {"health", health_json(state)},
+                       {"state_since_s", seconds(state.line.since_ns)},
+                       {"started_s", seconds(state.sources.started_ns)},
                        {"device", c.line.device},
                        {"gyro_serial", c.gyro_serial},
-                       {"frames", setup.frames->name},
+                       {"frames", state.setup.frames->name},
                        {"clock", c.device_clock ? "device" : "host"},
                        {"sessions", device.sessions}};
-  json["line"] = counters_json(device.pipeline->decoder().counters());
-  json["timing"] = clock_json(*device.pipeline);
+  json["line"] = counters_json(state.device.pipeline->decoder().counters());
+  json["timing"] = clock_json(state.device.pipeline->clock().status());
   if (!device.output_lines.empty()) json["out"] = outputs_json(device);
   json["no_rate"] = text_or_null(device.problems.find(pipeline::kNoRate).text);
   json["clocks_differ"] = text_or_null(device.problems.find(pipeline::kClocksDiffer).text);
-  json["age_s"] = age_json(sources);
-  for (std::size_t i = 0; i < device.axes.size(); ++i) {
-    ordered_json& axis = json["axes"][device.axes[i].name];
-    put_models(axis, setup.axes[i]);
-    axis["quality"] = quality_of(sources, i);
-    put_rows(axis, sources, i, current(sources, i));
-    put_log(axis, device.axes[i].log.get());
-  }
+  json["age_s"] = age_json(state);
+  for (std::size_t i = 0; i < device.axes.size(); ++i) json["axes"][device.axes[i].name] = axis_json(state, i);
   if (const pipeline::LogCounters* log = device.log) {
     json["log"] = {{"directory", c.log ? c.log->directory : ""},
                    {"rows", log->rows.load()},
@@ -303,14 +372,15 @@ ordered_json status_answer(const Sources& sources) {
                    {"pending", log->pending.load()},
                    {"unsynced", log->unsynced.load()}};
   }
-  if (const ordered_json lines = sensor_lines_answer(sources); !lines.empty()) json["sensor_lines"] = lines;
-  if (setup.sensors) json["sensors"] = sensors_answer(sources);
-  if (const auto* const capture = sources.gyro_line().capture.get()) {
+  if (!state.setup.sensor_lines.empty()) json["sensor_lines"] = sensor_lines_json(state);
+  if (state.setup.sensors) json["sensors"] = sensors_json(state);
+  if (const pipeline::CaptureSink* const capture = state.line.capture.get()) {
     json["capture"] = {{"directory", c.capture ? c.capture->directory : ""},
                        {"dropped_bytes", capture->dropped_bytes()}};
     if (const auto status = capture->retention()) json["capture"]["retention"] = retention_json(*status);
   }
-  json["clients"] = {{"connected", sources.publisher.clients()}, {"lost_rows", sources.publisher.lost_rows()}};
+  json["clients"] = {{"connected", state.sources.publisher.clients()},
+                     {"lost_rows", state.sources.publisher.lost_rows()}};
   return json;
 }
 
@@ -326,11 +396,11 @@ ordered_json inputs_json(const compensation::ModelPtr& model, const Current& now
   return json;
 }
 
-ordered_json bias_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Setup::Axis& own = sources.device.setup.axes[axis];
-  const Current now = current(sources, axis);
-  const auto [sample, window, correction] = now;
-  ordered_json json = {{"axis", sources.device.axes[axis].name},
+ordered_json bias_answer(const State& state, std::size_t axis) {
+  const pipeline::Setup::Axis& own = state.setup.axes[axis];
+  const Current& now = state.axes[axis];
+  const auto& [sample, window, correction] = now;
+  ordered_json json = {{"axis", state.device.axes[axis].name},
                        {"time_s", sample ? ordered_json(seconds(sample->sample.time_ns)) : ordered_json()},
                        {"rate_deg_per_h", known(sample ? sample->sample.rate_deg_per_h : kUnknown)},
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
@@ -344,9 +414,9 @@ ordered_json bias_answer(const Sources& sources, std::size_t axis) {
   json["temperature_degc"] = known(window ? window->window.temperature_degc : kUnknown);
   json["slope_degc_per_s"] = known(window ? window->window.slope_degc_per_s : kUnknown);
   json["uhfo_v"] = known(window ? window->window.uhfo_v : kUnknown);
-  put_window_length(json, sources.device, axis, now);
-  json["quality"] = compensation::quality_text(correction.quality);
-  json["age_s"] = age_json(sources);
+  put_window_length(json, state, axis);
+  json["quality"] = now.quality();
+  json["age_s"] = age_json(state);
   json["model"] = own.model ? ordered_json(own.model->info().id) : ordered_json();
   const auto& by = correction.quality & compensation::kFallback ? own.fallback : own.model;
   json["sd"] = by ? ordered_json(sd_of(*by)) : ordered_json();
@@ -359,8 +429,8 @@ ordered_json noise_json(const compensation::ModelPtr& model) {
   return model && model->info().spread ? known(model->info().spread->noise_deg_per_h) : ordered_json();
 }
 
-ordered_json stability_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Device& device = sources.device;
+ordered_json stability_answer(const State& state, std::size_t axis) {
+  const pipeline::Device& device = state.device;
   const compensation::BlockStability& stability = device.axes[axis].stability;
   const auto improvement = stability.improvement();
   return {{"axis", device.axes[axis].name},
@@ -374,13 +444,13 @@ ordered_json stability_answer(const Sources& sources, std::size_t axis) {
           {"model", model_brief(device.setup.axes[axis].model)}};
 }
 
-ordered_json model_answer(const Sources& sources, std::size_t axis) {
-  const pipeline::Setup& setup = sources.device.setup;
+ordered_json model_answer(const State& state, std::size_t axis) {
+  const pipeline::Setup& setup = state.setup;
   const compensation::ModelPtr& model = setup.axes[axis].model;
   if (!model) return nullptr;
   const compensation::ModelInfo& info = model->info();
   ordered_json json = model_brief(model);
-  json["axis"] = sources.device.axes[axis].name;
+  json["axis"] = state.device.axes[axis].name;
   json["file"] = setup.config.axes[axis].model;
   json["loaded_s"] = seconds(setup.loaded_ns);
   json["gyro_serial"] = info.gyro_serial;
@@ -396,59 +466,107 @@ ordered_json model_answer(const Sources& sources, std::size_t axis) {
   return json;
 }
 
-ordered_json version_answer(const Sources&) {
+// Null: not checked.
+SensorStatement statement(const compensation::SensorLimits& limits) {
+  return {Range{limits.low, limits.high}, limits.greatest_slope_per_s, limits.stuck_s};
+}
+
+// Adds the values of the frame description.
+void complete_line(const pipeline::Setup& setup, std::size_t number, config::LineConfig& line) {
+  constexpr const char* kParities[] = {"none", "even", "odd"};
+  const wire::WireFormat& format = setup.line_settings(number).format;
+  line.baud = format.baud;
+  line.data_bits = format.data_bits;
+  line.parity = kParities[static_cast<int>(format.parity)];
+  line.stop_bits = format.stop_bits;
+  line.commands = setup.line_commands(number).with(line.commands);
+  if (!line.commands.start) line.commands.start.emplace();
+  if (!line.commands.stop) line.commands.stop.emplace();
+  line.commands.again_when_silent = line.commands.again_when_silent.value_or(false);
+}
+
+// The configuration with every value in force, by axes.
+config::Config complete(const pipeline::Setup& setup) {
+  config::Config config = setup.config;
+  config.by_axes = true;
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
+    config::AxisConfig& axis = config.axes[i];
+    axis.name = setup.frames->axes[i].name;
+    axis.engine.slew.max_slew_deg_per_h_per_s.reset();
+    if (const auto& model = setup.axes[i].model) {
+      const compensation::CompensationSettings& engine = setup.axes[i].engine;
+      axis.engine.slew.max_slew_deg_per_h_per_s =
+          compensation::greatest_slew_deg_per_h_per_s(*model, engine.slew, engine.max_bias_deg_per_h);
+    }
+  }
+  complete_line(setup, 0, config.line);
+  for (std::size_t i = 0; i < config.sensor_lines.size(); ++i) complete_line(setup, i + 1, config.sensor_lines[i].line);
+  config.rate_hz = setup.frames->rate_hz;
+  const compensation::PlausibilityLimits& limits = setup.axes.front().engine.plausibility;
+  config.plausibility = {statement(limits.rate), statement(limits.temperature), statement(limits.uhfo)};
+  return config;
+}
+
+/// All settings in force, with defaults and overrides.
+ordered_json config_answer(const State& state) {
+  const pipeline::Setup& setup = state.setup;
+  ordered_json json = {{"file", setup.config.path}};
+  json.update(config::config_keys().print(complete(setup)));
+  for (const auto& [key, files] : {std::pair("log", &setup.config.log), std::pair("capture", &setup.config.capture)}) {
+    if (*files && (*files)->keep_bytes >= config::kNoByteLimit) json[key]["keep_mib"] = nullptr;
+  }
+  for (const auto& axis : setup.frames->axes) {
+    ordered_json& shown = json["axes"][axis.name];
+    shown["unit_scale"] = axis.scale;
+    shown.update(shown["correction"]);
+    shown.erase("correction");
+  }
+  json["frames"] = {{"file", setup.config.frames},
+                    {"name", setup.frames->name},
+                    {"id", setup.frames->id},
+                    {"rate_hz", setup.frames->rate_hz}};
+  return json;
+}
+
+ordered_json version_answer(const State&) {
   return {{"name", "prismd"}, {"version", kVersion}, {"protocol", config::kProtocol}};
 }
 
 }  // namespace
 
-Answer answer_of(std::string_view method) {
+ordered_json answer(const Sources& sources, std::string_view method, const std::vector<std::size_t>& axes) {
+  using Answer = ordered_json (*)(const State&);
+  using AxisAnswer = ordered_json (*)(const State&, std::size_t axis);
   static const std::map<std::string_view, Answer> kAnswers = {
       {"version", version_answer}, {"status", status_answer}, {"line", line_answer}, {"config", config_answer}};
-  const auto found = kAnswers.find(method);
-  return found == kAnswers.end() ? nullptr : found->second;
-}
-
-AxisAnswer axis_answer_of(std::string_view method) {
-  static const std::map<std::string_view, AxisAnswer> kAnswers = {
+  static const std::map<std::string_view, AxisAnswer> kAxisAnswers = {
       {"bias", bias_answer}, {"stability", stability_answer}, {"model", model_answer}};
-  const auto found = kAnswers.find(method);
-  return found == kAnswers.end() ? nullptr : found->second;
-}
-
-bool has_no_frames(const Sources& sources) {
-  constexpr double kFrames = 3;  // of a slow device
-  const pipeline::Device& device = sources.device;
-  const pipeline::Setup& setup = device.setup;
-  const pipeline::LineStatus& line = sources.gyro_line();
-  const double age_s = seconds(line.last_data_ns - std::max(device.pipeline->last_frame_ns(), line.since_ns));
-  return line.delivers() && age_s > std::max(setup.config.line.silence_s, kFrames / setup.frames->rate_hz);
-}
-
-std::uint32_t current_quality(const Sources& sources, std::size_t axis) {
-  return current(sources, axis).correction.quality;
-}
-
-std::int64_t time_of(const Sources& sources) {
-  const pipeline::LineState state = sources.gyro_line().state;
-  return state == pipeline::LineState::kReplaying || state == pipeline::LineState::kEnded
-             ? sources.gyro_line().last_data_ns
-             : host_time_ns();
+  const State state(sources);
+  if (const auto found = kAnswers.find(method); found != kAnswers.end()) return found->second(state);
+  ordered_json json;
+  for (const std::size_t axis : axes) json["axes"][state.device.axes[axis].name] = kAxisAnswers.at(method)(state, axis);
+  return json;
 }
 
 std::string summary(const Sources& sources) {
-  const pipeline::Device& device = sources.device;
-  const std::string& path = device.setup.config.line.device;
-  switch (sources.gyro_line().state) {
-    case pipeline::LineState::kReceiving:
-      return fmt::format("receiving from {}, {} frames, {}{}", path, device.frames(), qualities(sources),
-                         lines_without_data(sources));
-    case pipeline::LineState::kReplaying:
-      return fmt::format("replaying, {} frames", device.frames());
-    default:
-      return fmt::format("{}: {}", path.empty() ? "no line" : path,
-                         sources.gyro_line().detail.empty() ? "waiting" : sources.gyro_line().detail);
+  const State state(sources);
+  const pipeline::Device& device = state.device;
+  const std::string& path = state.config.line.device;
+  if (state.line.state == pipeline::LineState::kReplaying) return fmt::format("replaying, {} frames", device.frames());
+  if (state.line.state != pipeline::LineState::kReceiving)
+    return fmt::format("{}: {}", path.empty() ? "no line" : path,
+                       state.line.detail.empty() ? "waiting" : state.line.detail);
+  std::string text = fmt::format("receiving from {}, {} frames, quality", path, device.frames());
+  for (std::size_t i = 0; i < device.axes.size(); ++i) {
+    text += fmt::format("{} ", i > 0 ? "," : "");
+    if (device.axes.size() > 1) text += device.axes[i].name + " ";
+    text += state.axes[i].quality();
   }
+  for (std::size_t i = 0; i < state.setup.sensor_lines.size(); ++i) {
+    const pipeline::LineStatus& line = device.lines[i + 1];
+    if (!line.delivers()) text += fmt::format(", {} {}", state.setup.sensor_lines[i].name, state_name(line.state));
+  }
+  return text;
 }
 
 }  // namespace prism::socket

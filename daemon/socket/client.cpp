@@ -86,8 +86,7 @@ bool Client::privileged() const {
 }
 
 Client::Clock::duration Client::idle() const {
-  const bool listens = subscription.sample_every > 0 || subscription.windows || subscription.events;
-  return listens ? Clock::duration::zero() : Clock::now() - last_asked_;
+  return subscription.is_empty() ? Clock::now() - last_asked_ : Clock::duration::zero();
 }
 
 // Returns the number of bytes of `text` sent so far, `from` included. Closes the client if the peer is disconnected.

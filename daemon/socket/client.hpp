@@ -31,6 +31,10 @@ struct Subscription {
   std::uint32_t axes = kAllAxes;  ///< axes of the samples and windows: one bit each, in the pipeline's order
 
   static constexpr std::uint32_t kAllAxes = ~std::uint32_t{0};
+
+  bool has(std::size_t axis) const { return (axes >> axis & 1) != 0; }
+  bool is_empty() const { return sample_every == 0 && !windows && !events; }
+  bool operator==(const Subscription&) const = default;
 };
 
 class Client;

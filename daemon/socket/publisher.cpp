@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <set>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -57,7 +55,10 @@ constexpr std::string_view kTail = "}\n";
 
 }  // namespace
 
-void Publisher::add(std::shared_ptr<Client> client) { clients_.push_back(std::move(client)); }
+void Publisher::add(std::shared_ptr<Client> client) {
+  clients_.push_back(std::move(client));
+  update();
+}
 
 void Publisher::remove(const Client* client) {
   const auto gone = std::find_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c.get() == client; });
@@ -68,16 +69,15 @@ void Publisher::remove(const Client* client) {
 }
 
 void Publisher::update() {
-  std::vector<Topic> topics;
+  std::vector<Feed> feeds;
   for (const auto& client : clients_) {
-    const std::uint32_t every = client->subscription.sample_every, axes = client->subscription.axes;
-    const auto same = [&](const Topic& topic) { return topic.every == every && topic.axes == axes; };
-    if (every == 0 || std::any_of(topics.begin(), topics.end(), same)) continue;
-    const auto old = std::find_if(topics_.begin(), topics_.end(), same);
-    topics.push_back(old != topics_.end() ? std::move(*old)
-                                          : Topic{every, axes, std::vector<std::uint32_t>(heads_.size(), 1), 0, {}});
+    const Subscription& wanted = client->subscription;
+    const auto same = [&](const Feed& feed) { return feed.wanted == wanted; };
+    if (wanted.is_empty() || std::any_of(feeds.begin(), feeds.end(), same)) continue;
+    const auto old = std::find_if(feeds_.begin(), feeds_.end(), same);
+    feeds.push_back(old != feeds_.end() ? std::move(*old) : Feed{wanted, std::vector<std::uint32_t>(heads_.size(), 1)});
   }
-  topics_ = std::move(topics);
+  feeds_ = std::move(feeds);
 }
 
 // A new pipeline may have other axis names.
@@ -87,24 +87,19 @@ void Publisher::use_axes(const pipeline::Rows& rows) {
   if (same) return;
   heads_.clear();
   for (const std::string& axis : *axes_) heads_.push_back(std::string(kSampleHead) + row_head(axis));
-  for (Topic& topic : topics_) topic.due.assign(heads_.size(), 1);
+  for (Feed& feed : feeds_) feed.due.assign(heads_.size(), 1);
   histories_.resize(heads_.size());
 }
 
 void Publisher::rows(const pipeline::Rows& rows, bool unwritten) {
   if (!rows.axes) return;  // not from a pipeline: no rows
   if (axes_ != rows.axes) use_axes(rows);
-  const bool hold = unwritten && !disk_late_;
   std::size_t next = 0;
-  for (std::size_t i = 0; i < rows.windows.size(); ++i) {
-    const pipeline::Rows::Window& window = rows.windows[i];
-    if (topics_.empty()) next = window.samples_before;
+  for (const pipeline::Rows::Window& window : rows.windows) {
     for (; next < window.samples_before; ++next) sample(rows.samples[next]);
     this->window(window);
-    const bool last = i + 1 == rows.windows.size() || rows.windows[i + 1].samples_before != window.samples_before;
-    if (!hold && last) release();
+    if (!unwritten || disk_late_) release_held();
   }
-  if (topics_.empty()) return;
   for (; next < rows.samples.size(); ++next) sample(rows.samples[next]);
   flush();
 }
@@ -122,78 +117,58 @@ void Publisher::release_late() {
 
 void Publisher::sample(const pipeline::Rows::Sample& sample) {
   const std::string& head = heads_[sample.axis];
-  for (Topic& topic : topics_) {
-    if ((topic.axes >> sample.axis & 1) == 0 || --topic.due[sample.axis] > 0) continue;
-    topic.due[sample.axis] = topic.every;
-    append_row(topic.text, head, sample.row);
-    topic.text += kTail;
-    ++topic.rows;
-  }
-}
-
-void Publisher::flush() {
-  for (Topic& topic : topics_) {
-    if (topic.rows == 0) continue;
-    const auto text = std::make_shared<const std::string>(topic.text);
-    for (const auto& client : clients_) {
-      const bool own = client->subscription.sample_every == topic.every && client->subscription.axes == topic.axes;
-      if (own) client->send(text, topic.rows);
-    }
-    topic.text.clear();
-    topic.rows = 0;
+  for (Feed& feed : feeds_) {
+    if (feed.wanted.sample_every == 0 || !feed.wanted.has(sample.axis) || --feed.due[sample.axis] > 0) continue;
+    feed.due[sample.axis] = feed.wanted.sample_every;
+    append_row(feed.text, head, sample.row);
+    feed.text += kTail;
+    ++feed.lines;
   }
 }
 
 void Publisher::window(const pipeline::Rows::Window& window) {
-  const auto axis = static_cast<std::uint32_t>(window.axis);
   std::string row;
-  append_row(row, row_head((*axes_)[axis]), window.row);
-  const auto wants = [&](const auto& client) { return choice_of(*client).wants(axis); };
-  if (std::any_of(clients_.begin(), clients_.end(), wants))
-    held_.push_back({axis, std::string(kWindowHead).append(row).append(kTail)});
-  histories_[axis].add(row);
+  append_row(row, row_head((*axes_)[window.axis]), window.row);
+  histories_[window.axis].add(row);
+  held_.push_back({window.axis, std::string(kWindowHead).append(row).append(kTail)});
 }
 
-Publisher::Choice Publisher::choice_of(const Client& client) {
-  return {client.subscription.axes, client.subscription.windows, client.subscription.events};
+void Publisher::pass(const Line& line) {
+  for (Feed& feed : feeds_) {
+    const Subscription& wanted = feed.wanted;
+    if (line.axis == kEvent ? !wanted.events : !wanted.windows || !wanted.has(line.axis)) continue;
+    feed.text += line.text;
+    ++feed.lines;
+  }
+}
+
+void Publisher::release_held() {
+  for (const Line& line : std::exchange(held_, {})) pass(line);
 }
 
 void Publisher::release() {
-  if (held_.empty()) return;
+  release_held();
   flush();
-  std::set<Choice> choices;
-  for (const auto& client : clients_) choices.insert(choice_of(*client));
-  for (const Choice& choice : choices) send_held(choice);
-  held_.clear();
 }
 
-// One text for all clients with the same choice.
-void Publisher::send_held(const Choice& choice) {
-  std::string text;
-  std::uint64_t rows = 0;
-  for (const Held& held : held_) {
-    if (!choice.wants(held.axis)) continue;
-    text += held.text;
-    ++rows;
-  }
-  if (rows == 0) return;
-  const auto shared = std::make_shared<const std::string>(std::move(text));
-  for (const auto& client : clients_) {
-    if (choice_of(*client) == choice) client->send(shared, rows);
+void Publisher::flush() {
+  for (Feed& feed : feeds_) {
+    if (feed.lines == 0) continue;
+    const auto text = std::make_shared<const std::string>(feed.text);
+    for (const auto& client : clients_) {
+      if (client->subscription == feed.wanted) client->send(text, feed.lines);
+    }
+    feed.text.clear();
+    feed.lines = 0;
   }
 }
 
 void Publisher::event(const Event& event) {
-  std::string text = std::string(kEventHead).append(event.json).append(kTail);
+  Line line{kEvent, std::string(kEventHead).append(event.json).append(kTail)};
   const bool about_rows = event.kind == "quality" || event.kind == "implausible";
-  if (about_rows && !held_.empty()) {
-    held_.push_back({kEvent, std::move(text)});
-    return;
-  }
-  const auto shared = std::make_shared<const std::string>(std::move(text));
-  for (const auto& client : clients_) {
-    if (client->subscription.events) client->send(shared, 1);
-  }
+  if (about_rows && !held_.empty()) return held_.push_back(std::move(line));
+  pass(line);
+  flush();
 }
 
 // Before the first row: empty.

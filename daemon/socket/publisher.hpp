@@ -3,10 +3,8 @@
 #pragma once
 
 #include <algorithm>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <memory>
 #include <string>
@@ -44,11 +42,11 @@ class History {
   std::deque<Block> blocks_;
 };
 
-/// Samples of one call are sent together: one send for many rows at high rates, no delay at low rates. Windows and
-/// events are sent at once after the samples before them, those of several axes in one send. While rows are not in the
-/// log yet (`unwritten`), windows are held until rows_written(), so that every published window survives a kill of
-/// prismd, but not a power cut. Events about rows (quality, implausible) wait with them; other events may overtake
-/// them. If the disk does not respond for 1 to 2 s, windows are sent without waiting.
+/// The rows of one call are sent together, in the pipeline's order: one send for many rows at high rates, no delay at
+/// low rates. While rows are not in the log yet (`unwritten`), windows are held until rows_written(), so that every
+/// published window survives a kill of prismd, but not a power cut. Events about rows (quality, implausible) wait with
+/// them; samples and other events may overtake them. If the disk does not respond for 1 to 2 s, windows are sent
+/// without waiting.
 ///
 /// Use only on the thread of the clients' io_context.
 class Publisher {
@@ -76,35 +74,30 @@ class Publisher {
   const History& history(std::size_t axis) const;
 
  private:
-  // Clients that subscribed to every n-th sample of the same axes share one text.
-  struct Topic {
-    std::uint32_t every, axes;
-    std::vector<std::uint32_t> due;  // by axis
-    std::uint64_t rows = 0;
+  /// Clients with the same subscription share one text.
+  struct Feed {
+    Subscription wanted;
+    std::vector<std::uint32_t> due;  ///< by axis: samples up to the next one that is sent
+    std::string text = {};           ///< for the next flush()
+    std::uint64_t lines = 0;
+  };
+  /// Of a window or event.
+  struct Line {
+    std::size_t axis;  ///< or kEvent
     std::string text;
   };
-  struct Held {
-    std::uint32_t axis;  // or kEvent
-    std::string text;
-  };
-  static constexpr std::uint32_t kEvent = ~std::uint32_t{0};
-  struct Choice {
-    std::uint32_t axes;
-    bool windows, events;
-    auto operator<=>(const Choice&) const = default;
-    bool wants(std::uint32_t axis) const { return axis == kEvent ? events : windows && (axes >> axis & 1) != 0; }
-  };
-  static Choice choice_of(const Client& client);
+  static constexpr std::size_t kEvent = ~std::size_t{0};
 
   void sample(const pipeline::Rows::Sample& sample);
   void window(const pipeline::Rows::Window& window);
-  void send_held(const Choice& choice);
+  void pass(const Line& line);
+  void release_held();
   void use_axes(const pipeline::Rows& rows);
   void flush();
 
   std::vector<std::shared_ptr<Client>> clients_;
-  std::vector<Topic> topics_;
-  std::vector<Held> held_;
+  std::vector<Feed> feeds_;
+  std::vector<Line> held_;
   bool held_before_ = false, disk_late_ = false;  // at the last release_late()
   std::vector<History> histories_;                // by axis
   std::shared_ptr<const std::vector<std::string>> axes_;

@@ -37,28 +37,6 @@ constexpr std::size_t kMaxBatch = 100;    // requests in one line
 constexpr std::size_t kMaxValues = 2000;  // JSON values in one line, containers included
 constexpr double kLongestWait_s = 30;
 
-// "text", or "hex": "55 AA"; empty if the parameters are invalid.
-std::vector<std::uint8_t> bytes_param(const json& params) {
-  std::vector<std::uint8_t> bytes;
-  if (!params.is_object() || params.contains("text") == params.contains("hex")) return bytes;
-  const json& given = params.contains("text") ? params["text"] : params["hex"];
-  if (!given.is_string()) return bytes;
-  const auto& text = given.get_ref<const std::string&>();
-  if (params.contains("text")) bytes.assign(text.begin(), text.end());
-  if (params.contains("hex")) bytes = hex_bytes(text);
-  if (bytes.size() > kMostSentBytes) bytes.clear();
-  return bytes;
-}
-
-// 0 without "line"; nullopt: no such sensor line.
-std::optional<std::size_t> line_param(const json& params, const pipeline::Setup& setup) {
-  if (!params.is_object() || !params.contains("line")) return 0;
-  for (std::size_t i = 0; i < setup.sensor_lines.size(); ++i) {
-    if (params["line"] == setup.sensor_lines[i].name) return i + 1;
-  }
-  return std::nullopt;
-}
-
 // The integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
 std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
   if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
@@ -73,10 +51,23 @@ struct SendParams {
   std::vector<std::uint8_t> bytes;  // 1 to kMostSentBytes
 };
 
+// {"text": "READ?"} or {"hex": "55 AA"}, and "line" for a sensor line.
 Result<SendParams> send_params(const json& params, const pipeline::Setup& setup) {
-  std::vector<std::uint8_t> bytes = bytes_param(params);
-  const auto line = line_param(params, setup);
-  if (!bytes.empty() && line) return SendParams{*line, std::move(bytes)};
+  SendParams wanted;
+  const auto text_of = [&](const char* key) { return params.value(key, json("")); };
+  bool good = params.is_object() && params.contains("text") != params.contains("hex");
+  if (good && text_of("text").is_string() && text_of("hex").is_string()) {
+    const std::string text = text_of("text");
+    wanted.bytes = params.contains("text") ? std::vector<std::uint8_t>(text.begin(), text.end())
+                                           : hex_bytes(text_of("hex").get<std::string>());
+  }
+  good = !wanted.bytes.empty() && wanted.bytes.size() <= kMostSentBytes;
+  if (good && params.contains("line")) {
+    const auto& lines = setup.sensor_lines;
+    while (wanted.line < lines.size() && params["line"] != lines[wanted.line].name) ++wanted.line;
+    good = wanted.line++ < lines.size();
+  }
+  if (good) return wanted;
   return make_error("send", fmt::format(R"(found {}, expected {{"text": 1 to {} bytes}} or {{"hex": "55 AA"}}, )"
                                         R"(and "line" only for a sensor line)",
                                         shortened(json_text(params)), kMostSentBytes));
@@ -117,18 +108,6 @@ Result<RowParams> row_params(const json& params) {
   }
   return wanted;
 }
-
-}  // namespace
-
-struct Rpc::Call {
-  std::shared_ptr<Client> client;
-  nlohmann::json id;
-  bool wants_answer;
-  nlohmann::json params;
-  bool has_protocol;  ///< the request has "protocol": 2
-};
-
-namespace {
 
 using nlohmann::ordered_json;
 
@@ -182,6 +161,33 @@ std::string rpc_error(const json& id, int code, const std::string& message, cons
   return line_of({{"jsonrpc", "2.0"}, {"id", id}, {"error", std::move(error)}});
 }
 
+struct Rpc::Call {
+  std::shared_ptr<Client> client;
+  const config::SocketMethod* method;
+  json id;
+  bool wants_answer;
+  json params;
+  std::vector<std::size_t> axes = {};  ///< for a method with the parameter "axis"
+
+  void reply(const ordered_json& result) const {
+    if (wants_answer) client->answer(begin() + json_text(result) + "}\n");
+  }
+  void fail(int code, const std::string& message, const ordered_json* data = nullptr) const {
+    if (wants_answer) client->answer(rpc_error(id, code, message, data));
+  }
+  void fail_count(const char* key, std::size_t most) const {
+    fail(kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(params), key, most));
+  }
+  /// A response up to its result, which is existing JSON text.
+  std::string begin() const {
+    std::string line = json_text(ordered_json{{"jsonrpc", "2.0"}, {"id", id}});
+    line.pop_back();
+    return line += ",\"result\":";
+  }
+  /// An object with the axis `name`, up to its value.
+  std::string begin(const std::string& name) const { return begin() + R"({"axes":{)" + json_text(json(name)) + ":"; }
+};
+
 std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
   const auto refused = [&client](int code, const std::string& why) {
     client->answer(rpc_error(nullptr, code, why));
@@ -229,76 +235,68 @@ void Rpc::one(const std::shared_ptr<Client>& client, json request) {
   if (protocol != 1 && protocol != config::kProtocol)
     return invalid(id, fmt::format("found protocol {}, expected {}", shown(protocol), config::kProtocol));
   client->asked();
-  json params = request.contains("params") ? std::move(request["params"]) : json();
-  dispatch(method.get<std::string>(), {client, id, has_id, std::move(params), protocol == config::kProtocol});
+  const auto name = method.get<std::string>();
+  const config::SocketMethod* const found = config::find_method(name);
+  if (!has_id && (found == nullptr || !found->acts)) return;  // a notification needs no response
+  Call call{client, found, id, has_id, request.contains("params") ? std::move(request["params"]) : json()};
+  if (found == nullptr)
+    return call.fail(kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
+  if (found->of_axes && protocol != config::kProtocol)
+    return call.fail(kInvalidRequest, std::string(config::kOlderClient));
+  if (take_axes(call)) dispatch(std::move(call));
 }
 
-void Rpc::dispatch(const std::string& name, const Call& call) {
-  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {{"history", &Rpc::history},
-                                                                              {"rows", &Rpc::rows},
-                                                                              {"events", &Rpc::events},
-                                                                              {"subscribe", &Rpc::subscribe},
-                                                                              {"unsubscribe", &Rpc::unsubscribe},
-                                                                              {"reload", &Rpc::reload},
-                                                                              {"send", &Rpc::send}};
-  const config::SocketMethod* const method = config::find_method(name);
-  if (!call.wants_answer && !(method != nullptr && method->acts)) return;  // a notification needs no response
-  if (method != nullptr && method->of_axes && !call.has_protocol)
-    return fail(call, kInvalidRequest, std::string(config::kOlderClient));
-  if (const auto own = kOwn.find(name); own != kOwn.end()) return (this->*own->second)(call);
-  if (const Answer answer = answer_of(name)) return reply(call, answer(sources_));
-  if (const AxisAnswer answer = axis_answer_of(name)) return axis_answers(call, answer);
-  fail(call, kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
+void Rpc::dispatch(Call call) {
+  static const std::map<std::string_view, void (Rpc::*)(const Call&)> kOwn = {
+      {"history", &Rpc::history},
+      {"rows", &Rpc::rows},
+      {"events", &Rpc::events},
+      {"subscribe", &Rpc::change_subscription},
+      {"unsubscribe", &Rpc::change_subscription},
+      {"reload", &Rpc::reload},
+      {"send", &Rpc::send}};
+  if (const auto own = kOwn.find(call.method->name); own != kOwn.end()) return (this->*own->second)(call);
+  call.reply(answer(sources_, call.method->name, call.axes));
 }
 
-void Rpc::axis_answers(const Call& call, AxisAnswer answer) {
-  const auto axes = axes_of(call);
-  if (!axes) return;
-  ordered_json result;
-  for (const std::size_t axis : *axes) result["axes"][sources_.device.axes[axis].name] = answer(sources_, axis);
-  reply(call, std::move(result));
-}
-
-std::optional<std::vector<std::size_t>> Rpc::axes_of(const Call& call) {
-  const pipeline::Device& device = sources_.device;
-  std::vector<std::size_t> all(device.axes.size());
-  std::iota(all.begin(), all.end(), 0);
-  if (!call.params.is_object() || !call.params.contains("axis")) return all;
-  std::vector<std::string> names;
-  for (const std::size_t axis : all) {
-    if (call.params["axis"] == device.axes[axis].name) return std::vector{axis};
-    names.push_back(device.axes[axis].name);
+bool Rpc::take_axes(Call& call) {
+  const std::vector<std::string> names = names_of(sources_.device);
+  call.axes.resize(names.size());
+  std::iota(call.axes.begin(), call.axes.end(), 0);
+  const bool chooses = call.method->params.starts_with("axis") && call.params.is_object();
+  if (!chooses || !call.params.contains("axis")) return true;
+  const auto found = std::find(names.begin(), names.end(), call.params["axis"]);
+  if (found == names.end()) {
+    call.fail(kInvalidParams,
+              fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
+    return false;
   }
-  fail(call, kInvalidParams,
-       fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
-  return std::nullopt;
+  call.axes = {static_cast<std::size_t>(found - names.begin())};
+  return true;
 }
 
 // The JSON of rows and events was written when they occurred; here it is only joined, that of rows without a copy.
 void Rpc::history(const Call& call) {
   const auto count = count_param(call.params, "seconds", 100, History::kRows);
-  if (!count) return fail_count(call, "seconds", History::kRows);
-  const auto axes = axes_of(call);
-  if (!axes) return;
+  if (!count) return call.fail_count("seconds", History::kRows);
   std::vector<Piece> line;
-  std::string between = begin_reply(call) + R"({"axes":{)";
-  for (const std::size_t axis : *axes) {
-    between += json_text(json(sources_.device.axes[axis].name)) + ":[";
-    line.push_back({text(std::exchange(between, "],"))});
+  for (const std::size_t axis : call.axes) {
+    const std::string& name = sources_.device.axes[axis].name;
+    line.push_back({text(line.empty() ? call.begin(name) + "[" : "]," + json_text(json(name)) + ":[")});
     sources_.publisher.history(axis).append_to(line, *count);
   }
   line.push_back({text("]}}}\n")});
-  if (call.wants_answer) call.client->answer(std::move(line));
+  call.client->answer(std::move(line));
 }
 
 void Rpc::events(const Call& call) {
   const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
-  if (!count) return fail_count(call, "count", EventLog::kKept);
-  std::string line = begin_reply(call) + '[';
+  if (!count) return call.fail_count("count", EventLog::kKept);
+  std::string line = call.begin() + '[';
   const auto& recent = sources_.events.recent();
   const std::size_t first = recent.size() - std::min(*count, recent.size());
   for (std::size_t i = first; i < recent.size(); ++i) (line += i > first ? "," : "") += recent[i].json;
-  end_reply(call, line += ']');
+  call.client->answer(line += "]}\n");
 }
 
 namespace {
@@ -321,21 +319,17 @@ ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axi
 }  // namespace
 
 void Rpc::rows(const Call& call) {
-  const auto axes = axes_of(call);
-  if (!axes) return;
-  if (axes->size() != 1)
-    return fail(call, kInvalidParams,
-                fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
+  if (call.axes.size() != 1)
+    return call.fail(kInvalidParams,
+                     fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
   auto params = row_params(call.params);
-  if (!params) return fail(call, kInvalidParams, params.error().text());
-  pipeline::RowWriter* const log = sources_.device.axes[axes->front()].log.get();
-  if (log == nullptr) return fail(call, kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
+  if (!params) return call.fail(kInvalidParams, params.error().text());
+  if (sources_.device.axes[call.axes.front()].log == nullptr)
+    return call.fail(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
   if (std::exchange(call.client->reads_rows, true))
-    return fail(call, kBusy, "rows: found a pending request of this client, expected one at a time");
-  asio::co_spawn(
-      call.client->socket().get_executor(),
-      answer_rows(call, sources_.device.axes[axes->front()].name, *log, std::move(params->query), params->wait_s),
-      asio::detached);
+    return call.fail(kBusy, "rows: found a pending request of this client, expected one at a time");
+  asio::co_spawn(call.client->socket().get_executor(), answer_rows(call, std::move(params->query), params->wait_s),
+                 asio::detached);
 }
 
 void Rpc::synced() {
@@ -368,8 +362,9 @@ void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, std::s
 }  // namespace
 
 // A request at the end of the log waits for a sync, after which there may be new rows, up to wait_s.
-asio::awaitable<void> Rpc::answer_rows(Call call, std::string axis, pipeline::RowWriter& log, pipeline::RowQuery query,
-                                       double wait_s) {
+asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, double wait_s) {
+  const std::string axis = sources_.device.axes[call.axes.front()].name;  // a reload may rename it
+  pipeline::RowWriter& log = *sources_.device.axes[call.axes.front()].log;
   const auto executor = co_await asio::this_coro::executor;
   const auto wait = std::chrono::duration_cast<Client::Clock::duration>(std::chrono::duration<double>(wait_s));
   const auto until = Client::Clock::now() + wait;
@@ -389,21 +384,18 @@ asio::awaitable<void> Rpc::answer_rows(Call call, std::string axis, pipeline::Ro
   }
   call.client->reads_rows = false;
   if (page) {
-    std::vector<Piece> line = {{text(begin_reply(call) + R"({"axes":{)" + json_text(json(axis)) + ":")}};
+    std::vector<Piece> line = {{text(call.begin(axis))}};
     line.push_back({text(std::move(page->json))});
     line.push_back({text("}}}}\n")});
-    if (call.wants_answer) call.client->answer(std::move(line));
+    call.client->answer(std::move(line));
     co_return;
   }
   const ordered_json data = data_of(page.error(), axis);
-  fail(call, code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
+  call.fail(code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
 }
 
-void Rpc::subscribe(const Call& call) { change_subscription(call, true); }
-
-void Rpc::unsubscribe(const Call& call) { change_subscription(call, false); }
-
-void Rpc::change_subscription(const Call& call, bool on) {
+void Rpc::change_subscription(const Call& call) {
+  const bool on = call.method->name == "subscribe";
   Subscription wanted = call.client->subscription;
   const json streams = call.params.is_object() ? call.params.value("streams", json()) : json();
   const auto every = count_param(call.params, "every", 1, 1'000'000);
@@ -426,62 +418,34 @@ void Rpc::change_subscription(const Call& call, bool on) {
     }
   }
   if (!known) {
-    return fail(call, kInvalidParams,
-                "found " + shown(call.params) +
-                    R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
-                    json_text(json(names_of(sources_.device))) + "}");
+    return call.fail(kInvalidParams,
+                     "found " + shown(call.params) +
+                         R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
+                         json_text(json(names_of(sources_.device))) + "}");
   }
   wanted.axes = *axes;
-  reply(call, {{"sample_every", wanted.sample_every},
-               {"window", wanted.windows},
-               {"event", wanted.events},
-               {"axes", names_of(sources_.device, wanted.axes)}});
+  call.reply({{"sample_every", wanted.sample_every},
+              {"window", wanted.windows},
+              {"event", wanted.events},
+              {"axes", names_of(sources_.device, wanted.axes)}});
   call.client->subscription = wanted;
   publisher_.update();
 }
 
 void Rpc::reload(const Call& call) {
-  if (!call.client->privileged()) {
-    return fail(call, kNotPermitted, "reload needs root or the user that prismd runs as");
-  }
-  reload_([this, call](Result<std::string> outcome) {
-    outcome ? reply(call, {{"reloaded", *outcome}}) : fail(call, kFailed, outcome.error().text());
+  if (!call.client->privileged()) return call.fail(kNotPermitted, "reload needs root or the user that prismd runs as");
+  reload_([call](Result<std::string> outcome) {
+    outcome ? call.reply({{"reloaded", *outcome}}) : call.fail(kFailed, outcome.error().text());
   });
 }
 
 void Rpc::send(const Call& call) {
-  if (!call.client->privileged()) return fail(call, kNotPermitted, "send needs root or the user that prismd runs as");
+  if (!call.client->privileged()) return call.fail(kNotPermitted, "send needs root or the user that prismd runs as");
   const auto params = send_params(call.params, sources_.device.setup);
-  if (!params) return fail(call, kInvalidParams, params.error().what);
-  if (!send_) return fail(call, kFailed, "send: a replay has no device");
-  if (const auto sent = send_(params->line, params->bytes); !sent) return fail(call, kFailed, sent.error().text());
-  reply(call, {{"sent", params->bytes.size()}});
-}
-
-// The text of a long result is written behind its beginning: an hour of rows is copied once.
-std::string Rpc::begin_reply(const Call& call) {
-  std::string line = line_of({{"jsonrpc", "2.0"}, {"id", call.id}});
-  line.erase(line.size() - 2);
-  return line += ",\"result\":";
-}
-
-void Rpc::end_reply(const Call& call, std::string& line) {
-  if (call.wants_answer) call.client->answer(std::move(line += "}\n"));
-}
-
-void Rpc::fail_count(const Call& call, const char* key, std::size_t most) {
-  fail(call, kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(call.params), key, most));
-}
-
-void Rpc::reply(const Call& call, ordered_json result) {
-  if (!call.wants_answer) return;
-  ordered_json message = {{"jsonrpc", "2.0"}, {"id", call.id}};
-  message["result"] = std::move(result);
-  call.client->answer(line_of(message));
-}
-
-void Rpc::fail(const Call& call, int code, const std::string& message, const ordered_json* data) {
-  if (call.wants_answer) call.client->answer(rpc_error(call.id, code, message, data));
+  if (!params) return call.fail(kInvalidParams, params.error().what);
+  if (!send_) return call.fail(kFailed, "send: a replay has no device");
+  if (const auto sent = send_(params->line, params->bytes); !sent) return call.fail(kFailed, sent.error().text());
+  call.reply({{"sent", params->bytes.size()}});
 }
 
 }  // namespace prism::socket

@@ -59,27 +59,16 @@ class Rpc {
 
  private:
   struct Call;
-  void dispatch(const std::string& name, const Call& call);
-  /// Returns the axes that the parameter "axis" selects (default: all). If it is invalid, sends an error and returns
-  /// nullopt.
-  std::optional<std::vector<std::size_t>> axes_of(const Call& call);
-  void axis_answers(const Call& call, AxisAnswer answer);
-  void subscribe(const Call& call);
-  void unsubscribe(const Call& call);
-  void change_subscription(const Call& call, bool on);
+  void dispatch(Call call);
+  /// Sets the axes that the parameter "axis" selects. If it is invalid, sends an error and returns false.
+  bool take_axes(Call& call);
+  void change_subscription(const Call& call);
   void history(const Call& call);
   void events(const Call& call);
   void rows(const Call& call);
-  boost::asio::awaitable<void> answer_rows(Call call, std::string axis, pipeline::RowWriter& log,
-                                           pipeline::RowQuery query, double wait_s);
+  boost::asio::awaitable<void> answer_rows(Call call, pipeline::RowQuery query, double wait_s);
   void reload(const Call& call);
   void send(const Call& call);
-  void reply(const Call& call, nlohmann::ordered_json result);
-  /// A reply whose result is existing JSON text, appended between both.
-  static std::string begin_reply(const Call& call);
-  static void end_reply(const Call& call, std::string& line);
-  void fail_count(const Call& call, const char* key, std::size_t most);
-  void fail(const Call& call, int code, const std::string& message, const nlohmann::ordered_json* data = nullptr);
 
   const Sources sources_;
   Publisher& publisher_;
