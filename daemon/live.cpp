@@ -21,12 +21,12 @@
 #include "base/time_scale.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/line/live_line.hpp"
+#include "daemon/line/output_line.hpp"
 #include "daemon/log/capture_log.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
-#include "daemon/output/output_line.hpp"
+#include "daemon/program.hpp"
 #include "daemon/reloader.hpp"
-#include "daemon/service.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/rpc.hpp"
 #include "daemon/socket/server.hpp"
@@ -117,7 +117,7 @@ class Live {
     for (std::size_t i = 0; i < device_.outputs.size(); ++i) {
       std::unique_ptr<pipeline::CaptureSink> capture;
       if (setup().outputs[i].config.capture) capture = make_capture(setup(), fmt::format("out-{}", i + 1));
-      outputs_.push_back(std::make_unique<output::OutputLine>(io_, device_, i, tell_, std::move(capture)));
+      outputs_.push_back(std::make_unique<line::OutputLine>(io_, device_, i, tell_, std::move(capture)));
     }
   }
 
@@ -190,8 +190,9 @@ class Live {
     const auto written = [this] { asio::post(io_, [this] { publisher_.rows_written(); }); };
     const auto synced = [this] { asio::post(io_, [this] { rpc_.synced(); }); };
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
-      return std::make_unique<log::ThreadedRowWriter>(std::move(settings), std::move(name), std::move(metadata), disk_,
-                                                      problems_, written, counters, synced, segment_policy());
+      return std::make_unique<log::LogWriter>(std::move(settings), std::move(name), std::move(metadata), &disk_,
+                                              problems_, log::LogWriter::Owner{written, synced}, counters,
+                                              segment_policy());
     });
   }
 
@@ -276,8 +277,8 @@ class Live {
   const pipeline::Tell tell_ = events_.teller();
   pipeline::Device device_;
   line::ArrivalClock clock_;
-  std::vector<std::unique_ptr<line::LiveLine>> lines_;        ///< in the device's order
-  std::vector<std::unique_ptr<output::OutputLine>> outputs_;  ///< as Device::outputs
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;      ///< in the device's order
+  std::vector<std::unique_ptr<line::OutputLine>> outputs_;  ///< as Device::outputs
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/options.hpp"
-
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -8,13 +6,9 @@
 #include <cstdlib>
 
 #include "config/version.hpp"
+#include "daemon/program.hpp"
 
 namespace prism::daemon {
-namespace {
-
-constexpr int kUsage = 64;
-
-}  // namespace
 
 pipeline::Overrides overrides_of(const Options& options) {
   pipeline::Overrides overrides;
@@ -71,16 +65,16 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "prismd: %s; see prismd --help\n", error.what());
-    return kUsage;
+    return kExitUsage;
   }
   if (options.config.empty() && options.sniff.empty()) {
     std::fprintf(stderr, "prismd: expected CONFIG or --sniff DEVICE; see prismd --help\n");
-    return kUsage;
+    return kExitUsage;
   }
   if (options.replay.empty() &&
       (*speed_option || !options.out.empty() || !options.out_frames.empty() || !options.replay_sensors.empty())) {
     std::fprintf(stderr, "prismd: --speed, --out, --out-frames and --replay-sensors need --replay\n");
-    return kUsage;
+    return kExitUsage;
   }
   if (speed == "max") return std::nullopt;
   char* end = nullptr;
@@ -88,7 +82,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   if (*end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
     std::fprintf(stderr, "prismd: --speed: found \"%s\", expected max or a number within 0.001 to 1e6\n",
                  speed.c_str());
-    return kUsage;
+    return kExitUsage;
   }
   options.speed = factor;
   return std::nullopt;

@@ -21,13 +21,12 @@
 #include "base/host_time.hpp"
 #include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
-#include "daemon/funnel.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"
 #include "daemon/pipeline/device.hpp"
 #include "daemon/pipeline/load_frames.hpp"
 #include "daemon/pipeline/sensor_captures.hpp"
-#include "daemon/service.hpp"
+#include "daemon/program.hpp"
 #include "daemon/socket/server.hpp"
 #include "drivers/capture_file.hpp"
 
@@ -81,6 +80,41 @@ int fail(const std::string& what) {
   return kExitFailed;
 }
 
+std::string row(const std::string& stage, std::uint64_t count, const std::string& remark = "") {
+  return fmt::format("{:<12}{:>12}{}{}\n", stage, count, remark.empty() ? "" : "   ", remark);
+}
+
+// "3 failed their check, 12 missing"; counts of 0 are left out.
+std::string losses(std::initializer_list<std::pair<std::uint64_t, const char*>> counts) {
+  std::string text;
+  for (const auto& [count, what] : counts) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  }
+  return text;
+}
+
+// One line per stage, with what was lost there; the stages after the samples by axis.
+std::string funnel_text(const pipeline::Device& device) {
+  const pipeline::Pipeline& pipeline = *device.pipeline;
+  const wire::DecoderCounters& line = pipeline.decoder().counters();
+  const drivers::ClockStatus& clock = pipeline.clock().status();
+  std::string text = row("bytes", line.bytes, losses({{line.skipped_bytes, "in no frame"}}));
+  text += row("frames", line.frames,
+              losses({{line.bad_check, "failed their check"},
+                      {clock.missing_frames, "missing"},
+                      {clock.rejected_counters, "with a wrong counter"}}));
+  text += row("samples", clock.samples, losses({{clock.duplicates, "repeat the counter or time of the frame before"}}));
+  for (std::size_t i = 0; i < device.axes.size(); ++i) {
+    const std::string axis = device.axes.size() > 1 ? " " + device.axes[i].name : "";
+    const pipeline::AxisRecord& rows = device.axes[i];
+    text += row("rates" + axis, pipeline.axes()[i].rates);
+    text += row("seconds" + axis, rows.seconds);
+    text += row("windows" + axis, rows.windows, fmt::format("of {} s", device.setup.axes[i].features().length_s));
+    text += row("corrected" + axis, rows.corrected, device.setup.axes[i].model ? "" : "no model");
+  }
+  return text;
+}
+
 class Replay {
  public:
   Replay(const Options& options, const pipeline::Setup& setup)
@@ -114,11 +148,8 @@ class Replay {
     }
     if (frames_ && std::fclose(frames_.release()) != 0) fault_ = frames_fault();
     if (!fault_.empty()) return fail(fault_);
-    for (const log::DirectRowWriter* rows : logs_) {
-      if (rows->first_fault().empty()) continue;
-      const pipeline::LogCounters* log = device_.log;
-      return fail(fmt::format("{}; {} rows lost", rows->first_fault(), log ? log->dropped.load() : 0));
-    }
+    if (!disk_fault_.empty())
+      return fail(fmt::format("{}; {} rows lost", disk_fault_, device_.log ? device_.log->dropped.load() : 0));
     if (device_.frames() == 0 && !stopped_) return fail(no_frame());
     if (options_.check) {
       fmt::print("{}", funnel_text(device_));
@@ -177,10 +208,9 @@ class Replay {
   std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
     const auto counters = std::make_shared<pipeline::LogCounters>();
     return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
-      auto rows = std::make_unique<log::DirectRowWriter>(std::move(settings), std::move(name), std::move(metadata),
-                                                         counters, log::SegmentPolicy{events_.teller(), false});
-      logs_.push_back(rows.get());
-      return rows;
+      return std::make_unique<log::LogWriter>(std::move(settings), std::move(name), std::move(metadata), nullptr,
+                                              disk_problems_, log::LogWriter::Owner{}, counters,
+                                              log::SegmentPolicy{events_.teller(), false});
     });
   }
 
@@ -277,7 +307,10 @@ class Replay {
 
   asio::io_context io_{1};
   Options options_;
-  std::vector<log::DirectRowWriter*> logs_;
+  std::string disk_fault_;  ///< the first one
+  Problems disk_problems_{[this](bool begins, const std::string&, const std::string& text) {
+    if (begins && disk_fault_.empty()) disk_fault_ = text;
+  }};
   socket::Publisher publisher_;
   socket::EventLog events_{[this](const socket::Event& event) {
     if (event.kind != "quality") log_event(event);  // each row of the log contains it

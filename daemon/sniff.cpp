@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/sniff.hpp"
+// `prismd --sniff`: finds the description and line settings that fit an unknown line or a file of bytes.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -20,7 +20,7 @@
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "daemon/line/live_line.hpp"
-#include "daemon/service.hpp"
+#include "daemon/program.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/transport.hpp"

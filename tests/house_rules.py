@@ -20,11 +20,11 @@ BASE = "base"
 CORE, TRAINING, EVALUATION = "compensation", "compensation/training", "compensation/evaluation"
 WIRE, DRIVERS, CONFIG, PIPELINE = "drivers/wire", "drivers", "config", "daemon/pipeline"
 DAEMON, TOOLS, TESTS = "daemon", "tools", "tests"
-LINE, LOG, SOCKET, OUTPUT = "daemon/line", "daemon/log", "daemon/socket", "daemon/output"
+LINE, LOG, SOCKET = "daemon/line", "daemon/log", "daemon/socket"
 DESCRIPTION, DECODE, ENCODE = "drivers/wire/description", "drivers/wire/decode", "drivers/wire/encode"
 WIRES = {DESCRIPTION, DECODE, ENCODE, WIRE}
 # the first match is the module
-ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, OUTPUT, DAEMON, TOOLS, TESTS]
+ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON, TOOLS, TESTS]
 
 # module: (modules it may include, other headers it may never include)
 SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
@@ -44,8 +44,7 @@ MAY = {
     LINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE}, "spdlog/|CLI/|pcap|systemd/"),
     LOG: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LOG}, SLOW),
     SOCKET: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, SOCKET}, "spdlog/|CLI/|pcap|systemd/"),
-    OUTPUT: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, OUTPUT}, "spdlog/|CLI/|pcap|systemd/"),
-    DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, OUTPUT, DAEMON}, "(?!)"),
+    DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON}, "(?!)"),
     TOOLS: (WIRES | {BASE, CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
@@ -63,7 +62,6 @@ MAY_NOT_LINK = {
     LINE: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:log|socket|daemon|training|evaluation|simulation)",
     LOG: ASYNC + "|prism_(?:line|socket|daemon|training|evaluation|simulation)",
     SOCKET: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:line|log|daemon|training|evaluation|simulation)",
-    OUTPUT: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:line|log|socket|daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
@@ -73,7 +71,7 @@ PURE_MODULES = {CORE, EVALUATION} | WIRES
 ASYNC_WINGS = {LINE, SOCKET}  # they may include daemon/awaiting.hpp
 CLOCKS = {"base/host_time.hpp"}
 CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
-THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, OUTPUT, DAEMON} | WIRES
+THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 # no program starts another one, so that a name from a file never reaches a shell
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")

@@ -12,7 +12,6 @@
 #include "base/disk_thread.hpp"
 #include "config/config.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/log/write_fault.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 #include "drivers/capture_file.hpp"
 

@@ -188,33 +188,33 @@ bool RowLog::write_all(const std::string& text) {
   return true;
 }
 
-ThreadedRowWriter::ThreadedRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                                     DiskThread& disk, Problems& problems, Written written,
-                                     std::shared_ptr<LogCounters> counters, Written synced, const SegmentPolicy& policy)
+LogWriter::LogWriter(config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread* disk,
+                     Problems& problems, Owner owner, std::shared_ptr<LogCounters> counters,
+                     const SegmentPolicy& policy)
     : disk_(disk),
       counters_(std::move(counters)),
       log_(std::make_shared<RowLog>(std::move(settings), std::move(name), std::move(metadata), *counters_, problems,
                                     policy)),
-      written_(std::move(written)),
-      synced_(std::move(synced)) {}
+      owner_(std::move(owner)) {}
 
-ThreadedRowWriter::~ThreadedRowWriter() { close(); }
-
-// The last owner closes the segment on the disk thread, after the pending rows.
-void ThreadedRowWriter::close() {
-  if (log_) disk_.post(0, [log = std::exchange(log_, nullptr), counters = counters_]() mutable { log.reset(); });
+// The last owner closes the segment, on the disk thread after the pending rows.
+void LogWriter::close() {
+  if (log_ && disk_ != nullptr)
+    disk_->post(0, [log = std::exchange(log_, nullptr), counters = counters_]() mutable { log.reset(); });
+  log_.reset();
 }
 
-void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
+void LogWriter::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {
   if (!log_) return;
+  if (disk_ == nullptr) return log_->append(row, session_ns);
   ++counters_->pending;
-  const bool taken = disk_.post(
+  const bool taken = disk_->post(
       sizeof row,
-      [log = log_, counters = counters_, written = written_, row, session_ns] {
+      [log = log_, counters = counters_, written = owner_.written, row, session_ns] {
         log->append(row, session_ns);
         if (--counters->pending == 0) written();
       },
-      [log = log_, counters = counters_, written = written_](const std::string& why) {
+      [log = log_, counters = counters_, written = owner_.written](const std::string& why) {
         log->lose(why);
         if (--counters->pending == 0) written();
       });
@@ -225,33 +225,32 @@ void ThreadedRowWriter::append(const compensation::CompensatedWindow& row, std::
   unsynced_ = true;
 }
 
-void ThreadedRowWriter::sync() {
-  if (!log_) return;
+// A replay can be repeated: its segments are synced on close.
+void LogWriter::sync() {
+  if (!log_ || disk_ == nullptr) return;
   if (std::exchange(unsynced_, false) || counters_->unsynced > 0 || ++idle_ > kIdleSyncs) {
     idle_ = 0;
-    disk_.post(0, [log = log_, synced = synced_] {
+    disk_->post(0, [log = log_, synced = owner_.synced] {
       log->sync();
       synced();
     });
   }
 }
 
-void ThreadedRowWriter::set_metadata(const std::string& metadata) {
-  if (log_) disk_.post(0, [log = log_, metadata] { log->set_metadata(metadata); });
+void LogWriter::set_metadata(const std::string& metadata) {
+  if (!log_) return;
+  if (disk_ == nullptr) return log_->set_metadata(metadata);
+  disk_->post(0, [log = log_, metadata] { log->set_metadata(metadata); });
 }
 
-void ThreadedRowWriter::read(const RowQuery& query, Pages done) {
+void LogWriter::read(const RowQuery& query, Pages done) {
   const auto refuse = [done](const std::string& why) {
     done(tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kUnreadable, "rows: " + why}));
   };
   if (!log_) return refuse("the log is closed");
-  disk_.post(
+  if (disk_ == nullptr) return done(log_->page(query));
+  disk_->post(
       0, [log = log_, query, done] { done(log->page(query)); }, refuse);
 }
-
-DirectRowWriter::DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                                 std::shared_ptr<LogCounters> counters, const SegmentPolicy& policy)
-    : counters_(std::move(counters)),
-      log_(std::move(settings), std::move(name), std::move(metadata), *counters_, problems_, policy) {}
 
 }  // namespace prism::log

@@ -14,7 +14,6 @@
 #include "compensation/compensated.hpp"
 #include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/log/write_fault.hpp"
 #include "daemon/pipeline/log_writers.hpp"
 
 namespace prism::log {
@@ -91,18 +90,20 @@ class RowLog {
   bool torn_ = false;       // the file contains bytes that are not in sum_
 };
 
-/// Never waits: rows and syncs are posted to the disk thread. If the queue is full, rows are dropped and counted.
-/// `written` is called on the disk thread when no row of `counters` (which several writers may share) is pending.
-class ThreadedRowWriter : public RowWriter {
+/// With a disk thread: never waits. Rows and syncs are posted to it; if its queue is full, rows are dropped and
+/// counted. Without one: writes on the caller's thread, so that a replay loses no row.
+class LogWriter : public RowWriter {
  public:
-  /// Arguments as for RowLog; `problems` must outlive the disk thread.
-  using Written = std::function<void()>;
-  /// `synced` is called on the disk thread after each sync.
-  ThreadedRowWriter(
-      config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread& disk, Problems& problems,
-      Written written, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(), Written synced = [] {},
-      const SegmentPolicy& policy = {});
-  ~ThreadedRowWriter() override;
+  /// Called on the disk thread: `written` when no row of the counters (which several writers may share) is pending,
+  /// `synced` after each sync.
+  struct Owner {
+    std::function<void()> written = [] {}, synced = [] {};
+  };
+  /// Arguments as for RowLog; `problems` must outlive the disk thread, if there is one.
+  LogWriter(config::LogSegmentSettings settings, std::string name, std::string metadata, DiskThread* disk,
+            Problems& problems, Owner owner, std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(),
+            const SegmentPolicy& policy = {});
+  ~LogWriter() override { close(); }
 
   void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override;
   void sync() override;
@@ -117,38 +118,12 @@ class ThreadedRowWriter : public RowWriter {
  private:
   static constexpr int kIdleSyncs = 10;
 
-  DiskThread& disk_;
+  DiskThread* const disk_;
   std::shared_ptr<LogCounters> counters_;
   std::shared_ptr<RowLog> log_;
-  const Written written_, synced_;
+  const Owner owner_;
   bool unsynced_ = false;
   int idle_ = kIdleSyncs;  // calls of sync() without a sync
-};
-
-/// Waits for the disk, so that a replay loses no row. Stores the first error.
-class DirectRowWriter : public RowWriter {
- public:
-  DirectRowWriter(config::LogSegmentSettings settings, std::string name, std::string metadata,
-                  std::shared_ptr<LogCounters> counters = std::make_shared<LogCounters>(),
-                  const SegmentPolicy& policy = {});
-
-  void append(const compensation::CompensatedWindow& row, std::int64_t session_ns) override {
-    log_.append(row, session_ns);
-  }
-  void sync() override {}  // a replay can be repeated; the segment is synced on close
-  void set_metadata(const std::string& metadata) override { log_.set_metadata(metadata); }
-  void read(const RowQuery& query, Pages done) override { done(log_.page(query)); }
-  void close() override { log_.close(); }
-  const LogCounters& counters() const override { return *counters_; }
-  const std::string& first_fault() const { return first_fault_; }
-
- private:
-  std::shared_ptr<LogCounters> counters_;
-  std::string first_fault_;
-  Problems problems_{[this](bool begins, const std::string&, const std::string& text) {
-    if (begins && first_fault_.empty()) first_fault_ = text;
-  }};
-  RowLog log_;
 };
 
 }  // namespace prism::log

@@ -343,7 +343,7 @@ struct RowWriterTest : RowLogTest {
 
 TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
   {
-    ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.problems, [this] { ++written; });
+    LogWriter writer(settings, "gyro", kMetadata, &disk, told.problems, {[this] { ++written; }, [] {}});
     writer.append(test::row_at(kNoonS), session_ns);
     writer.set_metadata("# a: c\n");
     writer.append(test::row_at(kNoonS + 1), session_ns);
@@ -360,7 +360,7 @@ TEST_F(RowWriterTest, TheThreadedOneWritesSyncsAndClosesInOrder) {
 }
 
 TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
-  ThreadedRowWriter writer(settings, "gyro", kMetadata, disk, told.problems, [this] { ++written; });
+  LogWriter writer(settings, "gyro", kMetadata, &disk, told.problems, {[this] { ++written; }, [] {}});
   std::promise<void> gate;
   disk.post(0, [&] { gate.get_future().wait(); });
   for (int i = 0; i < 5; ++i) writer.append(test::row_at(kNoonS + i), session_ns);
@@ -380,16 +380,16 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
   EXPECT_EQ(told.lines().back(), "log: writing again after 2 rows were dropped");
 }
 
-TEST_F(RowWriterTest, TheDirectOneKeepsTheFirstFault) {
-  DirectRowWriter writer(settings, "gyro", kMetadata);
+TEST_F(RowWriterTest, WithoutADiskThreadItWritesAtOnce) {
+  LogWriter writer(settings, "gyro", kMetadata, nullptr, told.problems, {});
   writer.append(test::row_at(kNoonS), session_ns);
   writer.sync();
-  EXPECT_EQ(writer.first_fault(), "");
+  EXPECT_EQ(writer.counters().rows, 1u);
   {
     const test::FailingCall fault(test::failing_write, EIO);
     writer.append(test::row_at(kNoonS + 1), session_ns);
   }
-  EXPECT_THAT(writer.first_fault(), HasSubstr("Input/output error"));
+  EXPECT_THAT(told.lines(), ElementsAre(HasSubstr("Input/output error")));
   EXPECT_EQ(writer.counters().dropped, 1u);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/output/output_line.hpp"
+#include "daemon/line/output_line.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "base/host_time.hpp"
 
-namespace prism::output {
+namespace prism::line {
 namespace {
 
 using pipeline::LineState;
@@ -122,4 +122,4 @@ void OutputLine::tick() {
   if (capture_) capture_->flush();
 }
 
-}  // namespace prism::output
+}  // namespace prism::line

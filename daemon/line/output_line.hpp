@@ -15,7 +15,7 @@
 #include "daemon/pipeline/device.hpp"
 #include "drivers/transport/transport.hpp"
 
-namespace prism::output {
+namespace prism::line {
 
 /// Bytes that the far end does not take wait here. After 100 ms the newest ones win: what waited before them is lost,
 /// except the rest of a frame that is partly written. Whatever happens on this line, the input does not wait.
@@ -64,4 +64,4 @@ class OutputLine {
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
 };
 
-}  // namespace prism::output
+}  // namespace prism::line
