@@ -43,6 +43,21 @@ class ArrivalClock {
   std::int64_t offset_ns_ = 0, last_ns_ = 0;
 };
 
+/// Pauses before a line is opened again: retry_min_s while the device is absent, so that it is used soon after it is
+/// back; for one that exists but fails, doubled up to retry_max_s.
+class RetryPause {
+ public:
+  void reset() { next_s_ = 0; }
+  std::chrono::steady_clock::duration next(const config::LineConfig& line, bool is_there) {
+    const double now_s = is_there ? std::max(next_s_, line.retry_min_s) : line.retry_min_s;
+    next_s_ = is_there ? std::min(2 * now_s, line.retry_max_s) : 0;
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(now_s));
+  }
+
+ private:
+  double next_s_ = 0;
+};
+
 /// A line that opens slowly, through a network, is open only when its transport is. A session lasts from open until the
 /// line is lost (error, end of file, no data for silence_s). Between sessions it pauses: for retry_min_s if the device
 /// does not exist; else the pause doubles up to retry_max_s and is reset when a frame arrives.
@@ -123,7 +138,7 @@ class LiveLine {
   ArrivalClock& arrival_;
   const bool alone_;
   Clock::time_point last_data_, last_progress_, last_frame_;
-  pipeline::RetryPause retry_;
+  RetryPause retry_;
   bool stopping_ = false, begun_ = false;
   const std::string fault_key_, peer_key_;  ///< of the device's problems
   std::optional<drivers::Poller> poller_;   ///< of all openings

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/line/live_line.hpp"
 #include "daemon/pipeline/device.hpp"
 #include "drivers/transport/transport.hpp"
 
@@ -60,7 +61,7 @@ class OutputLine {
   std::unique_ptr<transport::Transport> transport_;
   std::deque<Chunk> waiting_;
   boost::asio::steady_timer timer_;
-  pipeline::RetryPause retry_;
+  RetryPause retry_;
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
 };
 

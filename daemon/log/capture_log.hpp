@@ -12,7 +12,7 @@
 #include "base/disk_thread.hpp"
 #include "config/config.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 #include "drivers/capture_file.hpp"
 
 namespace prism::log {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/log/segments.hpp"
-#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 
 namespace prism::log {
 

@@ -14,7 +14,7 @@
 #include "compensation/compensated.hpp"
 #include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
-#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 
 namespace prism::log {
 

@@ -18,8 +18,7 @@
 #include "base/problems.hpp"
 #include "base/result.hpp"
 #include "config/config.hpp"
-#include "daemon/pipeline/log_writers.hpp"
-#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
 
 namespace prism::log {

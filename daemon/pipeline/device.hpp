@@ -2,6 +2,8 @@
 // One device: passes the bytes of its lines to the pipeline; logs, counts and publishes the rows.
 #pragma once
 
+#include <algorithm>
+#include <boost/circular_buffer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -12,18 +14,56 @@
 
 #include "base/problems.hpp"
 #include "compensation/block_stability.hpp"
+#include "compensation/sample.hpp"
 #include "daemon/pipeline/corrected_frames.hpp"
-#include "daemon/pipeline/line_status.hpp"
-#include "daemon/pipeline/log_writers.hpp"
-#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/sensor_feed.hpp"
-#include "daemon/pipeline/stage_monitor.hpp"
+#include "daemon/pipeline/stream_watch.hpp"
+#include "drivers/commands.hpp"
+#include "drivers/transport/transport.hpp"
 
 namespace prism::pipeline {
 
-// State of one input axis: its log, latest values, stability and reported quality.
+enum class LineState { kNone, kConnecting, kReceiving, kSilent, kReplaying, kEnded };
 
+/// A line: its state, independent of its data, and its capture.
+struct LineStatus {
+  LineState state = LineState::kNone;
+  std::string detail;                               ///< reason, human-readable
+  std::int64_t since_ns = 0;                        ///< host time of the last change of state
+  std::int64_t last_data_ns = 0;                    ///< arrival of the last bytes; 0: none since the start
+  std::optional<transport::LineCounters> hardware;  ///< nullopt if the driver does not count
+  std::vector<std::string> notes;                   ///< settings that the device did not accept at open
+  drivers::PollCounters polls;                      ///< since the start
+  std::unique_ptr<CaptureSink> capture;             ///< null: none is configured
+
+  /// True if the line delivers rows, so that the latest values are current.
+  bool delivers() const { return state == LineState::kReceiving || state == LineState::kReplaying; }
+  bool replays() const { return state == LineState::kReplaying || state == LineState::kEnded; }
+  void set(LineState now, const std::string& why, std::int64_t now_ns) {
+    if (now != state) since_ns = now_ns;
+    state = now;
+    detail = why;
+  }
+};
+
+/// The line of an output; without `hardware` to `capture`.
+struct OutputStatus : LineStatus {
+  std::uint64_t bytes = 0;                          ///< written since the start
+  std::uint64_t lost_bytes = 0;                     ///< not written: the line was closed, or its reader too slow
+  boost::circular_buffer<float> latencies_s{4096};  ///< of the latest writes, from the read of a frame's last byte
+
+  /// `share` 0 to 1; kUnknown: no write yet.
+  double latency_s(double share) const {
+    if (latencies_s.empty()) return kUnknown;
+    std::vector<float> sorted(latencies_s.begin(), latencies_s.end());
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return *at;
+  }
+};
+
+/// One input axis: its log, latest values, stability and reported quality.
 struct AxisRecord {
   /// Consecutive plausible seconds after which a sensor's fault is over.
   static constexpr int kCalmS = 30;

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -15,10 +16,46 @@
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
-#include "daemon/pipeline/load_frames.hpp"
+#include "drivers/transport/endpoint.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
 namespace {
+
+// The line's own settings instead of those of `wire`.
+wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wire) {
+  wire.baud = line.baud.value_or(wire.baud);
+  wire.data_bits = line.data_bits.value_or(wire.data_bits);
+  wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
+  if (line.parity)
+    wire.parity = *line.parity == "even"  ? wire::Parity::kEven
+                  : *line.parity == "odd" ? wire::Parity::kOdd
+                                          : wire::Parity::kNone;
+  return wire;
+}
+
+// Reads the description and runs its test vectors. `place`: where its name was given, for errors. Its wire format is
+// that of `line`, not the suggested one, since time stamps subtract the transmission time of a byte.
+Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std::string& place,
+                                              wire::GyroChoice choice, const config::LineConfig& line) {
+  choice.baud = line.baud;
+  choice.network = !line.network.type.empty();
+  const Result<std::string> text = config::read_data_file(path, "frames", place);
+  if (!text) return tl::unexpected<Error>(text.error());
+  Result<wire::FrameDescriptionPtr> frames = wire::parse_frame_description(*text, path, choice);
+  if (!frames) return frames;
+  if (auto proved = wire::run_test_vectors(**frames); !proved) return tl::unexpected<Error>(proved.error());
+  auto effective = std::make_shared<wire::FrameDescription>(**frames);
+  effective->wire = wire_format(line, effective->wire);
+  effective->commands = effective->commands.with(line.commands);
+  if (effective->commands.poll && line.network.type == "udp") {
+    const auto to = transport::parse_numeric_endpoint(line.network.from);
+    if (!to || to->port.empty())
+      return make_error(place,
+                        "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
+  }
+  return wire::FrameDescriptionPtr(std::move(effective));
+}
 
 transport::Settings line_settings(const config::LineConfig& line, const wire::FrameDescription& frames) {
   transport::Settings settings{line.device, wire_format(line, frames.wire)};

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "daemon/pipeline/device.hpp"
-#include "daemon/pipeline/line_status.hpp"
-#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 #include "daemon/socket/event_log.hpp"
 #include "daemon/socket/publisher.hpp"
 

@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 
 namespace prism::socket {
 

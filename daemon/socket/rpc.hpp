@@ -18,7 +18,7 @@
 
 #include "base/result.hpp"
 #include "config/socket_protocol.hpp"
-#include "daemon/pipeline/log_writers.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"

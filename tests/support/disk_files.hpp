@@ -14,7 +14,7 @@
 #include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "config/config.hpp"
-#include "daemon/pipeline/notice.hpp"
+#include "daemon/pipeline/interfaces.hpp"
 
 namespace prism::test {
 

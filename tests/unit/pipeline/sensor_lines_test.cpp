@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "compensation/compensated_text.hpp"
+#include "daemon/pipeline/captures.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/sensor_captures.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/support/temporary_folder.hpp"
 

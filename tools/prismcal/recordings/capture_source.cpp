@@ -11,10 +11,9 @@
 
 #include "base/sha256.hpp"
 #include "config/config.hpp"
-#include "daemon/pipeline/load_frames.hpp"
+#include "daemon/pipeline/captures.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/pipeline/sensor_captures.hpp"
-#include "daemon/pipeline/stage_monitor.hpp"
+#include "daemon/pipeline/stream_watch.hpp"
 #include "drivers/capture_file.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 

@@ -12,7 +12,7 @@
 
 namespace prism::recordings {
 
-/// From one-second means, as prismd reports of its line (daemon/pipeline/sensor_feed.hpp).
+/// From one-second means, as prismd reports of its line (daemon/pipeline/stream_watch.hpp).
 class JumpFinder {
  public:
   /// Call with each second in order.

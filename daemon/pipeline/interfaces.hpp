@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Interfaces of the log and the capture, for the device and the socket.
+// What the parts of the daemon use of each other: events, the log and the capture.
 #pragma once
 
 #include <atomic>
@@ -9,11 +9,26 @@
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
+#include <utility>
 
+#include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
 
 namespace prism::pipeline {
+
+enum class Severity { kDebug, kInfo, kWarning, kError };
+
+/// `kind`: event type, a fixed word (line_open, line_lost, quality, …). `text`: one human-readable line. The receiver
+/// adds the time.
+using Tell = std::function<void(Severity severity, const std::string& kind, const std::string& text)>;
+
+/// A problem's begin is a warning, its end is information.
+inline Problems::Tell problems_as_events(Tell tell) {
+  return [tell = std::move(tell)](bool begins, const std::string& kind, const std::string& text) {
+    tell(begins ? Severity::kWarning : Severity::kInfo, kind, text);
+  };
+}
 
 // Status of retention: limits, deletions so far, and the next one.
 

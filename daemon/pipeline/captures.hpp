@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Merges the captures of the sensor lines with the gyro's packets, by arrival time.
+// The captures of a replay: opens the gyro's, and merges those of the sensor lines with its packets, by arrival time.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,17 @@
 
 #include "daemon/pipeline/setup.hpp"
 #include "drivers/capture_file.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
+
+/// Opens a capture or raw bytes of the frames. Errors: those of CaptureReader::open().
+Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames);
+
+/// Prepares the setup for raw bytes: time comes from the counter and rate_hz (clock "device"), because there may be
+/// other bytes between the frames. Without effect for captures. Errors: sensor lines, whose data could not be assigned
+/// in time.
+Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup);
 
 /// Files of each line, by its name, in order.
 using SensorFiles = std::map<std::string, std::vector<std::string>>;

@@ -1,23 +1,58 @@
 // SPDX-License-Identifier: MIT
-// Sensor values of an instrument on a line of its own, by arrival time.
+// Faults that the stream of a device shows: stages without output, clocks that differ, sensors that jump or stand
+// still.
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "compensation/plausibility.hpp"
-#include "daemon/pipeline/setup.hpp"
-#include "drivers/wire/decode/frame_decoder.hpp"
+#include "daemon/pipeline/pipeline.hpp"
+#include "drivers/frame_rate_check.hpp"
+#include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {
+
+/// Totals since the pipeline was created.
+struct StageCounts {
+  std::uint64_t bytes = 0, frames = 0;
+  std::uint64_t refused = 0;         ///< frames that a refuse rule rejects
+  std::uint64_t single = 0;          ///< frames that no second one confirmed
+  std::uint64_t repeated = 0;        ///< frames with the counter or time tag of the frame before
+  std::uint64_t samples = 0;         ///< frames that gave a sample of at least one axis
+  std::vector<std::uint64_t> rates;  ///< samples with a known rate, by axis
+};
+StageCounts counts_of(const Pipeline& pipeline);
+
+class StageMonitor {
+ public:
+  static constexpr double kStarvedS = 10;
+
+  /// Returns the problem ("100 frames and no number for axis z, for example \"1,25\"") while a stage has had at least
+  /// 10 inputs and no output for kStarvedS; empty: none. Call at least once a second while data arrive; now_ns: arrival
+  /// time.
+  std::string push(const Pipeline& pipeline, std::int64_t now_ns);
+  /// A new session: the time before it does not count.
+  void begin() { stages_.clear(); }
+
+ private:
+  struct Stage {
+    std::int64_t since_ns = 0;  ///< when its output last grew
+    StageCounts before;         ///< the counts at that time
+  };
+
+  std::vector<Stage> stages_;  ///< frames, samples, and the rates of each axis
+};
+
+/// How described and arrival times disagree, in one line; empty if they do not.
+std::string clocks_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check);
+/// A gyro with time tags that sends another number of frames than described, in one line; else empty. Its times are
+/// right.
+std::string tagged_rate_text(const wire::FrameDescription& frames, const drivers::FrameRateCheck& check);
 
 // The measured quantities of an axis, for code that treats them alike.
 
@@ -34,42 +69,6 @@ inline constexpr std::array kAxisSensors = {
     AxisSensor{"temperature", "degC", &QuantitySet::temperature, &compensation::Rejections::temperature,
                &compensation::SecondMean::temperature_degc},
     AxisSensor{"uhfo", "V", &QuantitySet::uhfo, &compensation::Rejections::uhfo, &compensation::SecondMean::uhfo_v}};
-
-/// A value is valid from the arrival of its last byte until the next value, at most stale_after_s. The value at a time
-/// depends only on the bytes and their arrival times, not on the time of the query.
-class SensorFeed {
- public:
-  explicit SensorFeed(const Setup::SensorLine& line);
-
-  /// The line was opened (again) at now_ns. Earlier values stay valid unless the host clock was set back.
-  void begin_session(std::int64_t now_ns);
-  /// `needed_since_ns`: earliest time of later queries; `latest_ns`: latest time of queries for data so far. Values in
-  /// between are stored, and at most one after.
-  void feed(std::span<const std::uint8_t> bytes, std::int64_t arrival_ns, std::int64_t needed_since_ns,
-            std::int64_t latest_ns);
-
-  /// Writes the value of each sensor that was valid at `at_ns`; kUnknown if no value was valid.
-  void values_at(std::int64_t at_ns, std::span<double> values) const;
-  /// Arrival of the last value of any sensor.
-  std::optional<std::int64_t> last_ns() const;
-
-  std::size_t sensors() const { return decoder_.description().sensors.size(); }
-  const wire::FrameDecoder& decoder() const { return decoder_; }
-
- private:
-  struct Values {
-    std::int64_t arrival_ns;
-    std::vector<double> values;
-  };
-  void forget(std::int64_t needed_since_ns, std::int64_t latest_ns);
-
-  wire::FrameDecoder decoder_;
-  std::int64_t stale_ns_;
-  std::deque<Values> values_;  ///< oldest first
-  std::vector<wire::DecodedMessage> readings_;
-};
-
-// Changes of a sensor that may be a fault or true.
 
 /// Two changes of each sensor of an axis:
 /// - It jumped faster than its greatest slope, and stayed. Ends when it jumps back, or when another sensor of the same

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reported once when it begins and once when it ends: stages without output.
-#include "daemon/pipeline/stage_monitor.hpp"
+#include "daemon/pipeline/stream_watch.hpp"
 
 #include <gtest/gtest.h>
 

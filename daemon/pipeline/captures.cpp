@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "daemon/pipeline/sensor_captures.hpp"
+#include "daemon/pipeline/captures.hpp"
 
 #include <fmt/format.h>
 
@@ -19,9 +19,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-drivers::RawByteStream raw_stream_of(const Setup::SensorLine& line) {
+// The pace is that of the longest frames; no time of the gyro's follows from it.
+drivers::RawByteStream raw_stream_of(const wire::FrameDescription& frames) {
   drivers::RawByteStream stream;
-  stream.bytes_per_second = std::max(line.frames->rate_hz * line.frames->max_frame_bytes, 1.0);
+  stream.bytes_per_second = std::max(frames.rate_hz * frames.max_frame_bytes, 1.0);
   return stream;
 }
 
@@ -32,7 +33,7 @@ bool has_value(const wire::DecodedMessage& message, std::size_t sensors) {
 
 Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string& path) {
   constexpr std::size_t kFirstBytes = 60;
-  auto reader = drivers::CaptureReader::open(path, raw_stream_of(line));
+  auto reader = drivers::CaptureReader::open(path, raw_stream_of(*line.frames));
   if (!reader) return tl::unexpected<Error>(reader.error());
   wire::FrameDecoder decoder(line.frames);
   std::vector<wire::DecodedMessage> messages;
@@ -61,6 +62,19 @@ Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string&
 }
 
 }  // namespace
+
+Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames) {
+  return drivers::CaptureReader::open(path, raw_stream_of(frames));
+}
+
+Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup) {
+  if (!reader.is_bare()) return {};
+  if (!setup.sensor_lines.empty())
+    return make_error(path, "found raw bytes without arrival times, expected a capture (pcap): sensor lines need them");
+  setup.clock.source = drivers::ClockSource::kDevice;
+  setup.clock.arrivals_are_measured = false;
+  return {};
+}
 
 Result<void> check_sensor_files(const Setup& setup, const SensorFiles& files) {
   for (const Setup::SensorLine& line : setup.sensor_lines) {
@@ -105,7 +119,7 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     Stream& stream = captures.streams_.emplace_back();
     stream.line = i;
     stream.name = line.name;
-    stream.bare = raw_stream_of(line);
+    stream.bare = raw_stream_of(*line.frames);
     stream.files.assign(found->second.begin(), found->second.end());
     if (auto opened = captures.advance(stream); !opened) return tl::unexpected<Error>(opened.error());
   }
