@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // prismd with a live gyro.
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -82,7 +81,7 @@ class Live {
     if (!config.socket.path.empty() || inherited >= 0) {
       auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_, problems_);
       if (!server) {
-        spdlog::error(server.error().text());
+        log_line(Severity::kError, server.error().text());
         return kExitFailed;
       }
       server_ = std::move(*server);
@@ -155,11 +154,11 @@ class Live {
     publisher_.release();
     if (done && loader_.drain(kExitTimeout)) return kExitDone;
     if (done) {
-      spdlog::error("reload: a file server does not respond; exiting without the reload");
+      log_line(Severity::kError, "reload: a file server does not respond; exiting without the reload");
       finish_logging();
       ::_exit(kExitDone);
     }
-    spdlog::error(fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
+    log_line(Severity::kError, fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
                               log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
     ::_exit(kExitFailed);
