@@ -158,8 +158,9 @@ class Live {
       finish_logging();
       ::_exit(kExitDone);
     }
-    log_line(Severity::kError, fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
-                              log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
+    log_line(Severity::kError,
+             fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
+                         log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
     ::_exit(kExitFailed);
   }

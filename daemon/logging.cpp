@@ -105,7 +105,8 @@ std::unique_ptr<Log> log_of_process;
 
 void begin_logging(const std::string& level) {
   Severity least = Severity::kDebug;
-  while (least < Severity::kError && level != socket::severity_name(least)) least = Severity(static_cast<int>(least) + 1);
+  while (least < Severity::kError && level != socket::severity_name(least))
+    least = Severity(static_cast<int>(least) + 1);
   log_of_process = std::make_unique<Log>(least);
 }
 

@@ -260,7 +260,8 @@ class Replay {
       log_line(Severity::kWarning, fmt::format("{}: {}; skipped, and the rest of the capture was read", file, damage));
     if (!reader->tail_damage().empty()) log_line(Severity::kWarning, reader->tail_damage());
     if (reader->foreign_packets() > 0)
-      log_line(Severity::kWarning, fmt::format("{}: skipped {} packets without a serial record", file, reader->foreign_packets()));
+      log_line(Severity::kWarning,
+               fmt::format("{}: skipped {} packets without a serial record", file, reader->foreign_packets()));
   }
 
   std::string no_frame() const {

@@ -27,58 +27,22 @@
 namespace prism::log {
 namespace {
 
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
-constexpr double kMaxWait_s = 1e11;  // above: not worth announcing
-constexpr double kMiB = 1 << 20;
-
-std::int64_t wait_for_bytes(const Stored& stored, std::int64_t limit) {
-  if (stored.all_bytes > limit) return 0;
-  const double wait =
-      stored.bytes_per_s > 0 ? static_cast<double>(limit - stored.all_bytes) / stored.bytes_per_s : 1e12;
-  return wait < kMaxWait_s ? static_cast<std::int64_t>(wait) + 1 : kNever;
-}
-
-}  // namespace
-
-NextDeletion next_deletion(const config::LogSegmentSettings& settings, const Stored& stored) {
-  const std::int64_t by_bytes_s = wait_for_bytes(stored, settings.keep_bytes);
-  const std::int64_t by_age_s = std::max<std::int64_t>(settings.keep_days * kDay_s - stored.age_s, 0);
-  NextDeletion next;
-  next.file = stored.file;
-  next.rows = stored.rows;
-  next.bytes = stored.bytes;
-  next.why = by_bytes_s <= by_age_s ? NextDeletion::Why::kBytes : NextDeletion::Why::kAge;
-  next.in_s = std::min(by_bytes_s, by_age_s);
-  return next;
-}
-
-std::string segment_text(const std::string& file, std::uint64_t rows, std::int64_t bytes) {
-  return fmt::format("{} ({}{:.1f} MiB)", file, rows > 0 ? counted(rows, "row") + ", " : "",
-                     static_cast<double>(bytes) / kMiB);
-}
-
-std::string reason_text(const config::LogSegmentSettings& settings, NextDeletion::Why why, const std::string& section) {
-  switch (why) {
-    case NextDeletion::Why::kBytes:
-      return fmt::format("more than {:.1f} MiB ({}/keep_mib)", static_cast<double>(settings.keep_bytes) / kMiB,
-                         section);
-    case NextDeletion::Why::kAge:
-      return fmt::format("written more than {} ago, as prismd measured ({}/keep_days)",
-                         counted(static_cast<std::uint64_t>(settings.keep_days), "day"), section);
-    case NextDeletion::Why::kDiskFull:
-      break;
-  }
-  return fmt::format("the disk is full ({}/when_full)", section);
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 using pipeline::LogPosition, pipeline::OldIndex, pipeline::SupersededRows, pipeline::kNoLog;
 
+constexpr std::int64_t kDay_s = 86400;
+constexpr double kMiB = 1 << 20;
 constexpr std::int64_t kLookAfterNew_s = 10;  // a line that flaps begins a segment with each connection
 constexpr std::int64_t kLookEvery_s = 60;
 constexpr std::int64_t kMinGrowth_s = 10;  // shorter: the growth is not known
+
+// How long until so many bytes more are stored.
+std::int64_t wait_for(std::int64_t bytes, double bytes_per_s) {
+  constexpr double kMost_s = 1e11;  // above: not worth announcing
+  if (bytes < 0) return 0;
+  const double wait_s = bytes_per_s > 0 ? static_cast<double>(bytes) / bytes_per_s : kMost_s;
+  return wait_s < kMost_s ? static_cast<std::int64_t>(wait_s) + 1 : std::numeric_limits<std::int64_t>::max();
+}
 
 // "" if the header lines have no such key.
 std::string header_value(const std::string& text, const std::string& key) {
@@ -394,11 +358,13 @@ std::optional<NextDeletion> Segments::plan(pipeline::RetentionStatus& status) {
   const StoredSegment& oldest = stored_.front();
   const std::int64_t since_s = status.uptime_s - *first_look_s_;
   const std::int64_t grown = status.bytes + removed_bytes_ - first_bytes_;
-  const Stored stored{
-      oldest.file,  rows_of(0),
-      oldest.bytes, age_s(0),
-      status.bytes, since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s)};
-  return next_deletion(settings_, stored);
+  const double bytes_per_s =
+      since_s < scaled_s(kMinGrowth_s) ? 0 : static_cast<double>(grown) / static_cast<double>(since_s);
+  const std::int64_t by_bytes_s = wait_for(status.keep_bytes - status.bytes, bytes_per_s);
+  const std::int64_t by_age_s = std::max<std::int64_t>(status.keep_s - age_s(0), 0);
+  const bool by_bytes = by_bytes_s <= by_age_s;
+  return NextDeletion{oldest.file, rows_of(0), oldest.bytes,
+                      by_bytes ? NextDeletion::Why::kBytes : NextDeletion::Why::kAge, by_bytes ? by_bytes_s : by_age_s};
 }
 
 // Running time since the next segment began.
@@ -447,10 +413,21 @@ bool Segments::remove(std::size_t i, NextDeletion::Why why) {
       std::any_of(stored_.begin(), stored_.end(), [](const auto& one) { return one.name.number == 0; });
   if (segment.name.number == 0 && !has_old && !stored_.empty())
     fs::remove(index_path(), error);  // newer ones need none
-  report(pipeline::Severity::kInfo, "retention",
-         fmt::format("{}: deleted {}: {}", section(), segment_text(segment.file, rows, segment.bytes),
-                     reason_text(settings_, why, section())));
+  report(
+      pipeline::Severity::kInfo, "retention",
+      fmt::format("{}: deleted {} ({}{:.1f} MiB): {}", section(), segment.file,
+                  rows > 0 ? counted(rows, "row") + ", " : "", static_cast<double>(segment.bytes) / kMiB, reason(why)));
   return true;
+}
+
+// The limit that is exceeded.
+std::string Segments::reason(NextDeletion::Why why) const {
+  using Why = NextDeletion::Why;
+  if (why == Why::kDiskFull) return fmt::format("the disk is full ({}/when_full)", section());
+  return why == Why::kBytes ? fmt::format("more than {:.1f} MiB ({}/keep_mib)",
+                                          static_cast<double>(settings_.keep_bytes) / kMiB, section())
+                            : fmt::format("written more than {} ago, as prismd measured ({}/keep_days)",
+                                          counted(static_cast<std::uint64_t>(settings_.keep_days), "day"), section());
 }
 
 bool Segments::make_room() {

@@ -110,30 +110,28 @@ bool same_engines(const Setup& a, const Setup& b) {
   return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same);
 }
 
-// Each log keeps its name.
-Result<void> same_logs(const Setup& before, const Setup& after) {
-  const auto names = [](const Setup& setup) {
-    std::vector<std::string> found;
-    for (std::size_t i = 0; i < setup.axes.size(); ++i) found.push_back(log_name(setup, i));
-    return found;
+// Each log, and each sensor line's capture and state, keeps its name.
+Result<void> same_names(const Setup& before, const Setup& after) {
+  const auto logs = [](const Setup& setup) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < setup.axes.size(); ++i) names.push_back(log_name(setup, i));
+    return names;
   };
-  if (names(before) == names(after)) return {};
-  return make_error(after.config.path, fmt::format("found logs {}, expected {} as before; restart prismd to apply it",
-                                                   fmt::join(names(after), ", "), fmt::join(names(before), ", ")));
-}
-
-// Each sensor line has its own capture and state.
-Result<void> same_sensor_lines(const Setup& before, const Setup& after) {
-  const auto names = [](const Setup& setup) {
-    std::vector<std::string> found;
-    for (const Setup::SensorLine& line : setup.sensor_lines) found.push_back(line.name);
-    return found;
+  const auto lines = [](const Setup& setup) {
+    std::vector<std::string> names;
+    for (const Setup::SensorLine& line : setup.sensor_lines) names.push_back(line.name);
+    return names;
   };
-  if (names(before) == names(after)) return {};
-  return make_error(after.config.path,
-                    fmt::format("found sensor lines {}, expected {} as before; restart prismd to apply it",
-                                names(after).empty() ? "none" : fmt::to_string(fmt::join(names(after), ", ")),
-                                names(before).empty() ? "none" : fmt::to_string(fmt::join(names(before), ", "))));
+  const auto text = [](const std::vector<std::string>& names) {
+    return names.empty() ? "none" : fmt::to_string(fmt::join(names, ", "));
+  };
+  const auto refused = [&](const char* what, const auto& names) {
+    return make_error(after.config.path, fmt::format("found {} {}, expected {} as before; restart prismd to apply it",
+                                                     what, text(names(after)), text(names(before))));
+  };
+  if (logs(before) != logs(after)) return refused("logs", logs);
+  if (lines(before) != lines(after)) return refused("sensor lines", lines);
+  return {};
 }
 
 }  // namespace
@@ -231,7 +229,7 @@ void Device::sync() {
 }
 
 Result<bool> Device::reconfigure(Setup next) {
-  for (const auto same : {same_places, same_logs, same_sensor_lines}) {
+  for (const auto same : {same_places, same_names}) {
     if (auto kept = same(setup, next); !kept) return tl::unexpected<Error>(kept.error());
   }
   const bool stream = same_stream(next, setup);
