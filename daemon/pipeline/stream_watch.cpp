@@ -40,33 +40,31 @@ std::string no_rate(const Pipeline& pipeline, std::size_t axis, std::uint64_t sa
 
 }  // namespace
 
-StageCounts counts_of(const Pipeline& pipeline) {
+StageMonitor::Counts StageMonitor::counts_of(const Pipeline& pipeline) {
   const wire::DecoderCounters& line = pipeline.decoder().counters();
   const drivers::ClockStatus& clock = pipeline.clock().status();
-  StageCounts counts{line.bytes, line.frames, line.refused, line.unconfirmed, clock.duplicates, clock.samples, {}};
-  for (const Axis& axis : pipeline.axes()) counts.rates.push_back(axis.rates);
+  Counts counts{{line.bytes, line.frames, clock.samples}, line.refused, line.unconfirmed, clock.duplicates};
+  for (const Axis& axis : pipeline.axes()) counts.stages.push_back(axis.rates);
   return counts;
 }
 
 std::string StageMonitor::push(const Pipeline& pipeline, std::int64_t now_ns) {
-  const StageCounts counts = counts_of(pipeline);
-  if (stages_.empty()) stages_.assign(2 + counts.rates.size(), {now_ns, counts});
+  const Counts now = counts_of(pipeline);
+  if (stages_.empty()) stages_.assign(now.stages.size() - 1, {now_ns, now});
   std::string problem;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    const auto in = [i](const StageCounts& c) { return i == 0 ? c.bytes : i == 1 ? c.frames : c.samples; };
-    const auto out = [i](const StageCounts& c) { return i == 0 ? c.frames : i == 1 ? c.samples : c.rates[i - 2]; };
-    Stage& stage = stages_[i];
-    const std::uint64_t input = in(counts)-in(stage.before);
-    if (out(counts) != out(stage.before) || input == 0) {
-      stage = {now_ns, counts};
+    auto& [since_ns, before] = stages_[i];
+    const std::size_t in = std::min<std::size_t>(i, 2);  // the rates of each axis are of the samples
+    const std::uint64_t input = now.stages[in] - before.stages[in];
+    if (now.stages[i + 1] != before.stages[i + 1] || input == 0) {
+      stages_[i] = {now_ns, now};
       continue;
     }
-    const bool starved = input >= kLeastInput && static_cast<double>(now_ns - stage.since_ns) >= 1e9 * kStarvedS;
+    const bool starved = input >= kLeastInput && static_cast<double>(now_ns - since_ns) >= 1e9 * kStarvedS;
     if (!starved || !problem.empty()) continue;
-    problem =
-        i == 0   ? no_frame(pipeline, input, counts.refused - stage.before.refused, counts.single - stage.before.single)
-        : i == 1 ? no_sample(input, counts.repeated - stage.before.repeated)
-                 : no_rate(pipeline, i - 2, input);
+    problem = i == 0   ? no_frame(pipeline, input, now.refused - before.refused, now.single - before.single)
+              : i == 1 ? no_sample(input, now.repeated - before.repeated)
+                       : no_rate(pipeline, i - 2, input);
   }
   return problem;
 }

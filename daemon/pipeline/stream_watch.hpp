@@ -17,17 +17,7 @@
 
 namespace prism::pipeline {
 
-/// Totals since the pipeline was created.
-struct StageCounts {
-  std::uint64_t bytes = 0, frames = 0;
-  std::uint64_t refused = 0;         ///< frames that a refuse rule rejects
-  std::uint64_t single = 0;          ///< frames that no second one confirmed
-  std::uint64_t repeated = 0;        ///< frames with the counter or time tag of the frame before
-  std::uint64_t samples = 0;         ///< frames that gave a sample of at least one axis
-  std::vector<std::uint64_t> rates;  ///< samples with a known rate, by axis
-};
-StageCounts counts_of(const Pipeline& pipeline);
-
+/// Finds a stage of the pipeline that has input and no output (bytes → frames → samples → rates).
 class StageMonitor {
  public:
   static constexpr double kStarvedS = 10;
@@ -40,10 +30,18 @@ class StageMonitor {
   void begin() { stages_.clear(); }
 
  private:
+  /// Totals since the pipeline was created.
+  struct Counts {
+    std::vector<std::uint64_t> stages;  ///< bytes, frames, samples of any axis, and known rates of each axis
+    std::uint64_t refused = 0;          ///< frames that a refuse rule rejects
+    std::uint64_t single = 0;           ///< frames that no second one confirmed
+    std::uint64_t repeated = 0;         ///< frames with the counter or time tag of the frame before
+  };
   struct Stage {
     std::int64_t since_ns = 0;  ///< when its output last grew
-    StageCounts before;         ///< the counts at that time
+    Counts before;              ///< the counts at that time
   };
+  static Counts counts_of(const Pipeline& pipeline);
 
   std::vector<Stage> stages_;  ///< frames, samples, and the rates of each axis
 };

@@ -170,7 +170,11 @@ struct Rpc::Call {
   std::vector<std::size_t> axes = {};  ///< for a method with the parameter "axis"
 
   void reply(const ordered_json& result) const {
-    if (wants_answer) client->answer(begin() + json_text(result) + "}\n");
+    if (!wants_answer) return;
+    const std::string text = json_text(result);
+    std::string line = begin();
+    line.reserve(line.size() + text.size() + 2);  // it may wait long for its client
+    client->answer(line.append(text) += "}\n");
   }
   void fail(int code, const std::string& message, const ordered_json* data = nullptr) const {
     if (wants_answer) client->answer(rpc_error(id, code, message, data));

@@ -28,13 +28,18 @@ using daemon::kUse;
 using pipeline::Severity;
 using Protocol = asio::local::stream_protocol;
 
-Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings) {
+Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings, int inherited) {
+  boost::system::error_code error;
+  Server::Acceptor acceptor(io);
+  if (inherited >= 0) {
+    acceptor.assign(Protocol(), inherited, error);
+    if (error) return make_error("systemd's socket", error.message());
+    return acceptor;
+  }
   std::error_code folder_error;  // listen_unix() reports the error
   std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
   auto socket = listen_unix(settings.path, static_cast<mode_t>(settings.mode));
   if (!socket) return tl::unexpected<Error>(socket.error());
-  boost::system::error_code error;
-  Server::Acceptor acceptor(io);
   acceptor.assign(Protocol(), socket->get(), error);
   if (error) return make_error(settings.path, "cannot listen: " + error.message());
   socket->release();
@@ -54,28 +59,16 @@ std::deque<std::string> take_lines(std::string& pending) {
   return lines;
 }
 
-std::string too_long() {
-  return rpc_error(nullptr, kInvalidRequest,
-                   fmt::format("found a line of more than {} bytes; connection closed", kMaxRequestBytes));
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
                                              int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell,
                                              Problems& problems) {
-  if (inherited >= 0) {
-    boost::system::error_code error;
-    Acceptor acceptor(io);
-    acceptor.assign(Protocol(), inherited, error);
-    if (error) return make_error("systemd's socket", error.message());
-    return std::unique_ptr<Server>(
-        new Server(std::move(acceptor), settings, OwnSocketFile(), publisher, rpc, std::move(tell), problems));
-  }
-  Result<Acceptor> acceptor = listen(io, settings);
+  Result<Acceptor> acceptor = listen(io, settings, inherited);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  return std::unique_ptr<Server>(new Server(std::move(*acceptor), settings, OwnSocketFile(settings.path), publisher,
-                                            rpc, std::move(tell), problems));
+  OwnSocketFile own = inherited < 0 ? OwnSocketFile(settings.path) : OwnSocketFile();
+  return std::unique_ptr<Server>(
+      new Server(std::move(*acceptor), settings, std::move(own), publisher, rpc, std::move(tell), problems));
 }
 
 Server::Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
@@ -169,7 +162,8 @@ asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
       }
     }
     if (pending.size() <= kMaxRequestBytes) continue;
-    client->answer(too_long());
+    client->answer(rpc_error(nullptr, kInvalidRequest,
+                             fmt::format("found a line of more than {} bytes; connection closed", kMaxRequestBytes)));
     break;
   }
   client->close();
