@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // prismd with a live gyro.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -81,7 +82,7 @@ class Live {
     if (!config.socket.path.empty() || inherited >= 0) {
       auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_, problems_);
       if (!server) {
-        log_line(Severity::kError, server.error().text());
+        spdlog::error(server.error().text());
         return kExitFailed;
       }
       server_ = std::move(*server);
@@ -154,13 +155,12 @@ class Live {
     publisher_.release();
     if (done && loader_.drain(kExitTimeout)) return kExitDone;
     if (done) {
-      log_line(Severity::kError, "reload: a file server does not respond; exiting without the reload");
+      spdlog::error("reload: a file server does not respond; exiting without the reload");
       finish_logging();
       ::_exit(kExitDone);
     }
-    log_line(Severity::kError,
-             fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
-                         log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
+    spdlog::error(fmt::format("the disk does not respond: {} rows were not written, and {} more are not synced",
+                              log ? log->pending.load() : 0, log ? log->unsynced.load() : 0));
     finish_logging();
     ::_exit(kExitFailed);
   }

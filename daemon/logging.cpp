@@ -4,20 +4,21 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "base/escape.hpp"
-#include "base/host_time.hpp"
-#include "base/text_number.hpp"
 
 namespace prism::daemon {
 namespace {
@@ -94,42 +95,71 @@ void MessageThread::run(const std::shared_ptr<State>& state, int descriptor) {
 
 namespace {
 
-struct Log {
-  Severity least;
-  const bool to_journal = std::getenv("JOURNAL_STREAM") != nullptr;
-  MessageThread messages{STDERR_FILENO};
+// "<4>": the syslog priority that the journal reads at the start of a line.
+class JournalPriority : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const char* priority = message.level >= spdlog::level::err    ? "<3>"
+                           : message.level >= spdlog::level::warn ? "<4>"
+                           : message.level >= spdlog::level::info ? "<6>"
+                                                                  : "<7>";
+    out.append(priority, priority + 3);
+  }
+  std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
 };
-std::unique_ptr<Log> log_of_process;
+
+/// Writes messages on a separate thread, so that a blocked stderr does not block the daemon.
+class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  bool finish(std::chrono::milliseconds timeout) { return messages_.finish(timeout); }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string payload = printable({message.payload.data(), message.payload.size()});
+    spdlog::details::log_msg safe = message;
+    safe.payload = payload;
+    spdlog::memory_buf_t text;
+    formatter_->format(safe, text);
+    messages_.put(fmt::to_string(text));
+  }
+  void flush_() override {}
+
+ private:
+  MessageThread messages_{STDERR_FILENO};
+};
+
+std::shared_ptr<QueueSink> stderr_sink;
 
 }  // namespace
 
 void begin_logging(const std::string& level) {
-  Severity least = Severity::kDebug;
-  while (least < Severity::kError && level != socket::severity_name(least))
-    least = Severity(static_cast<int>(least) + 1);
-  log_of_process = std::make_unique<Log>(least);
+  const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  stderr_sink = std::make_shared<QueueSink>();
+  auto logger = std::make_shared<spdlog::logger>("prismd", stderr_sink);
+  if (journal) {
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<JournalPriority>('*').set_pattern("%*%v");
+    logger->set_formatter(std::move(formatter));
+  } else {
+    logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ prismd: %l: %v", spdlog::pattern_time_type::utc);
+  }
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(std::move(logger));
 }
 
 void finish_logging() {
-  if (log_of_process) log_of_process->messages.finish(std::chrono::milliseconds(500));
-}
-
-void log_line(Severity severity, std::string_view text) {
-  if (!log_of_process || severity < log_of_process->least) return;
-  constexpr std::array kPriorities = {"<7>", "<6>", "<4>", "<3>"};  // of syslog, which the journal reads
-  constexpr std::size_t kToMilliseconds = 23;
-  const std::string head =
-      log_of_process->to_journal
-          ? kPriorities[static_cast<std::size_t>(severity)]
-          : fmt::format("{}Z prismd: {}: ", utc_nano_text(host_time_ns()).substr(0, kToMilliseconds),
-                        socket::severity_name(severity));
-  log_of_process->messages.put(head + printable(text) + "\n");
+  if (stderr_sink) stderr_sink->finish(std::chrono::milliseconds(500));
 }
 
 void log_event(const socket::Event& event) {
-  const std::string more =
-      event.repeats > 0 ? fmt::format(" ({} more times since the last message)", event.repeats) : std::string();
-  log_line(event.severity, event.text + more);
+  const auto level = event.severity == pipeline::Severity::kError     ? spdlog::level::err
+                     : event.severity == pipeline::Severity::kWarning ? spdlog::level::warn
+                     : event.severity == pipeline::Severity::kInfo    ? spdlog::level::info
+                                                                      : spdlog::level::debug;
+  // Passes formatted text: spdlog's own formatting would compile all of fmt again.
+  spdlog::log(level, event.repeats == 0
+                         ? event.text
+                         : fmt::format("{} ({} more times since the last message)", event.text, event.repeats));
 }
 
 }  // namespace prism::daemon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Log output of prismd on stderr, on a separate thread, so that a blocked reader does not block the daemon.
+// Log output of prismd on stderr.
 #pragma once
 
 #include <chrono>
@@ -10,13 +10,12 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <string_view>
 
 #include "daemon/socket/event_log.hpp"
 
 namespace prism::daemon {
 
-using pipeline::Severity;
+// Writes messages to stderr on a separate thread, so that a blocked reader does not block the daemon.
 
 /// Writes lines to a descriptor, in order. If the queue is full, lines are dropped, and the next line that is written
 /// reports their number. Thread-safe. Only finish() waits for the descriptor.
@@ -52,12 +51,9 @@ class MessageThread {
   const std::shared_ptr<State> state_ = std::make_shared<State>();
 };
 
-/// Logs messages of `level` (a name of severity_name()) and above. Under systemd, lines have a severity prefix ("<4>")
-/// and no time, which the journal adds.
+/// Logs messages of `level` (a name of spdlog) and above. Under systemd, lines have a severity prefix ("<4>") and no
+/// time, which the journal adds.
 void begin_logging(const std::string& level);
-
-/// Logs one line of printable text.
-void log_line(Severity severity, std::string_view text);
 
 /// Logs an event as one line.
 void log_event(const socket::Event& event);

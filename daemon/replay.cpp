@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // prismd --replay: processes captures in the same way as a live line.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -131,7 +132,7 @@ class Replay {
     if (!options_.socket.empty()) {
       auto server = socket::Server::open(
           io_, device_.setup.config.socket, -1, publisher_, rpc_,
-          [](auto, const std::string&, const std::string& text) { log_line(Severity::kWarning, text); }, problems_);
+          [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); }, problems_);
       if (!server) return fail(server.error().text());
       server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
@@ -142,7 +143,7 @@ class Replay {
     io_.run();
     const double seconds = std::chrono::duration<double>(Steady::now() - begin).count();
     if (sensors_) {
-      for (const std::string& note : sensors_->notes()) log_line(Severity::kWarning, note);
+      for (const std::string& note : sensors_->notes()) spdlog::warn("{}", note);
     }
     if (frames_ && std::fclose(frames_.release()) != 0) fault_ = frames_fault();
     if (!fault_.empty()) return fail(fault_);
@@ -257,11 +258,10 @@ class Replay {
       pass(device_, kGyroLine, *packet);
     }
     if (const std::string damage = reader->damaged_places().text(); !damage.empty())
-      log_line(Severity::kWarning, fmt::format("{}: {}; skipped, and the rest of the capture was read", file, damage));
-    if (!reader->tail_damage().empty()) log_line(Severity::kWarning, reader->tail_damage());
+      spdlog::warn("{}: {}; skipped, and the rest of the capture was read", file, damage);
+    if (!reader->tail_damage().empty()) spdlog::warn("{}", reader->tail_damage());
     if (reader->foreign_packets() > 0)
-      log_line(Severity::kWarning,
-               fmt::format("{}: skipped {} packets without a serial record", file, reader->foreign_packets()));
+      spdlog::warn("{}: skipped {} packets without a serial record", file, reader->foreign_packets());
   }
 
   std::string no_frame() const {

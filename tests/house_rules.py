@@ -27,10 +27,10 @@ WIRES = {DESCRIPTION, DECODE, ENCODE, WIRE}
 ROOMS = [BASE, TRAINING, EVALUATION, CORE, DESCRIPTION, DECODE, ENCODE, WIRE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON, TOOLS, TESTS]
 
 # module: (modules it may include, other headers it may never include)
-SLOW = r"boost/asio|CLI/|pcap|systemd/"
+SLOW = r"boost/asio|spdlog/|CLI/|pcap|systemd/"
 PURE = SLOW + r"|thread$|mutex$|future$|condition_variable$|fstream$|iostream$|filesystem$"
 MAY = {
-    BASE: ({BASE}, "boost/|CLI/|pcap|Eigen/"),
+    BASE: ({BASE}, "boost/|spdlog/|CLI/|pcap|Eigen/"),
     CORE: ({BASE, CORE}, PURE + "|boost/"),
     TRAINING: ({BASE, CORE, TRAINING, EVALUATION}, SLOW + r"|fstream$|iostream$|filesystem$|boost/(?!math/)"),
     EVALUATION: ({BASE, CORE, EVALUATION}, PURE + "|boost/(?!math/)"),
@@ -38,30 +38,30 @@ MAY = {
     DECODE: ({BASE, DESCRIPTION, DECODE}, PURE + "|boost/(?!container/)"),
     ENCODE: ({BASE, DESCRIPTION, ENCODE}, PURE + "|boost/(?!container/)"),
     WIRE: (set(), "."),  # all files are in submodules
-    DRIVERS: (WIRES | {BASE, DRIVERS}, "CLI/|systemd/"),
-    CONFIG: (WIRES | {BASE, CORE, DRIVERS, CONFIG}, "boost/asio|CLI/"),
+    DRIVERS: (WIRES | {BASE, DRIVERS}, "spdlog/|CLI/|systemd/"),
+    CONFIG: (WIRES | {BASE, CORE, DRIVERS, CONFIG}, "boost/asio|spdlog/|CLI/"),
     PIPELINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE}, SLOW + r"|thread$|mutex$"),
-    LINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE}, "CLI/|pcap|systemd/"),
+    LINE: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE}, "spdlog/|CLI/|pcap|systemd/"),
     LOG: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LOG}, SLOW),
-    SOCKET: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, SOCKET}, "CLI/|pcap|systemd/"),
+    SOCKET: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, SOCKET}, "spdlog/|CLI/|pcap|systemd/"),
     DAEMON: (WIRES | {BASE, CORE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON}, "(?!)"),
     TOOLS: (WIRES | {BASE, CORE, TRAINING, EVALUATION, DRIVERS, CONFIG, PIPELINE, TOOLS}, "(?!)"),
     TESTS: (set(ROOMS), "(?!)"),
 }
 # module: libraries that its CMakeLists.txt may never use
-ASYNC = r"prism_boost|PCAP|SYSTEMD|CLI11"
+ASYNC = r"prism_boost|spdlog|PCAP|SYSTEMD|CLI11"
 MAY_NOT_LINK = {
-    BASE: "prism_boost|Boost::|PCAP|CLI11|Eigen|prism_(?!base)",
+    BASE: "prism_boost|Boost::|spdlog|PCAP|CLI11|Eigen|prism_(?!base)",
     CORE: ASYNC + "|Boost::|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training|evaluation)",
     TRAINING: ASYNC + "|prism_(?:wire|clock|drivers|simulation|config|daemon)",
     EVALUATION: ASYNC + "|Threads::|prism_(?:wire|clock|drivers|simulation|config|daemon|training)",
     WIRE: ASYNC + "|Threads::|prism_(?:compensation|training|evaluation|drivers|config|daemon)",
-    DRIVERS: "SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
+    DRIVERS: "spdlog|SYSTEMD|CLI11|prism_(?:compensation|training|evaluation|config|daemon)",
     CONFIG: ASYNC + "|prism_(?:daemon|training|evaluation)",
     PIPELINE: ASYNC + "|Threads::|prism_(?:daemon|training|evaluation|simulation)",
-    LINE: "PCAP|SYSTEMD|CLI11|prism_(?:log|socket|daemon|training|evaluation|simulation)",
+    LINE: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:log|socket|daemon|training|evaluation|simulation)",
     LOG: ASYNC + "|prism_(?:line|socket|daemon|training|evaluation|simulation)",
-    SOCKET: "PCAP|SYSTEMD|CLI11|prism_(?:line|log|daemon|training|evaluation|simulation)",
+    SOCKET: "spdlog|PCAP|SYSTEMD|CLI11|prism_(?:line|log|daemon|training|evaluation|simulation)",
     DAEMON: "prism_(?:training|evaluation|simulation)",
     TOOLS: "prism_daemon",
 }
