@@ -35,20 +35,6 @@ double plain_sd(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-TEST(RunningVariance, EqualsATwoPassComputation) {
-  std::mt19937_64 random(31);
-  std::normal_distribution<double> normal(8.4652, 0.0185);
-  RunningVariance running;
-  std::vector<double> values;
-  for (int i = 0; i < 924; ++i) {
-    values.push_back(normal(random));
-    running.add(values.back());
-  }
-  EXPECT_EQ(running.count(), 924);
-  EXPECT_NEAR(running.mean(), plain_mean(values), kSumRounding);
-  EXPECT_NEAR(running.sd(), plain_sd(values), kSumRounding);
-}
-
 TEST(RunningVariance, KeepsPrecisionWithALargeOffset) {
   RunningVariance running;
   for (int i = 0; i < 1'000'000; ++i) running.add(1e9 + (i % 2));  // sums of squares would lose the 0.5
@@ -87,27 +73,31 @@ TEST_F(BlockStabilityTest, UsesEveryHundredthWindowOnly) {
   EXPECT_NEAR(stability.improvement().value(), 1 - plain_sd(corrected) / plain_sd(raw), kSumRounding);
 }
 
-TEST_F(BlockStabilityTest, AGapRestartsTheGridSoThatNoBlockSpansIt) {
-  for (int s = 0; s <= 250; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 0, 100, 200
-  for (int s = 260; s < 300; ++s) stability.add(row_at(s, 1e6, 1e6, WindowState::kWarming), 100);
-  for (int s = 370; s <= 470; ++s) stability.add(row_at(s, s, s), 100);  // blocks end at 370, 470
-  EXPECT_EQ(stability.all().count(), 5);
-  EXPECT_NEAR(stability.all().mean(), (0 + 100 + 200 + 370 + 470) / 5.0, kSumRounding);
-}
-
-TEST_F(BlockStabilityTest, AClockSetBackRestartsTheGrid) {
-  for (int s = 10'000; s <= 10'100; ++s) stability.add(row_at(s, 1, 1), 100);
-  stability.add(row_at(0, 1, 1, WindowState::kWarming), 100);
-  for (int s = 109; s <= 209; ++s) stability.add(row_at(s, 1, 1), 100);
-  EXPECT_EQ(stability.all().count(), 4);
-}
-
-TEST_F(BlockStabilityTest, AMissingSecondAtTheEndOfABlockMovesTheGridWithoutOverlap) {
-  for (int s = 0; s <= 205; ++s) {
-    if (s != 100 && s != 101) stability.add(row_at(s, s, s), 100);
-  }
-  EXPECT_EQ(stability.all().count(), 3);  // 0, 102, 202
-  EXPECT_NEAR(stability.all().mean(), (0 + 102 + 202) / 3.0, kSumRounding);
+// A gap, a clock that was set back, and a missing second at the end of a block: no block overlaps another.
+TEST_F(BlockStabilityTest, TheGridRestartsAfterAGap) {
+  const auto seconds = [&](int from, int to, WindowState state = WindowState::kReady) {
+    for (int s = from; s <= to; ++s) stability.add(row_at(s, s, s, state), 100);
+  };
+  const auto expect = [&](std::vector<double> ends) {
+    EXPECT_EQ(stability.all().count(), static_cast<std::int64_t>(ends.size()));
+    EXPECT_NEAR(stability.all().mean(), plain_mean(ends), 1e-9);
+    stability.reset();
+    EXPECT_EQ(stability.all().count(), 0);
+  };
+  seconds(0, 250);
+  seconds(260, 299, WindowState::kWarming);
+  seconds(370, 470);
+  expect({0, 100, 200, 370, 470});
+  seconds(10'000, 10'100);
+  seconds(0, 0, WindowState::kWarming);
+  seconds(109, 209);
+  expect({10'000, 10'100, 109, 209});
+  seconds(0, 99);
+  seconds(102, 205);
+  expect({0, 102, 202});
+  stability.add(row_at(0, kUnknown, kUnknown), 100);  // without a rate: left out
+  seconds(50, 50);
+  EXPECT_EQ(stability.all().count(), 0);
 }
 
 TEST_F(BlockStabilityTest, ComparesRawAndCorrectedOverTheSameBlocks) {
@@ -121,27 +111,15 @@ TEST_F(BlockStabilityTest, ComparesRawAndCorrectedOverTheSameBlocks) {
   EXPECT_NEAR(stability.improvement().value(), 0.9, kSumRounding);
 }
 
-TEST_F(BlockStabilityTest, AConstantRateHasNoImprovement) {
+TEST_F(BlockStabilityTest, AConstantRateHasNoImprovementAndAWorseCorrectionANegativeOne) {
   EXPECT_FALSE(stability.improvement());
   stability.add(row_at(0, 8, 8), 100);
   EXPECT_FALSE(stability.improvement());
   stability.add(row_at(100, 8, 8.1), 100);
   EXPECT_FALSE(stability.improvement());  // raw is constant
   stability.reset();
-  EXPECT_EQ(stability.all().count(), 0);
-  stability.add(row_at(110, 8, 8), 100);  // the grid is also reset
-  EXPECT_EQ(stability.all().count(), 1);
-}
-
-TEST_F(BlockStabilityTest, AWorseCorrectionHasANegativeImprovement) {
-  for (int block = 0; block < 4; ++block) stability.add(row_at(100 * block, block % 2, 3 * (block % 2)), 100);
+  for (int block = 0; block < 4; ++block) stability.add(row_at(10 + 100 * block, block % 2, 3 * (block % 2)), 100);
   EXPECT_NEAR(stability.improvement().value(), -2, kSumRounding);
-}
-
-TEST_F(BlockStabilityTest, ABlockWithoutARateIsLeftOut) {
-  stability.add(row_at(0, kUnknown, kUnknown), 100);
-  stability.add(row_at(50, 8, 8), 100);
-  EXPECT_EQ(stability.all().count(), 0);
 }
 
 }  // namespace

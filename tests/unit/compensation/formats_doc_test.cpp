@@ -26,15 +26,7 @@ std::string example(const char* chapter, const char* kind) {
   return test::fenced_block(test::document_section(kDocument, chapter), kind);
 }
 
-TEST(FormatsDocument, ListsTheColumnsOfTheLog) {
-  std::string columns;
-  for (const auto& row : test::table(test::document_section(kDocument, "### Columns"), "column")) {
-    columns += (columns.empty() ? "" : ",") + row.at(0);
-  }
-  EXPECT_EQ(columns, csv_columns());
-}
-
-TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
+TEST(FormatsDocument, ListsTheColumnsOfTheLogTheirUnitsAndDecimals) {
   CompensatedWindow row;
   const double value = 1.23456789;
   row.window.second_mean = {0, 1, 1, value, value, value, 1};
@@ -42,16 +34,24 @@ TEST(FormatsDocument, ListsTheDecimalsOfTheColumns) {
   row.window.rate_deg_per_h = row.window.temperature_degc = row.window.slope_degc_per_s = row.window.uhfo_v = value;
   row.correction = {value, value, kGood};
   row.corrected_deg_per_h = row.corrected_mean_deg_per_h = row.sent_deg_per_h = value;
-  std::string text;
+  std::string text, columns;
   append_csv(text, row);
   std::istringstream fields(text);
-  for (const auto& cells : test::table(test::document_section(kDocument, "### Columns"), "column")) {
+  const auto rows = test::table(test::document_section(kDocument, "### Columns"), "column");
+  ASSERT_EQ(rows.size(), kColumnInfo.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    columns += (columns.empty() ? "" : ",") + rows[i].at(0);
+    EXPECT_EQ(rows[i].at(0), kColumnInfo[i].name);
+    EXPECT_EQ(rows[i].at(1), kColumnInfo[i].unit) << rows[i].at(0);
+    EXPECT_EQ(kColumnInfo[i].json > 0, !kColumnInfo[i].meaning.empty()) << rows[i].at(0);
     std::string field;
     ASSERT_TRUE(std::getline(fields, field, ','));
     const std::size_t point = field.find('.');
     const std::string decimals = std::to_string(point == std::string::npos ? 0 : field.size() - point - 1);
-    EXPECT_EQ(cells.at(2), cells.at(0) == "time_utc" || cells.at(0) == "quality" ? "" : decimals) << cells.at(0);
+    EXPECT_EQ(rows[i].at(2), rows[i].at(0) == "time_utc" || rows[i].at(0) == "quality" ? "" : decimals)
+        << rows[i].at(0);
   }
+  EXPECT_EQ(columns, csv_columns());
 }
 
 TEST(FormatsDocument, ListsTheQualities) {
@@ -170,24 +170,11 @@ TEST(LogColumns, ThePythonClientHasTheMembersOfNotifications) {
   EXPECT_EQ(python_fields("Sample"), sample);
 }
 
-TEST(LogColumns, FormatsDocumentListsTheirUnits) {
-  const auto rows = test::table(test::document_section("formats.md", "### Columns"), "column");
-  ASSERT_EQ(rows.size(), kColumnInfo.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(rows[i].at(0), kColumnInfo[i].name);
-    EXPECT_EQ(rows[i].at(1), kColumnInfo[i].unit) << rows[i].at(0);
-  }
-}
-
 TEST(LogColumns, FormatsDocumentListsTheUnitsOfSensors) {
   const std::string section = test::document_section("formats.md", "### Columns");
   const std::string line = section.substr(section.find("Sensor columns"));
   for (const SensorUnit& unit : kSensorUnits)
     EXPECT_LT(line.find(std::string("_") + unit.suffix + "`"), line.find('\n')) << unit.suffix;
-}
-
-TEST(LogColumns, ColumnsInJsonHaveAMeaning) {
-  for (const ColumnInfo& column : kColumnInfo) EXPECT_EQ(column.json > 0, !column.meaning.empty()) << column.name;
 }
 
 }  // namespace

@@ -72,11 +72,10 @@ TEST(ModelId, DependsOnTheSerialNumberSinceVersion2) {
 }
 
 TEST(ModelId, ChangesWithEveryNumber) {
+  const std::vector<std::string> swapped = {"U", "T"};
   const std::function<void(ModelInfo&)> changes[] = {
       [](ModelInfo& i) { i.kind = "stepwise"; },
-      [](ModelInfo& i) {
-        i.inputs = {"U", "T"};
-      },
+      [&](ModelInfo& i) { i.inputs = swapped; },
       [](ModelInfo& i) { i.features.length_s = 99; },
       [](ModelInfo& i) { i.features.slope = SlopeMethod::kLeastSquares; },
       [](ModelInfo& i) { i.features.end_mean_s = 9; },
@@ -113,24 +112,11 @@ TEST(ModelId, EqualsTheDigestOfSha256sum) {
 
 TEST(ExactText, ReadsBackAsTheSameDoubleAlsoThroughJson) {
   std::mt19937_64 random(11);
-  std::vector<double> values = {0.0,
-                                -0.0,
-                                1,
-                                -1,
-                                0.1,
-                                1e15,
-                                9007199254740994,
-                                1e16,
-                                1e17,
-                                123456789012345680,
-                                1e-5,
-                                1e22,
-                                5e-324,
-                                std::numeric_limits<double>::max(),
-                                std::numeric_limits<double>::lowest(),
-                                std::numeric_limits<double>::min(),
-                                4.35,
-                                1.7976931348623155e308};
+  std::vector<double> values;
+  for (const char* text : {"0", "-0", "1", "-1", "0.1", "1e15", "9007199254740994", "1e16", "1e17",
+                           "123456789012345680", "1e-5", "1e22", "5e-324", "1.7976931348623157e308",
+                           "-1.7976931348623157e308", "2.2250738585072014e-308", "4.35", "1.7976931348623155e308"})
+    values.push_back(std::strtod(text, nullptr));
   while (values.size() < 100'000) {
     const double value = std::bit_cast<double>(random());
     if (std::isfinite(value)) values.push_back(value);
