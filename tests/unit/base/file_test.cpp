@@ -7,6 +7,9 @@
 
 #include <array>
 #include <filesystem>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -36,6 +39,7 @@ TEST_F(File, ReadsBackWrittenText) {
   ASSERT_TRUE(write_text_file(path("a"), ""));
   EXPECT_EQ(*read_text_file(path("a")), "");
   EXPECT_EQ(entries(), 1) << "no temporary file is left";
+  EXPECT_NE(read_text_file("/proc/self/status")->find("Name:"), std::string::npos) << "a file without a size";
 }
 
 TEST_F(File, KeepsTheOldFileOnAFullDisk) {
@@ -52,38 +56,42 @@ TEST_F(File, KeepsTheOldFileOnAFullDisk) {
 }
 
 TEST_F(File, KeepsTheModeOfAnExistingFile) {
-  ASSERT_TRUE(write_text_file(path("a"), "old"));
+  ASSERT_TRUE(write_text_file(path("a"), "old and long"));
   ASSERT_EQ(::chmod(path("a").c_str(), 0640), 0);
-  ASSERT_TRUE(write_text_file(path("a"), "new"));
+  ASSERT_TRUE(write_text_file(path("a"), "new and long"));
+  EXPECT_EQ(*read_text_file(path("a")), "new and long");
+  EXPECT_EQ(mode("a"), 0640u);
+  EXPECT_TRUE(write_all(open_output(path("a")).value().get(), "new"));
   EXPECT_EQ(*read_text_file(path("a")), "new");
   EXPECT_EQ(mode("a"), 0640u);
 }
 
-TEST_F(File, DoesNotWriteThroughALink) {
+// Without a writer open(2) of a pipe would wait forever.
+TEST_F(File, RejectsLinksDevicesPipesAndDirectories) {
   ASSERT_TRUE(write_text_file(path("a"), "old"));
   fs::create_symlink("a", path("link"));
   fs::create_symlink("none", path("dangling"));
-  for (const char* link : {"link", "dangling"}) {
-    EXPECT_EQ(write_text_file(path(link), "new").error().what, "is a symbolic link, expected a regular file");
-    EXPECT_EQ(open_output(path(link)).error().what, "is a symbolic link, expected a regular file");
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  const auto read = [](const std::string& file) { return read_text_file(file).error().text(); };
+  const auto follow = [](const std::string& file) { return FileReader::open(file).error().text(); };
+  const auto write = [](const std::string& file) { return write_text_file(file, "new").error().text(); };
+  const auto output = [](const std::string& file) { return open_output(file).error().text(); };
+  const std::tuple<std::string, std::string, std::vector<std::string (*)(const std::string&)>> rows[] = {
+      {path("link"), "is a symbolic link, expected a regular file", {write, output}},
+      {path("dangling"), "is a symbolic link, expected a regular file", {write, output}},
+      {"/dev/null", "is a device, expected a regular file", {write, output, read}},
+      {path("pipe"), "is a pipe, expected a regular file", {write, read, follow}},
+      {path(""), "is a directory, expected a regular file", {write, read}},
+      {path("none"), "cannot be read: No such file or directory", {read}},
+      {path("none/a"), "cannot be written: No such file or directory", {write}},
+  };
+  for (const auto& [file, what, calls] : rows) {
+    for (const auto call : calls) EXPECT_EQ(call(file), file + ": " + what);
   }
+  EXPECT_EQ(read(std::string("a\0b", 3)), "a\\x00b: contains a NUL byte, expected the path of a file");
   EXPECT_EQ(*read_text_file(path("link")), "old");
   EXPECT_FALSE(fs::exists(path("none")));
-}
-
-TEST_F(File, RejectsDevices) {
-  EXPECT_EQ(write_text_file("/dev/null", "x").error().text(), "/dev/null: is a device, expected a regular file");
-  EXPECT_EQ(open_output("/dev/null").error().what, "is a device, expected a regular file");
-  EXPECT_EQ(read_text_file("/dev/zero").error().text(), "/dev/zero: is a device, expected a regular file");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
-}
-
-// Without a writer open(2) of a pipe would wait forever.
-TEST_F(File, DoesNotWaitForAPipe) {
-  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(read_text_file(path("pipe")).error().what, "is a pipe, expected a regular file");
-  EXPECT_EQ(FileReader::open(path("pipe")).error().what, "is a pipe, expected a regular file");
-  EXPECT_EQ(write_text_file(path("pipe"), "x").error().what, "is a pipe, expected a regular file");
 }
 
 TEST_F(File, LimitsTheSize) {
@@ -92,29 +100,6 @@ TEST_F(File, LimitsTheSize) {
   EXPECT_EQ(read_text_file(path("a"))->size(), 2'000'000u);
   fs::resize_file(path("a"), std::uintmax_t{1} << 40);  // sparse: 1 TiB
   EXPECT_EQ(read_text_file(path("a")).error().what, "is larger than 4 MiB, the limit for such a file");
-}
-
-TEST_F(File, ReadsWhatHasNoSize) { EXPECT_NE(read_text_file("/proc/self/status")->find("Name:"), std::string::npos); }
-
-TEST_F(File, ReportsTheReasonOfAnError) {
-  EXPECT_EQ(read_text_file(path("")).error().what, "is a directory, expected a regular file");
-  EXPECT_EQ(write_text_file(path(""), "x").error().what, "is a directory, expected a regular file");
-  EXPECT_EQ(read_text_file(path("none")).error().what, "cannot be read: No such file or directory");
-  EXPECT_EQ(write_text_file(path("none/a"), "x").error().what, "cannot be written: No such file or directory");
-  EXPECT_EQ(read_text_file(std::string("a\0b", 3)).error().text(),
-            "a\\x00b: contains a NUL byte, expected the path of a file");
-}
-
-TEST_F(File, OutputKeepsTheModeOfAnExistingFile) {
-  ASSERT_TRUE(write_text_file(path("a"), "old and long"));
-  ASSERT_EQ(::chmod(path("a").c_str(), 0600), 0);
-  {
-    const auto out = open_output(path("a"));
-    ASSERT_TRUE(out);
-    EXPECT_TRUE(write_all(out->get(), "new"));
-  }
-  EXPECT_EQ(*read_text_file(path("a")), "new");
-  EXPECT_EQ(mode("a"), 0600u);
 }
 
 TEST_F(File, ReadsLinesAndContinuesAnywhere) {

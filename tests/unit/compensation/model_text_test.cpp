@@ -61,7 +61,7 @@ TEST(ModelText, LimitsTheTermsOfAPolynomial) {
   EXPECT_EQ(with_terms(10'000).find("terms"), std::string::npos);
 }
 
-// json_errors.txt of base has the other errors of JSON.
+// base/section_errors.txt has the other errors of JSON.
 TEST(ModelText, RejectsWhatIsNoModel) {
   EXPECT_EQ(refusal("\nt,T,U,y\n0,20,5,1\n"), "m.json: found no JSON object, expected a model made by prismcal train");
   EXPECT_EQ(refusal("{}"), "m.json: \"format\" is missing");
