@@ -42,21 +42,9 @@ TEST(ThermalSegments, FindThePlateausAndRampsOfACycle) {
   EXPECT_EQ(segments.front().begin, 0u);
   EXPECT_EQ(segments.back().end, cycle.time_s.size());
   for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(segments[i].begin, segments[i - 1].end);
-}
-
-TEST(ThermalSegments, MergeAShortInterruptionIntoTheRamp) {
-  Cycle cycle;
-  cycle.temperature_degc[40] = cycle.temperature_degc[39];
-  cycle.temperature_degc[41] = cycle.temperature_degc[39];
-  EXPECT_EQ(cut_thermal_segments(cycle.time_s, cycle.temperature_degc, {}, "x")->size(), 5u);
-}
-
-TEST(ThermalSegments, RejectInvalidRecords) {
-  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")};
-  EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(two, with_nan, {}, "x"));
+  Cycle interrupted;
+  interrupted.temperature_degc[40] = interrupted.temperature_degc[41] = interrupted.temperature_degc[39];
+  EXPECT_EQ(cut_thermal_segments(interrupted.time_s, interrupted.temperature_degc, {}, "x")->size(), 5u);
 }
 
 TEST(Hysteresis, FindsTheSimulatedLoop) {
@@ -85,12 +73,16 @@ TEST(Hysteresis, OfASoakIsEmptyAndZero) {
   EXPECT_FALSE(loop.heating_sensitivity);
 }
 
-TEST(Hysteresis, RejectsInvalidInput) {
-  const std::vector<double> one = {1}, with_nan = {std::nan("")};
-  const std::vector<ThermalKind> kind = {ThermalKind::kHeating}, none;
+TEST(ThermalSegments, RejectInvalidRecords) {
+  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")}, no = {std::nan("")};
+  EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
+  EXPECT_FALSE(cut_thermal_segments(two, with_nan, {}, "x"));
+  const std::vector<ThermalKind> kind = {ThermalKind::kHeating};
   EXPECT_FALSE(measure_hysteresis(one, one, kind, 0, "x"));
-  EXPECT_FALSE(measure_hysteresis(one, one, none, 5, "x"));
-  EXPECT_FALSE(measure_hysteresis(with_nan, one, kind, 5, "x"));
+  EXPECT_FALSE(measure_hysteresis(one, one, {}, 5, "x"));
+  EXPECT_FALSE(measure_hysteresis(no, one, kind, 5, "x"));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ constexpr std::int64_t kNoonS = 1'795'262'400;  // 2026-11-21T12:00:00Z
 const std::string kMetadata = "# a: b\n";
 
 struct RowWriterTest : testing::Test {
-  void append(RowWriter& writer, int first, int last) {
+  void append(LogWriter& writer, int first, int last) {
     for (int i = first; i <= last; ++i) writer.append(test::row_at(kNoonS + i), 1);
   }
 

@@ -58,38 +58,6 @@ struct SensorLinesTest : testing::Test {
   std::unique_ptr<wire::FrameEncoder> encoder_;
 };
 
-double value_at(const SensorFeed& feed, std::int64_t at_ns) {
-  double value = 0;
-  feed.values_at(at_ns, {&value, 1});
-  return value;
-}
-
-TEST_F(SensorLinesTest, AValueServesFromItsArrivalUntilItIsStale) {
-  SensorFeed feed(setup.sensor_lines.front());
-  const auto say = [&](double value, std::int64_t at) {
-    feed.feed(line_of(value), at, kBegin, kBegin + 100 * kSecond);
-  };
-  say(0, kBegin);             // may be the end of a line that began before
-  say(20, kBegin + kSecond);  // held until the next one confirms that these are lines
-  say(21, kBegin + 2 * kSecond);
-  EXPECT_TRUE(std::isnan(value_at(feed, kBegin + 2 * kSecond - 1)));
-  EXPECT_EQ(value_at(feed, kBegin + 2 * kSecond), 21);
-  EXPECT_EQ(value_at(feed, kBegin + 5 * kSecond), 21);
-  EXPECT_TRUE(std::isnan(value_at(feed, kBegin + 5 * kSecond + 1)));
-  say(22, kBegin + 6 * kSecond);
-  EXPECT_EQ(value_at(feed, kBegin + 6 * kSecond), 22);
-  EXPECT_EQ(value_at(feed, kBegin + 4 * kSecond), 21) << "the value valid at that time";
-}
-
-TEST_F(SensorLinesTest, AnotherSessionKeepsWhatWasSaidButForAClockThatWasSetBack) {
-  SensorFeed feed(setup.sensor_lines.front());
-  for (int i = 0; i < 3; ++i) feed.feed(line_of(20 + i), kBegin + i * kSecond, kBegin, kBegin);
-  feed.begin_session(kBegin + 3 * kSecond);
-  EXPECT_EQ(value_at(feed, kBegin + 4 * kSecond), 22);
-  feed.begin_session(kBegin + kSecond);
-  EXPECT_TRUE(std::isnan(value_at(feed, kBegin + 4 * kSecond)));
-}
-
 /// Chunks of both lines as a live run gets them, in order of arrival.
 struct Chunk {
   std::int64_t at_ns;
@@ -173,60 +141,6 @@ TEST_F(SensorLinesTest, ItsMeanIsTheAxissTemperatureAndAColumnOfTheLog) {
   ASSERT_GE(rows.size(), 4u);
   EXPECT_NEAR(rows[2].window.second_mean.temperature_degc, 30, 1e-9);
   EXPECT_THAT(rows[2].window.second_mean.sensors, ElementsAre(30));
-}
-
-/// The packets in order, with the time since kBegin in s: "s1 g1 s2 …".
-std::string order(SensorCaptures& captures, const std::vector<std::pair<double, bool>>& gyro) {
-  std::string told;
-  for (const auto& [at_s, opened] : gyro) {
-    const drivers::CapturePacket packet{kBegin + std::llround(at_s * kSecond),
-                                        opened ? drivers::CaptureEvent::kOpened : drivers::CaptureEvent::kData,
-                                        {}};
-    captures.until(packet, [&](std::size_t, const drivers::CapturePacket& sensors) {
-      told += (sensors.event == drivers::CaptureEvent::kOpened ? "S" : "s") +
-              std::to_string((sensors.time_ns - kBegin) / kSecond) + " ";
-    });
-    told += (opened ? "G" : "g") + std::to_string((packet.time_ns - kBegin) / kSecond) + " ";
-  }
-  return told;
-}
-
-std::string write_capture(const std::string& path, const std::vector<std::pair<int, bool>>& packets) {
-  auto writer = drivers::CaptureWriter::open(path);
-  for (const auto& [at_s, opened] : packets) {
-    const std::int64_t at = kBegin + at_s * kSecond;
-    EXPECT_TRUE(opened ? writer->opened(at) : writer->data(at, line_of(20)));
-  }
-  EXPECT_TRUE(writer->flush());
-  return path;
-}
-
-TEST_F(SensorLinesTest, CapturesAreToldByArrivalTheSensorFirst) {
-  const SensorFiles files = {{"chamber",
-                              {write_capture(folder.file("a.pcap"), {{0, true}, {1, false}, {3, false}}),
-                               write_capture(folder.file("b.pcap"), {{4, false}, {9, false}})}}};
-  auto captures = SensorCaptures::open(setup, files);
-  ASSERT_TRUE(captures) << captures.error().text();
-  EXPECT_EQ(order(*captures, {{0, true}, {1, false}, {2, false}, {5, false}}), "S0 G0 s1 g1 g2 s3 s4 g5 ");
-}
-
-// Set back by ten seconds at 12: both captures have two marks there, whether their line was open or not.
-TEST_F(SensorLinesTest, AClockThatWasSetBackIsTheSamePlaceInEachCapture) {
-  const SensorFiles files = {
-      {"chamber", {write_capture(folder.file("a.pcap"), {{0, true}, {1, false}, {12, true}, {2, true}, {3, false}})}}};
-  auto captures = SensorCaptures::open(setup, files);
-  ASSERT_TRUE(captures) << captures.error().text();
-  EXPECT_EQ(order(*captures, {{0, true}, {11, false}, {12, true}, {2, true}, {4, false}}),
-            "S0 G0 s1 g11 S12 G12 S2 G2 s3 g4 ");
-}
-
-TEST_F(SensorLinesTest, AFileThatIsNotThereIsRefusedAndALineWithoutFilesIsNoted) {
-  const auto missing = SensorCaptures::open(setup, {{"chamber", {folder.file("none.pcap")}}});
-  ASSERT_FALSE(missing);
-  EXPECT_THAT(missing.error().text(), testing::HasSubstr("none.pcap: cannot be read"));
-  const auto without = SensorCaptures::open(setup, {});
-  ASSERT_TRUE(without);
-  EXPECT_THAT(without->notes(), ElementsAre("chamber: found no capture of this sensor line; its values are unknown"));
 }
 
 }  // namespace
