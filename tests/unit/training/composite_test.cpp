@@ -9,9 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "compensation/extrapolation.hpp"
-#include "compensation/model_text.hpp"
-#include "compensation/training/trainer.hpp"
+#include "tests/support/trained.hpp"
 #include "tests/unit/training/golden.hpp"
 
 namespace prism::training {
@@ -122,10 +120,10 @@ struct DriftingRecord {
   }
 };
 
-Result<TrainedModel> trained(const TrainingData& data, Drift drift = Drift::kThermal) {
+TrainedModel composite_of(const TrainingData& data, Drift drift = Drift::kThermal) {
   TrainingSettings settings;
   settings.drift = drift;
-  return train(data, {}, settings);
+  return test::trained(data, settings);
 }
 
 // Errors over a grid within the data, with the default policy, in deg/h: rms, and the fraction within 2 sd.
@@ -133,7 +131,7 @@ std::pair<double, double> judged(const compensation::Model& model) {
   double squares = 0, covered = 0, count = 0;
   for (double t = -50; t <= 50; t += 5) {
     for (double u = 5.45; u < 5.56; u += 0.02, ++count) {
-      const auto p = compensation::predict_within(model, std::vector{t, u}, compensation::Extrapolation::kPreset);
+      const auto p = test::served(model, {t, u});
       const double error = p.bias_deg_per_h - DriftingRecord::truth(t, u);
       squares += error * error;
       covered += std::fabs(error) < 2 * p.sd_deg_per_h;
@@ -143,12 +141,11 @@ std::pair<double, double> judged(const compensation::Model& model) {
 }
 
 TEST(CompositeTrainer, FindsTheTruthDespiteOutliersWithAValidDeviation) {
-  const auto model = trained(DriftingRecord(400, 0, 0.2).data);
-  ASSERT_TRUE(model) << model.error().text();
-  const auto [rms, covered] = judged(*model->model);
+  const auto model = composite_of(DriftingRecord(400, 0, 0.2).data);
+  const auto [rms, covered] = judged(*model.model);
   EXPECT_LT(rms, 0.001);
   EXPECT_GT(covered, 0.9);
-  EXPECT_LT(model->samples.weight[7], 0.01);
+  EXPECT_LT(model.samples.weight[7], 0.01);
 }
 
 // Outliers of 10 and 30 noises were part of the noise and of the drift that the model states, and judged the skill: its
@@ -163,7 +160,7 @@ TEST(CompositeTrainer, OutliersAreNeitherNoiseNorDriftNorMissingSkill) {
     if (i % 80 >= 70 && i % 80 < 78) bursts.target[i] += 30 * kNoise;
   }
   const auto known = [](const TrainingData& data) {
-    return *trained(data)->model->predict(std::vector{10.0, 5.5}).knowledge;
+    return *composite_of(data).model->predict(std::vector{10.0, 5.5}).knowledge;
   };
   const auto expected = known(clean.data);
   for (const TrainingData* data : {&isolated, &bursts}) {
@@ -176,12 +173,11 @@ TEST(CompositeTrainer, OutliersAreNeitherNoiseNorDriftNorMissingSkill) {
 
 // Drift in time is not modelled as structure: it is part of the sd, and the noise is part of sd_mean.
 TEST(CompositeTrainer, IncludesTheDriftInItsStandardDeviation) {
-  const auto still = trained(DriftingRecord(400).data), drifting = trained(DriftingRecord(400, 0.005).data);
-  ASSERT_TRUE(still && drifting);
+  const auto still = composite_of(DriftingRecord(400).data), drifting = composite_of(DriftingRecord(400, 0.005).data);
   const std::vector<double> at = {10, 5.5};
-  const auto a = still->model->predict(at), b = drifting->model->predict(at);
+  const auto a = still.model->predict(at), b = drifting.model->predict(at);
   EXPECT_GT(b.sd_deg_per_h * b.sd_deg_per_h - a.sd_deg_per_h * a.sd_deg_per_h, 0.004 * 0.004);
-  EXPECT_GT(judged(*drifting->model).second, 0.9);
+  EXPECT_GT(judged(*drifting.model).second, 0.9);
   EXPECT_NEAR(std::hypot(a.sd_deg_per_h, 0.001), a.sd_mean_deg_per_h, 2e-4);
 }
 
@@ -203,15 +199,14 @@ double drift_of(const TrainedModel& trained) {
 
 TEST(CompositeTrainer, DoesNotLetTheDriftTakeWhatTemperatureExplains) {
   const TrainingData data = passage(0.001);
-  const auto thermal = trained(data), open = trained(data, Drift::kOpen), none = trained(data, Drift::kNone);
-  ASSERT_TRUE(thermal && open && none);
-  EXPECT_LT(drift_of(*thermal), 0.3);
-  EXPECT_GT(drift_of(*thermal), 0.01);
-  EXPECT_LT(drift_of(*none), 1e-4);
-  ASSERT_EQ(thermal->notes.size(), 1u);
-  EXPECT_EQ(thermal->notes[0].find("one passage through the temperatures: "), 0u);
-  EXPECT_TRUE(open->notes.empty());
-  EXPECT_TRUE(trained(DriftingRecord(400, 0.002).data)->notes.empty()) << "several passages";
+  const auto thermal = composite_of(data);
+  EXPECT_LT(drift_of(thermal), 0.3);
+  EXPECT_GT(drift_of(thermal), 0.01);
+  EXPECT_LT(drift_of(composite_of(data, Drift::kNone)), 1e-4);
+  ASSERT_EQ(thermal.notes.size(), 1u);
+  EXPECT_EQ(thermal.notes[0].find("one passage through the temperatures: "), 0u);
+  EXPECT_TRUE(composite_of(data, Drift::kOpen).notes.empty());
+  EXPECT_TRUE(composite_of(DriftingRecord(400, 0.002).data).notes.empty()) << "several passages";
 }
 
 // Three days that begin at the same inputs, each with the same warm-up: it is not a thermal bias at these inputs.
@@ -231,38 +226,30 @@ TEST(CompositeTrainer, SeveralLongRecordingsShareTheirWarmUp) {
           one.target[i] + 0.03 * std::exp(-one.time_s[i] / 3600) + 1e-3 * std::sin(70.0 * static_cast<double>(n + i));
     days.runs.insert(days.runs.end(), 90, day);
   }
-  const auto model = trained(days);
-  ASSERT_TRUE(model) << model.error().text();
-  const auto& p = static_cast<const compensation::CompositeModel&>(*model->model).parameters();
+  const auto model = composite_of(days).model;
+  const auto& p = static_cast<const compensation::CompositeModel&>(*model).parameters();
   EXPECT_EQ(p.variances.warm_up, 0.5);
-  EXPECT_NEAR(model->model->predict(std::vector{0.0, 5.6}).bias_deg_per_h, DriftingRecord::truth(0, 5.6), 0.004);
-  const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
-  ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ((*read)->predict(std::vector{3.0, 5.5}).sd_deg_per_h,
-            model->model->predict(std::vector{3.0, 5.5}).sd_deg_per_h);
+  EXPECT_NEAR(model->predict(std::vector{0.0, 5.6}).bias_deg_per_h, DriftingRecord::truth(0, 5.6), 0.004);
+  test::read_back(*model, {{3, 5.5}});
   days.time_s /= 10;  // too short to tell a warm-up from temperature
-  const auto brief = trained(days);
-  ASSERT_TRUE(brief);
-  EXPECT_EQ(static_cast<const compensation::CompositeModel&>(*brief->model).parameters().variances.warm_up, 0);
+  const auto brief = composite_of(days).model;
+  EXPECT_EQ(static_cast<const compensation::CompositeModel&>(*brief).parameters().variances.warm_up, 0);
 }
 
 // A file of version 0.2 has neither overlap nor relevance: its predictions follow the policy of that version.
 TEST(CompositeTrainer, ReadsModelsOfTheVersionBefore) {
-  const auto model = trained(DriftingRecord(120, 0.002).data);
-  ASSERT_TRUE(model);
-  const auto& now = static_cast<const compensation::CompositeModel&>(*model->model);
+  const auto model = composite_of(DriftingRecord(120, 0.002).data).model;
+  const auto& now = static_cast<const compensation::CompositeModel&>(*model);
   compensation::CompositeParameters p = now.parameters();
   EXPECT_EQ(p.trust.relevance.size(), 2u);
   p.trust.relevance.clear();
   p.trust.overlap = 1;
   const auto made = compensation::CompositeModel::make(now.info(), std::move(p));
   ASSERT_TRUE(made) << made.error().text();
-  const std::string text = compensation::format_model(**made);
-  EXPECT_EQ(text.find("overlap"), std::string::npos);
-  const auto old = compensation::parse_model(text, "m.json");
-  ASSERT_TRUE(old) << old.error().text();
-  EXPECT_NE((*old)->info().id, now.info().id);
-  const auto at = (*old)->predict(std::vector{90.0, 5.5});
+  EXPECT_EQ(compensation::format_model(**made).find("overlap"), std::string::npos);
+  const auto old = test::read_back(**made, {});
+  EXPECT_NE(old->info().id, now.info().id);
+  const auto at = old->predict(std::vector{90.0, 5.5});
   EXPECT_FALSE(at.knowledge->edge);
   EXPECT_NEAR(at.knowledge->excess, 30.0 / 120, 0.01);
   EXPECT_EQ(at.bias_deg_per_h, now.predict(std::vector{90.0, 5.5}).bias_deg_per_h);
@@ -273,12 +260,11 @@ TEST(CompositeTrainer, ReadsModelsOfTheVersionBefore) {
 TEST(CompositeTrainer, ShrinksARecordThatContradictsItself) {
   DriftingRecord drift(400);
   for (Eigen::Index i = 200; i < 400; ++i) drift.data.target[i] = 0.6 - drift.data.target[i];
-  const auto model = trained(drift.data);
-  ASSERT_TRUE(model);
-  const auto& m = static_cast<const compensation::CompositeModel&>(*model->model);
+  const auto model = composite_of(drift.data);
+  const auto& m = static_cast<const compensation::CompositeModel&>(*model.model);
   EXPECT_LE(m.parameters().trust.skill, 0);
-  const auto p = compensation::predict_within(m, std::vector{40.0, 5.5}, compensation::Extrapolation::kPreset);
-  const Eigen::ArrayXd believed = (model->samples.weight.array() >= kBelievedWeight).cast<double>();
+  const auto p = test::served(m, {40, 5.5});
+  const Eigen::ArrayXd believed = (model.samples.weight.array() >= kBelievedWeight).cast<double>();
   EXPECT_LT(believed.minCoeff(), 1);
   // 1e-4: the last solve, on the target without these rows, changes the weights once more.
   EXPECT_NEAR(p.bias_deg_per_h, (believed * drift.data.target.array()).sum() / believed.sum(), 1e-4);
@@ -286,16 +272,7 @@ TEST(CompositeTrainer, ShrinksARecordThatContradictsItself) {
 }
 
 TEST(CompositeTrainer, ItsFileReadsBackAsTheSameModel) {
-  const auto model = trained(DriftingRecord(120, 0.002, 0.1).data);
-  ASSERT_TRUE(model);
-  const auto read = compensation::parse_model(compensation::format_model(*model->model), "m.json");
-  ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ((*read)->info().id, model->model->info().id);
-  for (const double t : {-70.0, 0.0, 33.0}) {
-    const auto a = model->model->predict(std::vector{t, 5.52}), b = (*read)->predict(std::vector{t, 5.52});
-    EXPECT_EQ(a.bias_deg_per_h, b.bias_deg_per_h);
-    EXPECT_EQ(a.sd_deg_per_h, b.sd_deg_per_h);
-  }
+  test::read_back(*composite_of(DriftingRecord(120, 0.002, 0.1).data).model, {{-70, 5.52}, {0, 5.52}, {33, 5.52}});
 }
 
 // On the last 97 rows the likelihood has three optima. The best without weights has no noise and loses 30 % on the rows
@@ -314,12 +291,10 @@ TEST(CompositeTrainer, ComparesOptimaOfTheLikelihoodWithTheirWeights) {
   data.target = target.tail(n - kBefore);
   data.time_s = test::vector_of(columns["t"]).tail(n - kBefore);
   data.runs.assign(static_cast<std::size_t>(n - kBefore), 0);
-  const auto model = trained(data);
-  ASSERT_TRUE(model) << model.error().text();
+  const auto model = composite_of(data).model;
   double before = 0, after = 0;
   for (Eigen::Index i = 0; i < kBefore; ++i) {
-    const auto p = compensation::predict_within(*model->model, std::vector{inputs(0, i), inputs(1, i)},
-                                                compensation::Extrapolation::kPreset);
+    const auto p = test::served(*model, {inputs(0, i), inputs(1, i)});
     before += std::pow(target[i] - data.target.mean(), 2);
     after += std::pow(target[i] - p.bias_deg_per_h, 2);
   }
@@ -328,17 +303,12 @@ TEST(CompositeTrainer, ComparesOptimaOfTheLikelihoodWithTheirWeights) {
 
 // Few centres and the filter, compared with one centre per sample: the same model, with a difference well below its sd.
 TEST(CompositeTrainer, LongRecordsBecomeSparseModelsWithEqualPredictions) {
-  const DriftingRecord drift(6000, 0.002, 0.1);
-  const auto sparse = trained(drift.data);
-  ASSERT_TRUE(sparse) << sparse.error().text();
-  EXPECT_LT(sparse->centres, 400);
-  const auto [rms, covered] = judged(*sparse->model);
+  const auto sparse = composite_of(DriftingRecord(6000, 0.002, 0.1).data);
+  EXPECT_LT(sparse.centres, 400);
+  const auto [rms, covered] = judged(*sparse.model);
   EXPECT_LT(rms, 0.002);
   EXPECT_GT(covered, 0.9);
-  const auto read = compensation::parse_model(compensation::format_model(*sparse->model), "m.json");
-  ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ((*read)->predict(std::vector{1.0, 5.5}).sd_deg_per_h,
-            sparse->model->predict(std::vector{1.0, 5.5}).sd_deg_per_h);
+  test::read_back(*sparse.model, {{1, 5.5}});
 }
 
 TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
