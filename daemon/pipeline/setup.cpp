@@ -77,8 +77,7 @@ Result<wire::FrameDescriptionPtr> load_gyro_frames(const config::Config& config,
   Result<wire::FrameDescriptionPtr> frames =
       load_frames(name, place + "/frames", choice, output ? output->line : config.line);
   if (frames && !(*frames)->carries_gyro())
-    return make_error(name,
-                      "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
+    return make_error(name, "found no gyro, expected one; instruments without a gyro belong to \"sensor_lines\"");
   return frames;
 }
 

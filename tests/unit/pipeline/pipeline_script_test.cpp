@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "compensation/plausibility.hpp"
+#include "daemon/pipeline/captures.hpp"
 #include "daemon/pipeline/device.hpp"
-#include "daemon/pipeline/sensor_captures.hpp"
 #include "daemon/pipeline/stream_watch.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/support/scripts.hpp"
