@@ -27,14 +27,21 @@ OutputLine::OutputLine(boost::asio::io_context& io, pipeline::Device& device, st
       problems_(device.problems),
       tell_(std::move(tell)),
       capture_(std::move(capture)),
-      timer_(io) {
+      again_(io),
+      backlog_(io) {
   proceed();
 }
 
-void OutputLine::wait(Clock::duration duration) {
-  timer_.expires_after(duration);  // ends another wait
-  timer_.async_wait([this, alive = std::weak_ptr(alive_)](const auto& error) {
-    if (!error && !alive.expired()) proceed();
+void OutputLine::wait(boost::asio::steady_timer& timer, Clock::duration duration, void (OutputLine::*then)()) {
+  timer.expires_after(duration);  // ends another wait
+  timer.async_wait([this, then, alive = std::weak_ptr(alive_)](const auto& error) {
+    if (!error && !alive.expired()) (this->*then)();
+  });
+}
+
+void OutputLine::listen() {
+  transport_->wait([this, number = ++waits_, alive = std::weak_ptr(alive_)](const auto& error) {
+    if (!error && !alive.expired() && number == waits_ && transport_) proceed();
   });
 }
 
@@ -59,7 +66,7 @@ void OutputLine::proceed() {
     problems_.forget(fault_key_);
     if (capture_) capture_->mark_opened(host_time_ns());
   }
-  wait(kRest);
+  received.kind == transport::Received::Kind::kEmpty ? wait(again_, kRest, &OutputLine::proceed) : listen();
   if (is_open()) flush();
 }
 
@@ -71,7 +78,7 @@ void OutputLine::lose(const std::string& why) {
   for (const Chunk& chunk : waiting_) status_.lost_bytes += chunk.bytes.size() - chunk.written;
   waiting_.clear();
   transport_.reset();
-  wait(retry_.next(setup_.config.line, transport::is_present(setup_.line)));
+  wait(again_, retry_.next(setup_.config.line, transport::is_present(setup_.line)), &OutputLine::proceed);
 }
 
 void OutputLine::send(std::span<const std::uint8_t> bytes, Clock::time_point read_at, std::int64_t arrival_ns) {
@@ -97,7 +104,7 @@ void OutputLine::flush() {
   }
   if (waiting_.empty()) return;
   drop_old();
-  wait(kTryAgain);
+  wait(backlog_, kTryAgain, &OutputLine::flush);
 }
 
 void OutputLine::drop_old() {

@@ -45,7 +45,8 @@ class OutputLine {
   };
 
   bool is_open() const { return status_.state == pipeline::LineState::kReceiving; }
-  void wait(Clock::duration duration);
+  void wait(boost::asio::steady_timer& timer, Clock::duration duration, void (OutputLine::*then)());
+  void listen();
   void proceed();
   void lose(const std::string& why);
   void flush();
@@ -60,7 +61,8 @@ class OutputLine {
   const std::unique_ptr<pipeline::CaptureSink> capture_;
   std::unique_ptr<transport::Transport> transport_;
   std::deque<Chunk> waiting_;
-  boost::asio::steady_timer timer_;
+  std::uint64_t waits_ = 0;                    ///< handlers of earlier waits have no effect
+  boost::asio::steady_timer again_, backlog_;  ///< to open or read again; to write what waits
   RetryPause retry_;
   std::shared_ptr<int> alive_ = std::make_shared<int>();  ///< handlers of a destroyed line have no effect
 };
