@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <signal.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
@@ -15,8 +14,6 @@
 #include <memory>
 #include <mutex>
 #include <string_view>
-#include <thread>
-#include <utility>
 
 #include "base/escape.hpp"
 
@@ -40,57 +37,12 @@ void write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-MessageThread::MessageThread(int descriptor) {
-  sigset_t all, before;  // other threads handle the signals
-  sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  std::thread([state = state_, descriptor] { run(state, descriptor); }).detach();
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-}
-
-MessageThread::~MessageThread() {
-  const std::lock_guard lock(state_->mutex);
-  state_->stop = true;
-  state_->work.notify_one();
-}
-
-void MessageThread::put(std::string line) {
-  const std::lock_guard lock(state_->mutex);
-  if (state_->lines.size() >= kLines) {
-    ++state_->lost;
-    ++state_->lost_total;
-    return;
-  }
-  state_->lines.push_back(std::move(line));
-  state_->work.notify_one();
-}
-
-bool MessageThread::finish(std::chrono::milliseconds timeout) {
-  std::unique_lock lock(state_->mutex);
-  return state_->idle.wait_for(lock, timeout, [this] { return state_->lines.empty() && !state_->busy; });
-}
-
-std::uint64_t MessageThread::lost() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->lost_total;
-}
-
-void MessageThread::run(const std::shared_ptr<State>& state, int descriptor) {
-  std::unique_lock lock(state->mutex);
-  for (;;) {
-    state->work.wait(lock, [&] { return state->stop || !state->lines.empty(); });
-    if (state->lines.empty()) return;
-    std::string text = std::move(state->lines.front());
-    state->lines.pop_front();
-    if (const std::uint64_t lost = std::exchange(state->lost, 0); lost > 0)
-      text.insert(0, fmt::format("prismd: lost {} messages: stderr was blocked\n", lost));
-    state->busy = true;
-    lock.unlock();
-    write_all(descriptor, text);
-    lock.lock();
-    state->busy = false;
-    if (state->lines.empty()) state->idle.notify_all();
-  }
+void MessageThread::put(const std::string& line) {
+  const std::string text =
+      (lost_ > 0 ? fmt::format("prismd: lost {} messages: stderr was blocked\n", lost_) : std::string()) + line;
+  const bool taken = thread_.post(text.size(), [descriptor = descriptor_, text] { write_all(descriptor, text); });
+  lost_ = taken ? 0 : lost_ + 1;
+  lost_total_ += !taken;
 }
 
 namespace {

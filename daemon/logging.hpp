@@ -3,14 +3,11 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <memory>
-#include <mutex>
 #include <string>
 
+#include "base/disk_thread.hpp"
 #include "daemon/socket/event_log.hpp"
 
 namespace prism::daemon {
@@ -18,37 +15,25 @@ namespace prism::daemon {
 // Writes messages to stderr on a separate thread, so that a blocked reader does not block the daemon.
 
 /// Writes lines to a descriptor, in order. If the queue is full, lines are dropped, and the next line that is written
-/// reports their number. Thread-safe. Only finish() waits for the descriptor.
+/// reports their number. Only finish() waits for the descriptor. Not thread-safe.
 class MessageThread {
  public:
-  static constexpr std::size_t kLines = 1024;
+  static constexpr std::size_t kMostBytes = 256 << 10;
 
   /// The caller owns the descriptor, which must stay open until the process ends.
-  explicit MessageThread(int descriptor);
-  /// Does not wait: lines that finish() did not write are lost.
-  ~MessageThread();
-  MessageThread(const MessageThread&) = delete;
-  MessageThread& operator=(const MessageThread&) = delete;
+  explicit MessageThread(int descriptor) : descriptor_(descriptor) {}
 
   /// `line`: with its line end.
-  void put(std::string line);
+  void put(const std::string& line);
   /// Waits until all lines are written, at most `timeout`. Returns false if some are not.
-  bool finish(std::chrono::milliseconds timeout);
+  bool finish(std::chrono::milliseconds timeout) { return thread_.drain(timeout); }
 
-  std::uint64_t lost() const;
+  std::uint64_t lost() const { return lost_total_; }
 
  private:
-  // The thread may block in write(2) for ever, so it shares the ownership of its state.
-  struct State {
-    std::mutex mutex;
-    std::condition_variable work, idle;
-    std::deque<std::string> lines;
-    std::uint64_t lost = 0, lost_total = 0;
-    bool busy = false, stop = false;
-  };
-  static void run(const std::shared_ptr<State>& state, int descriptor);
-
-  const std::shared_ptr<State> state_ = std::make_shared<State>();
+  const int descriptor_;
+  std::uint64_t lost_ = 0, lost_total_ = 0;
+  DiskThread& thread_ = *new DiskThread(kMostBytes, [](const std::string&) {});  ///< never ends: it may be blocked
 };
 
 /// Logs messages of `level` (a name of spdlog) and above. Under systemd, lines have a severity prefix ("<4>") and no

@@ -29,9 +29,17 @@ tl::unexpected<RowRefusal> refused(RowRefusal::Why why, std::string text) {
   return tl::unexpected(RowRefusal{why, std::move(text), {}, 0});
 }
 
-template <class Map>
-void keep_few(Map& map) {
-  while (map.size() > kRemembered) map.erase(map.begin());
+// Members of a JSON object. "log" is in the page; "sensor_line" occurs several times.
+std::string metadata_json(std::string_view lines) {
+  std::string members;
+  for (std::size_t end; (end = lines.find('\n')) != std::string_view::npos; lines.remove_prefix(end + 1)) {
+    const std::string_view line = lines.substr(2, end - 2);
+    const std::size_t colon = line.find(": ");
+    const std::string_view key = line.substr(0, colon);
+    if (colon == std::string_view::npos || key == "log" || key == "sensor_line") continue;
+    members += (members.empty() ? "" : ",") + json_text(json(key)) + ":" + json_text(json(line.substr(colon + 2)));
+  }
+  return members;
 }
 
 }  // namespace
@@ -78,8 +86,7 @@ RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
                            page.after.text(), page.after.total < end, page.missing, end - page.after.total,
                            end - deleted, deleted);
   page.json.shrink_to_fit();  // it may wait long for its client
-  keep_few(places_);
-  keep_few(heads_);
+  while (places_.size() > kRemembered) places_.erase(places_.begin());
   return page;
 }
 
@@ -142,24 +149,19 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
   return *cursor;
 }
 
-const LogPager::Head* LogPager::head_of(const StoredSegment& segment) {
-  if (const auto known = heads_.find(segment.number); known != heads_.end()) return &known->second;
+std::optional<LogPager::Head> LogPager::head_of(const StoredSegment& segment) {
   auto in = FileReader::open(segment.path);
   Head head;
-  for (std::string line; in && in->read_line(line);) {
+  for (std::string line; in && in->read_line(line) && in->line_ended();) {
     head.bytes = in->offset();
-    if (!line.starts_with("# ")) {
-      if (!in->line_ended()) return nullptr;  // truncated before its first row
+    if (line.starts_with("# ")) {
+      head.lines += line + '\n';
+    } else {
       head.columns = std::move(line);
-      return &heads_.insert_or_assign(segment.number, std::move(head)).first->second;
+      return head;
     }
-    const std::size_t colon = line.find(": ");
-    if (colon == std::string::npos) continue;
-    const std::string key = line.substr(2, colon - 2), value = line.substr(colon + 2);
-    if (key == "log" || key == "sensor_line") continue;  // the page has it; this key occurs several times
-    head.metadata += (head.metadata.empty() ? "" : ",") + json_text(json(key)) + ":" + json_text(json(value));
   }
-  return nullptr;
+  return std::nullopt;  // truncated before its first row
 }
 
 tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part, std::uint64_t behind,
@@ -169,25 +171,25 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part,
   std::error_code ignored;
   if (!file && std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored)))
     return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
-  const Head* const head = file && part.is_readable ? head_of(segment) : nullptr;
-  if (head == nullptr) return PartRows{{}, 0, 0, {}};
-  PartRows found = read_rows(segment, *head, behind, most);
+  const std::optional<Head> head = file && part.is_readable ? head_of(segment) : std::nullopt;
+  if (!head) return PartRows{{}, 0, 0, {}};
+  PartRows found = read_rows(segment, head->bytes, behind, most);
   if (found.rows == 0) return found;
-  const std::string header =
-      with_header ? "\"header\":" + json_text(json(header_lines(segment.path).value_or(""))) + "," : "";
-  found.json = fmt::format(
-      "{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},{}\"columns\":{},\"first\":{},\"rows\":[{}]}}", segment.number,
-      json_text(json(segment.file)), head->metadata, header, text_json(head->columns), behind + 1, found.json);
+  found.json =
+      fmt::format("{{\"segment\":{},\"file\":{},\"metadata\":{{{}}},{}\"columns\":{},\"first\":{},\"rows\":[{}]}}",
+                  segment.number, json_text(json(segment.file)), metadata_json(head->lines),
+                  with_header ? "\"header\":" + json_text(json(head->lines)) + "," : "", text_json(head->columns),
+                  behind + 1, found.json);
   return found;
 }
 
-LogPager::PartRows LogPager::read_rows(const StoredSegment& segment, const Head& head, std::uint64_t behind,
+LogPager::PartRows LogPager::read_rows(const StoredSegment& segment, std::uint64_t begin, std::uint64_t behind,
                                        std::uint64_t most) {
   PartRows found;
   auto in = FileReader::open(segment.path);
   if (!in) return found;
   Place place = places_.contains(segment.number) ? places_[segment.number] : Place{};
-  if (place.row > behind || place.offset == 0) place = {0, head.bytes};
+  if (place.row > behind || place.offset == 0) place = {0, begin};
   in->seek(place.offset);
   std::string line;
   const auto next_row = [&] {

@@ -39,8 +39,8 @@ class LogPager {
   };
   /// The lines above a segment's rows.
   struct Head {
-    std::string columns, metadata;  ///< metadata: members of a JSON object, without braces
-    std::uint64_t bytes = 0;        ///< offset of the first row
+    std::string lines, columns;  ///< lines: "# KEY: VALUE"
+    std::uint64_t bytes = 0;     ///< offset of the first row
   };
   struct Place {
     std::uint64_t row = 0, offset = 0;
@@ -54,16 +54,15 @@ class LogPager {
   };
   std::vector<Part> parts(std::uint64_t after, std::uint64_t end);
   tl::expected<RowCursor, RowRefusal> resolve(const std::string& after, std::uint64_t end);
-  const Head* head_of(const StoredSegment& segment);
+  static std::optional<Head> head_of(const StoredSegment& segment);
   /// Errors: a file that exists and cannot be opened, which may be temporary.
   tl::expected<PartRows, RowRefusal> rows_of(const Part& part, std::uint64_t behind, std::uint64_t most,
                                              bool with_header);
-  PartRows read_rows(const StoredSegment& segment, const Head& head, std::uint64_t behind, std::uint64_t most);
+  PartRows read_rows(const StoredSegment& segment, std::uint64_t begin, std::uint64_t behind, std::uint64_t most);
   void report_loss(const Part& part, const PartRows& found);
 
   Segments& segments_;
-  std::map<std::uint64_t, Head> heads_;    ///< by number, as the following
-  std::map<std::uint64_t, Place> places_;  ///< end of the last page
+  std::map<std::uint64_t, Place> places_;  ///< end of the last page, by number
   std::set<std::uint64_t> reported_;       ///< segments with lost rows
 };
 
