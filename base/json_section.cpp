@@ -66,6 +66,8 @@ Section::Section(const Json& object, std::string pointer, std::shared_ptr<State>
   state_->sections.emplace_back(object_, pointer_);
 }
 
+Section Section::top() const { return {state_->document->value, "", state_}; }
+
 Section Section::below(const Json& object, const std::string& key) const {
   return {object, pointer_ + "/" + key, state_};
 }

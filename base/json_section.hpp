@@ -42,6 +42,8 @@ class Section {
   bool has(const std::string& key) const { return look(key) != nullptr; }
   bool is_object(const std::string& key) const;
   bool is_array(const std::string& key) const;
+  /// Stores an error if the key is missing.
+  void require(const std::string& key) const { take(key, true); }
   /// Keys that are valid here although the other keys of this object make them unused.
   void allow(std::initializer_list<const char*> keys) const;
   /// Marks the removed keys of this file as known; call it before other keys of the document are read. Returns a
@@ -81,6 +83,8 @@ class Section {
   std::vector<std::uint64_t> bit_list(const std::string& key) const;
   /// At least one byte in hex: "A5 5A". Empty if the key is absent and not required.
   std::vector<std::uint8_t> bytes(const std::string& key, bool required = true) const;
+  /// The document.
+  Section top() const;
   /// A nested object; empty if the key is absent and not required.
   Section object(const std::string& key, bool required = false) const;
   /// A nested array of objects.

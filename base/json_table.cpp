@@ -12,18 +12,19 @@ constexpr std::size_t kLongestLine = 160;  // of a value in a schema's file
 
 void add_text(const Json& json, const std::string& indent, std::string& text) {
   const std::string line = json.dump();
-  const bool fits = line.size() <= kLongestLine && !json.contains("properties");
-  if (!json.is_object() || json.empty() || (fits && indent.size() > 2)) {
+  const bool is_array = json.is_array();
+  const bool fits = line.size() <= kLongestLine && (is_array || !json.contains("properties"));
+  if (!json.is_structured() || json.empty() || (fits && (is_array || indent.size() > 2))) {
     text += line;
     return;
   }
-  const char* between = "{\n";
+  const char* between = is_array ? "[\n" : "{\n";
   for (const auto& [key, value] : json.items()) {
-    text += fmt::format("{}{}  {}: ", between, indent, Json(key).dump());
+    text += fmt::format("{}{}  {}", between, indent, is_array ? "" : Json(key).dump() + ": ");
     add_text(value, indent + "  ", text);
     between = ",\n";
   }
-  text += "\n" + indent + "}";
+  text += "\n" + indent + (is_array ? "]" : "}");
 }
 
 std::string number_text(const Json& number) {
@@ -109,6 +110,29 @@ Json schema_of_file(const std::string& program, const std::string& source, const
                  {"title", program + " configuration"}};
   schema.update(object);
   return schema;
+}
+
+Json plain_number(double number) {
+  const bool is_integer = std::abs(number) < 1e15 && number == std::round(number);
+  return is_integer ? Json(static_cast<std::int64_t>(number)) : Json(number);
+}
+
+Json limits_schema(const char* type, Range range) {
+  Json json = {{"type", type}};
+  if (range.min > kAnyNumber.min) json["minimum"] = plain_number(range.min);
+  if (range.max < kAnyNumber.max) json["maximum"] = plain_number(range.max);
+  return json;
+}
+
+Json unsigned_schema() {
+  const Json text = {{"type", "string"}, {"pattern", "^(0[xX][0-9a-fA-F]+|[0-9]+)$"}};
+  return {{"anyOf", {limits_schema("integer", {0, kAnyNumber.max}), text}}};
+}
+
+Json one_or_more_schema(const Json& one, int least) {
+  Json several = {{"type", "array"}, {"items", one}};
+  if (least > 0) several["minItems"] = least;
+  return {{"anyOf", {one, several}}};
 }
 
 std::string schema_text(const Json& schema) {

@@ -27,6 +27,15 @@ std::string schema_text(const Json& schema);
 /// The keys of a schema as the section KEYS of a man page (scdoc).
 std::string man_keys(const Json& schema);
 
+/// A number, as an integer if it is one.
+Json plain_number(double number);
+/// A "number" or an "integer" within a range.
+Json limits_schema(const char* type, Range range);
+/// An unsigned number of up to 64 bits: a number, or a string like "0x1F".
+Json unsigned_schema();
+/// One, or an array of at least `least`.
+Json one_or_more_schema(const Json& one, int least);
+
 /// The keys of a JSON object that a T stores. A row names a member of T by a pointer to it, or by a function that
 /// returns a reference to it. An absent key leaves the member unchanged; an optional member without a value is printed
 /// as null. `help` is plain text; a key without help shares that of the next key in the man page.
@@ -45,7 +54,9 @@ class JsonTable {
 
   /// Errors are those of the section; `object` has the defaults.
   void read(const Section& section, T& object) const {
-    for (const Row& row : rows_) row.read(section, object);
+    for (const Row& row : rows_) {
+      if (section.good()) row.read(section, object);
+    }
   }
 
   Json print(const T& object) const {
@@ -65,8 +76,10 @@ class JsonTable {
       if (row.contents) key.update(row.contents(usual));
       if (row.is_required) required.push_back(row.key);
       const Json value = row.usual && !row.is_required ? row.usual(usual) : Json();
-      const bool says_nothing = value.is_null() || value == "" || (value.is_array() && value.empty());
-      if (!says_nothing) key["default"] = value.is_number() ? plain(value.get<double>()) : value;
+      const bool cannot_be_stated = value.is_number() && value < key.value("minimum", value);
+      const bool says_nothing =
+          value.is_null() || value == "" || (value.is_array() && value.empty()) || cannot_be_stated;
+      if (!says_nothing) key["default"] = value.is_number() ? plain_number(value.get<double>()) : value;
     }
     Json json = {{"type", "object"}, {"additionalProperties", false}};
     if (!required.empty()) json["required"] = required;
@@ -80,15 +93,15 @@ class JsonTable {
   template <class Member>
   JsonTable& number(const char* key, Range range, Member member, const char* help, double unit = 1) {
     return value(
-        key, limits("number", range), member, help,
+        key, limits_schema("number", range), member, help,
         [range, unit](const Section& section, const std::string& name) { return section.number(name, range) * unit; },
-        [unit](auto stored) { return known(static_cast<double>(stored) / unit); });
+        [unit](auto stored) { return shown_number(static_cast<double>(stored) / unit); });
   }
 
   template <class Member>
   JsonTable& integer(const char* key, Range range, Member member, const char* help, std::int64_t unit = 1) {
     return value(
-        key, limits("integer", range), member, help,
+        key, limits_schema("integer", range), member, help,
         [range, unit](const Section& section, const std::string& name) { return section.integer(name, range) * unit; },
         [unit](auto stored) { return Json(count(stored) / unit); });
   }
@@ -109,12 +122,56 @@ class JsonTable {
         [](const std::string& stored) { return Json(stored); });
   }
 
+  /// A string of any characters.
+  template <class Member>
+  JsonTable& raw_text(const char* key, Member member, const char* help) {
+    return value(
+        key, {{"type", "string"}}, member, help,
+        [](const Section& section, const std::string& name) { return section.raw_text(name); },
+        [](const auto& stored) { return Json(stored); });
+  }
+
+  /// An unsigned number of up to 64 bits: a number, or a string like "0x1F".
+  template <class Member>
+  JsonTable& bits(const char* key, Member member, const char* help) {
+    return value(
+        key, unsigned_schema(), member, help,
+        [](const Section& section, const std::string& name) { return section.bits(name); },
+        [](std::uint64_t) { return Json(); });
+  }
+
+  /// One of them, or an array of at least one.
+  template <class Member>
+  JsonTable& bit_list(const char* key, Member member, const char* help) {
+    return value(
+        key, one_or_more_schema(unsigned_schema(), 1), member, help,
+        [](const Section& section, const std::string& name) { return section.bit_list(name); },
+        [](const auto&) { return Json(); });
+  }
+
+  /// Bytes in hex: "A5 5A".
+  template <class Member>
+  JsonTable& bytes(const char* key, Member member, const char* help) {
+    return value(
+        key, {{"type", "string"}, {"pattern", "^( *[0-9a-fA-F]{2})+ *$"}}, member, help,
+        [](const Section& section, const std::string& name) { return section.bytes(name); },
+        [](const std::vector<std::uint8_t>&) { return Json(); });
+  }
+
+  /// An array of numbers; the member is a vector of the standard library or of Eigen.
+  template <class Member>
+  JsonTable& numbers(const char* key, Range range, Member member, const char* help) {
+    return value(
+        key, {{"type", "array"}, {"items", limits_schema("number", range)}}, member, help,
+        [range](const Section& section, const std::string& name) { return section.numbers(name, range); },
+        [](const auto&) { return Json(); });
+  }
+
   /// One string, or an array of at least one.
   template <class Member>
   JsonTable& texts(const char* key, Member member, const char* help) {
-    const Json one = {{"type", "string"}}, several = {{"type", "array"}, {"minItems", 1}, {"items", one}};
     return value(
-        key, {{"anyOf", {one, several}}}, member, help,
+        key, one_or_more_schema({{"type", "string"}}, 1), member, help,
         [](const Section& section, const std::string& name) { return section.texts(name); },
         [](const std::vector<std::string>& stored) { return Json(stored); });
   }
@@ -207,6 +264,38 @@ class JsonTable {
     return *this;
   }
 
+  /// Objects that `put(section, name, read object, object)` stores, each as it is read. They are not printed. `name` is
+  /// empty but for kNamed.
+  enum class Form { kOne, kOneOrMore, kList, kNamed };
+  template <class X, class Put>
+  JsonTable& objects(Form form, const char* key, const JsonTable<X>& table, Put put, const char* help,
+                     TextRule rule = TextRule::kMessageName) {
+    Row& row = add(key, Json::object(), help);
+    row.read = [=](const Section& section, T& object) {
+      const auto read = [&](const Section& one, const std::string& name) {
+        X stored{};
+        table.read(one, stored);
+        if (one.good()) put(one, name, stored, object);
+      };
+      if (!section.has(key)) return;
+      if (form == Form::kOne) return read(section.object(key), "");
+      if (form == Form::kNamed) {
+        const Section all = section.object(key);
+        for (const std::string& name : all.names(rule)) read(all.object(name), name);
+        return;
+      }
+      for (const Section& one : form == Form::kList ? section.objects(key) : section.one_or_more_objects(key))
+        read(one, "");
+    };
+    row.contents = [=](const T&) {
+      const Json one = table.schema();
+      if (form == Form::kOneOrMore) return one_or_more_schema(one, 0);
+      if (form == Form::kList) return Json{{"type", "array"}, {"items", one}};
+      return form == Form::kNamed ? Json{{"type", "object"}, {"additionalProperties", one}} : one;
+    };
+    return *this;
+  }
+
   /// All rows of the table of a member: its keys are keys of this object.
   template <class X, class Member>
   JsonTable& group(const JsonTable<X>& table, Member member) {
@@ -247,6 +336,13 @@ class JsonTable {
     return *this;
   }
 
+  /// A key that the function of another row reads.
+  JsonTable& known(const char* key, Json schema, const char* help) {
+    return custom(
+        key, std::move(schema), help, [name = std::string(key)](const Section& section, T&) { section.has(name); },
+        nullptr);
+  }
+
   JsonTable& row(Row row) {
     rows_.push_back(std::move(row));
     return *this;
@@ -262,7 +358,7 @@ class JsonTable {
   JsonTable& required() {
     rows_.back().is_required = true;
     rows_.back().read = [key = rows_.back().key, read = rows_.back().read](const Section& section, T& object) {
-      if (!section.has(key)) section.boolean(key);
+      section.require(key);
       read(section, object);
     };
     return *this;
@@ -270,7 +366,7 @@ class JsonTable {
 
   /// The schema of the last key has these rules, too: the check in then() has its own message.
   JsonTable& also(const Json& rules, bool is_required = false) {
-    rows_.back().schema.update(rules);
+    if (!rules.is_null()) rows_.back().schema.update(rules);
     rows_.back().is_required = rows_.back().is_required || is_required;
     return *this;
   }
@@ -303,19 +399,7 @@ class JsonTable {
     return row;
   }
 
-  static Json limits(const char* type, Range range) {
-    Json json = {{"type", type}};
-    if (range.min > kAnyNumber.min) json["minimum"] = plain(range.min);
-    if (range.max < kAnyNumber.max) json["maximum"] = plain(range.max);
-    return json;
-  }
-
-  static Json plain(double number) {
-    const bool is_integer = std::abs(number) < 1e15 && number == std::round(number);
-    return is_integer ? Json(static_cast<std::int64_t>(number)) : Json(number);
-  }
-
-  static Json known(double number) { return std::abs(number) < kAnyNumber.max ? Json(number) : Json(); }
+  static Json shown_number(double number) { return std::abs(number) < kAnyNumber.max ? Json(number) : Json(); }
 
   template <class Stored>
   static std::int64_t count(const Stored& stored) {
@@ -330,6 +414,8 @@ class JsonTable {
   static void store(const Value& value, Member& member) {
     if constexpr (requires { member.has_value(); }) {
       store(value, member.emplace());
+    } else if constexpr (!std::is_same_v<Value, Member> && requires { Member::Map(value.data(), 1); }) {
+      member = Member::Map(value.data(), static_cast<std::ptrdiff_t>(value.size()));
     } else if constexpr (!std::is_same_v<Value, Choice>) {
       member = static_cast<Member>(value);
     } else if constexpr (std::is_same_v<Member, std::string>) {

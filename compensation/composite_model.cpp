@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "base/json_table.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
@@ -220,41 +221,109 @@ Prediction CompositeModel::predict(std::span<const double> inputs) const {
 
 namespace {
 
-CompositeVariances read_variances(Section section) {
-  CompositeVariances v;
-  v.kernel.rbf = section.number("smooth", kPositive);
-  v.kernel.length2 = vector_of(section.numbers("length_squared", kPositive));
-  v.kernel.linear = section.number("linear", kPositive);
-  v.kernel.quadratic = section.number("quadratic", kPositive);
-  v.nuisance = section.number("nuisance", kPositive);
-  v.nuisance_time_h = section.number("nuisance_time_h", kPositive);
-  v.offset = section.number("offset", {0, 1e300}, 0.0);
-  v.noise = section.number("noise", kPositive);
-  v.warm_up = section.number("warm_up", {0, 1e300}, 0.0);
-  return v;
+JsonTable<CompositeVariances> variance_keys() {
+  using V = CompositeVariances;
+  using K = CompositeKernel;
+  return JsonTable<V>()
+      .group(JsonTable<K>()
+                 .number("smooth", kPositive, &K::rbf, "")
+                 .required()
+                 .numbers("length_squared", kPositive, &K::length2, "")
+                 .required()
+                 .number("linear", kPositive, &K::linear, "")
+                 .required()
+                 .number("quadratic", kPositive, &K::quadratic, "")
+                 .required(),
+             &V::kernel)
+      .number("nuisance", kPositive, &V::nuisance, "")
+      .required()
+      .number("nuisance_time_h", kPositive, &V::nuisance_time_h, "")
+      .required()
+      .number("offset", {0, 1e300}, &V::offset, "")
+      .number("noise", kPositive, &V::noise, "")
+      .required()
+      .number("warm_up", {0, 1e300}, &V::warm_up, "");
 }
 
-UncertaintySettings read_trust(Section section) {
-  UncertaintySettings t;
-  t.skill = section.number("skill", {-1e300, 1});
-  t.level = section.number("level", {0, 1e300});
-  t.guard = section.number("guard", kPositive);
-  t.overlap = section.number("overlap", {0, 1}, 1.0);
-  t.relevance = section.numbers("relevance", {0, 1}, false);
-  return t;
+JsonTable<UncertaintySettings> trust_keys() {
+  using U = UncertaintySettings;
+  return JsonTable<U>()
+      .number("skill", {-1e300, 1}, &U::skill, "")
+      .required()
+      .number("level", {0, 1e300}, &U::level, "")
+      .required()
+      .number("guard", kPositive, &U::guard, "")
+      .required()
+      .number("overlap", {0, 1}, &U::overlap, "")
+      .numbers("relevance", {0, 1}, &U::relevance, "");
 }
 
-std::optional<PopulationPrior> read_prior(Section section) {
-  PopulationPrior prior;
-  prior.scale = section.number("scale", kPositive);
-  prior.levels = section.numbers("levels", kAnyNumber);
-  for (Section& sibling : section.objects("models")) {
-    const auto model = read_model(sibling);
-    if (!model && sibling.good()) sibling.fail("", model.error().what);
-    if (!sibling.good()) return std::nullopt;
-    prior.models.push_back(*model);
-  }
-  return prior;
+JsonTable<PopulationPrior> prior_keys() {
+  using P = PopulationPrior;
+  const Json models = {{"type", "array"}, {"minItems", 2}, {"items", {{"$ref", "#"}}}};
+  return JsonTable<P>()
+      .number("scale", kPositive, &P::scale, "")
+      .required()
+      .numbers("levels", kAnyNumber, &P::levels, "")
+      .required()
+      .custom(
+          "models", models, "",
+          [](const Section& section, P& prior) {
+            for (Section& sibling : section.objects("models")) {
+              const auto model = read_model(sibling);
+              if (!model && sibling.good()) sibling.fail("", model.error().what);
+              if (!sibling.good()) return;
+              prior.models.push_back(*model);
+            }
+          },
+          nullptr)
+      .required();
+}
+
+/// The parameters as the file has them.
+struct CompositeDraft {
+  CompositeParameters parameters;
+  std::vector<double> centres;
+};
+
+JsonTable<CompositeDraft> make_keys() {
+  using P = CompositeParameters;
+  JsonTable<P> first, last;
+  first.object("variances", variance_keys(), &P::variances, "")
+      .required()
+      .object("trust", trust_keys(), &P::trust, "")
+      .required()
+      .number("beta", kAnyNumber, &P::beta, "")
+      .required()
+      .object("normalisation", normalisation_keys(), &P::normalisation, "")
+      .required();
+  last.numbers("alpha", kAnyNumber, &P::alpha, "")
+      .required()
+      .numbers("weight", kPositive, &P::weight, "")
+      .numbers("time_h", kAnyNumber, &P::time_h, "")
+      .value(
+          "recording", {{"type", "array"}, {"items", limits_schema("integer", {0, 1e6})}}, &P::recording, "",
+          [](const Section& section, const std::string& key) {
+            std::vector<int> recording;
+            for (const double number : section.numbers(key, {0, 1e6})) {
+              recording.push_back(static_cast<int>(number));
+              if (recording.back() != number) section.fail(key, fmt::format("found {}, expected integers", number));
+            }
+            return recording;
+          },
+          [](const auto&) { return Json(); });
+  add_symmetric(last, "gram", &P::gram)
+      .object("prior", prior_keys(), &P::prior, "prior from the models of gyros of the same type");
+  return JsonTable<CompositeDraft>()
+      .group(first, &CompositeDraft::parameters)
+      .numbers("centres", kAnyNumber, &CompositeDraft::centres, "one after the other")
+      .required()
+      .group(last, &CompositeDraft::parameters);
+}
+
+const JsonTable<CompositeDraft>& composite_table() {
+  static const JsonTable<CompositeDraft> keys = make_keys();
+  return keys;
 }
 
 std::string prior_text(const PopulationPrior& prior) {
@@ -279,23 +348,13 @@ std::string variances_text(const CompositeVariances& v) {
 
 }  // namespace
 
+Json composite_keys() { return composite_table().schema()["properties"]; }
+
 Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
-  CompositeParameters p;
-  p.variances = read_variances(top.object("variances", true));
-  p.trust = read_trust(top.object("trust", true));
-  p.beta = top.number("beta", kAnyNumber);
-  p.normalisation = read_normalisation(top.object("normalisation", true));
-  const std::vector<double> centres = top.numbers("centres", kAnyNumber);
-  p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
-  p.weight = vector_of(top.numbers("weight", kPositive, false));
-  p.time_h = vector_of(top.numbers("time_h", kAnyNumber, false));
-  for (const double number : top.numbers("recording", {0, 1e6}, false)) {
-    p.recording.push_back(static_cast<int>(number));
-    if (p.recording.back() != number) top.fail("recording", fmt::format("found {}, expected integers", number));
-  }
-  p.gram = symmetric_of(top, "gram", top.numbers("gram", kAnyNumber, false));
-  p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
-  if (top.has("prior")) p.prior = read_prior(top.object("prior"));
+  CompositeDraft draft;
+  composite_table().read(top, draft);
+  CompositeParameters& p = draft.parameters;
+  p.centres = centres_of(top, draft.centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return CompositeModel::make(std::move(info), std::move(p));
 }

@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "base/json_table.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
@@ -127,13 +128,48 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
 
 namespace {
 
-LssvmUncertainty read_uncertainty(Section section) {
-  LssvmUncertainty u;
-  u.prior_variance = section.number("prior_variance", kPositive);
-  u.sd_scale = section.number("sd_scale", {1, 1e6}, 1.0);
-  u.guard_fraction = section.number("guard_fraction", kPositive);
-  u.gram = symmetric_of(section, "gram", section.numbers("gram", kAnyNumber, false));
-  return u;
+/// The parameters as the file has them.
+struct LssvmDraft {
+  LssvmParameters parameters;
+  std::vector<double> centres;
+};
+
+JsonTable<LssvmUncertainty> uncertainty_keys() {
+  using U = LssvmUncertainty;
+  JsonTable<U> keys;
+  keys.number("prior_variance", kPositive, &U::prior_variance, "")
+      .required()
+      .number("sd_scale", {1, 1e6}, &U::sd_scale, "")
+      .number("guard_fraction", kPositive, &U::guard_fraction, "")
+      .required();
+  return add_symmetric(keys, "gram", &U::gram);
+}
+
+const JsonTable<LssvmDraft>& lssvm_table() {
+  using P = LssvmParameters;
+  static const JsonTable<LssvmDraft> keys =
+      JsonTable<LssvmDraft>()
+          .group(JsonTable<P>()
+                     .number("c", kPositive, &P::c, "")
+                     .required()
+                     .number("sigma2", kPositive, &P::sigma2, "")
+                     .required()
+                     .number("b", kAnyNumber, &P::b, "")
+                     .required()
+                     .object("normalisation", normalisation_keys(), &P::normalisation, "")
+                     .required()
+                     .numbers("linear", kAnyNumber, &P::linear, "")
+                     .number("linear_b", kAnyNumber, &P::linear_b, "")
+                     .object("uncertainty", uncertainty_keys(), &P::uncertainty, ""),
+                 &LssvmDraft::parameters)
+          .numbers("centres", kAnyNumber, &LssvmDraft::centres, "one after the other")
+          .required()
+          .group(JsonTable<P>()
+                     .numbers("alpha", kAnyNumber, &P::alpha, "")
+                     .required()
+                     .numbers("weight", kPositive, &P::weight, ""),
+                 &LssvmDraft::parameters);
+  return keys;
 }
 
 std::string uncertainty_text(const LssvmUncertainty& u) {
@@ -146,19 +182,13 @@ std::string uncertainty_text(const LssvmUncertainty& u) {
 
 }  // namespace
 
+Json lssvm_keys() { return lssvm_table().schema()["properties"]; }
+
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
-  LssvmParameters p;
-  p.c = top.number("c", kPositive);
-  p.sigma2 = top.number("sigma2", kPositive);
-  p.b = top.number("b", kAnyNumber);
-  p.normalisation = read_normalisation(top.object("normalisation", true));
-  p.linear = vector_of(top.numbers("linear", kAnyNumber, false));
-  p.linear_b = top.number("linear_b", kAnyNumber, 0.0);
-  if (top.has("uncertainty")) p.uncertainty.emplace(read_uncertainty(top.object("uncertainty")));
-  const std::vector<double> centres = top.numbers("centres", kAnyNumber);
-  p.alpha = vector_of(top.numbers("alpha", kAnyNumber));
-  p.weight = vector_of(top.numbers("weight", kPositive, false));
-  p.centres = centres_of(top, centres, info.inputs.size(), p.alpha.size());
+  LssvmDraft draft;
+  lssvm_table().read(top, draft);
+  LssvmParameters& p = draft.parameters;
+  p.centres = centres_of(top, draft.centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return LssvmModel::make(std::move(info), std::move(p));
 }

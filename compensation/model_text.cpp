@@ -5,30 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
-#include "base/json_document.hpp"
-#include "base/json_section.hpp"
 #include "compensation/kernel.hpp"
 #include "compensation/model.hpp"
 
 namespace prism::compensation {
 
-Eigen::VectorXd vector_of(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+JsonTable<Normalisation> normalisation_keys() {
+  using N = Normalisation;
+  return JsonTable<N>()
+      .numbers("input_shift", kAnyNumber, &N::input_shift, "")
+      .required()
+      .numbers("input_scale", kPositive, &N::input_scale, "")
+      .required()
+      .number("target_shift", kAnyNumber, &N::target_shift, "")
+      .required()
+      .number("target_scale", kPositive, &N::target_scale, "")
+      .required();
 }
 
-Normalisation read_normalisation(Section section) {
-  Normalisation n;
-  n.input_shift = vector_of(section.numbers("input_shift", kAnyNumber));
-  n.input_scale = vector_of(section.numbers("input_scale", kPositive));
-  n.target_shift = section.number("target_shift", kAnyNumber);
-  n.target_scale = section.number("target_scale", kPositive);
-  return n;
-}
-
-Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower) {
+Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, const std::vector<double>& lower) {
   const auto n = static_cast<Eigen::Index>((std::sqrt(8.0 * static_cast<double>(lower.size()) + 1) - 1) / 2 + 0.5);
   if (static_cast<std::size_t>(n * (n + 1) / 2) != lower.size()) {
     section.fail(key, fmt::format("found {} numbers, expected n (n + 1) / 2", lower.size()));
@@ -42,7 +39,7 @@ Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vecto
   return m;
 }
 
-Eigen::MatrixXd centres_of(Section& section, const std::vector<double>& numbers, std::size_t inputs,
+Eigen::MatrixXd centres_of(const Section& section, const std::vector<double>& numbers, std::size_t inputs,
                            Eigen::Index alphas) {
   const auto d = static_cast<Eigen::Index>(inputs);
   if (section.good() && static_cast<Eigen::Index>(numbers.size()) != d * alphas) {
@@ -82,13 +79,13 @@ std::string triangle_text(const Eigen::MatrixXd& m) {
 namespace {
 
 constexpr ModelKind kKinds[] = {
-    {"polynomial", read_polynomial, polynomial_content},
-    {"stepwise", read_polynomial, polynomial_content},
-    {"lssvm", read_lssvm, lssvm_content},
-    {"ir_lssvm", read_lssvm, lssvm_content},
-    {"sparse_lssvm", read_lssvm, lssvm_content},
-    {"svr", read_lssvm, lssvm_content},
-    {"composite", read_composite, composite_content},
+    {"polynomial", polynomial_keys, read_polynomial, polynomial_content},
+    {"stepwise", polynomial_keys, read_polynomial, polynomial_content},
+    {"lssvm", lssvm_keys, read_lssvm, lssvm_content},
+    {"ir_lssvm", lssvm_keys, read_lssvm, lssvm_content},
+    {"sparse_lssvm", lssvm_keys, read_lssvm, lssvm_content},
+    {"svr", lssvm_keys, read_lssvm, lssvm_content},
+    {"composite", composite_keys, read_composite, composite_content},
 };
 
 }  // namespace
@@ -111,19 +108,35 @@ namespace {
 // A text of the file for error messages: in quotes, escaped and shortened.
 std::string in_quotes(const std::string& text) { return shown(nlohmann::json(text)); }
 
-FeatureDefinition read_features(Section section) {
-  FeatureDefinition features;
-  features.length_s = static_cast<int>(section.integer("length_s", {1, 3600}));
-  features.slope = static_cast<SlopeMethod>(section.choice("slope", kSlopeNames));
-  features.end_mean_s = static_cast<int>(section.integer("end_mean_s", {1, double(features.length_s)}, 1));
-  features.max_gap_s = static_cast<int>(section.integer("max_gap_s", {0, 3600}));
-  features.lag_time_constants_s = section.numbers("lag_time_constants_s", {1, 1e7}, false);
-  const Section sensors = section.object("sensors");
-  for (const std::string& name : sensors.names(TextRule::kSensorName)) {
-    if (!is_sensor_name(name)) sensors.fail(name, "is the name of another input, expected a sensor's");
-    features.sensors.push_back({name, kSensorUnitNames[sensors.choice(name, kSensorUnitNames)]});
-  }
-  return features;
+JsonTable<FeatureDefinition> feature_keys() {
+  using F = FeatureDefinition;
+  const Json unit = {{"type", "string"}, {"enum", kSensorUnitNames}};
+  return JsonTable<F>()
+      .integer("length_s", {1, 3600}, &F::length_s, "")
+      .required()
+      .choice("slope", kSlopeNames, &F::slope, "")
+      .required()
+      .custom(
+          "end_mean_s", {{"type", "integer"}, {"minimum", 1}, {"maximum", 3600}, {"default", 1}}, "",
+          [](const Section& section, F& features) {
+            const Range range{1, double(features.length_s)};
+            features.end_mean_s = static_cast<int>(section.integer("end_mean_s", range, 1));
+          },
+          nullptr)
+      .integer("max_gap_s", {0, 3600}, &F::max_gap_s, "")
+      .required()
+      .numbers("lag_time_constants_s", {1, 1e7}, &F::lag_time_constants_s, "")
+      .custom(
+          "sensors", {{"type", "object"}, {"additionalProperties", unit}},
+          "sensors used by the inputs, with their units",
+          [](const Section& section, F& features) {
+            const Section sensors = section.object("sensors");
+            for (const std::string& name : sensors.names(TextRule::kSensorName)) {
+              if (!is_sensor_name(name)) sensors.fail(name, "is the name of another input, expected a sensor's");
+              features.sensors.push_back({name, kSensorUnitNames[sensors.choice(name, kSensorUnitNames)]});
+            }
+          },
+          nullptr);
 }
 
 // The inputs of a table model have the units of the table.
@@ -131,31 +144,44 @@ std::string unit_of(const ModelInfo& info, const std::string& input) {
   return info.table ? "" : unit_of_input(info.features, input);
 }
 
-// Both ends of the training box or none: one end alone is an error.
-void read_range(Section& input, Domain& domain) {
-  if (!input.has("min") && !input.has("max")) return;
-  const double min = input.number("min", kAnyNumber);
-  domain.max.push_back(input.number("max", kAnyNumber));
-  domain.min.push_back(min);
-  if (domain.max.back() < min) input.fail("max", fmt::format("{} is less than min, {}", domain.max.back(), min));
+struct InputDraft {
+  std::string name, unit;
+  std::optional<double> min, max;
+};
+
+JsonTable<InputDraft> input_keys() {
+  using I = InputDraft;
+  return JsonTable<I>()
+      .text("name", &I::name, "")
+      .required()
+      .text("unit", &I::unit, "")
+      .number("min", kAnyNumber, &I::min, "")
+      .number("max", kAnyNumber, &I::max, "")
+      .then([](const Section& section, I& input) {  // both ends of the training box or none
+        if (!input.min && !input.max) return;
+        section.require("min"), section.require("max");
+        if (section.good() && *input.max < *input.min)
+          section.fail("max", fmt::format("{} is less than min, {}", *input.max, *input.min));
+      });
 }
 
-void read_inputs(Section& top, ModelInfo& info) {
-  for (Section& input : top.objects("inputs")) {
-    const std::string name = input.text("name", {}, info.table ? TextRule::kText : TextRule::kLongText);
-    if (!info.table && !has_input(info.features, name)) {
-      input.fail("name", fmt::format("found {}, expected T, dTdt, U, a lag or a sensor's that features define",
-                                     in_quotes(name)));
-    }
-    if (std::count(info.inputs.begin(), info.inputs.end(), name))
-      input.fail("name", in_quotes(name) + " is given twice");
-    const std::string expected = unit_of(info, name);
-    if (const std::string unit = input.text("unit", expected); unit != expected) {
-      input.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(unit), expected));
-    }
-    info.inputs.push_back(name);
-    read_range(input, info.domain);
+void add_input(const Section& section, const std::string&, const InputDraft& input, ModelInfo& info) {
+  if (info.table) section.text("name", {}, TextRule::kText);
+  if (!info.table && !has_input(info.features, input.name)) {
+    section.fail("name", fmt::format("found {}, expected T, dTdt, U, a lag or a sensor's that features define",
+                                     in_quotes(input.name)));
   }
+  if (std::count(info.inputs.begin(), info.inputs.end(), input.name))
+    section.fail("name", in_quotes(input.name) + " is given twice");
+  if (const std::string expected = unit_of(info, input.name); section.has("unit") && input.unit != expected)
+    section.fail("unit", fmt::format("found {}, expected \"{}\"", in_quotes(input.unit), expected));
+  info.inputs.push_back(input.name);
+  if (!input.min || !input.max) return;
+  info.domain.min.push_back(*input.min);
+  info.domain.max.push_back(*input.max);
+}
+
+void check_inputs(const Section& top, ModelInfo& info) {
   if (info.inputs.empty()) top.fail("inputs", "found none, expected at least one input");
   if (const std::size_t ranges = info.domain.min.size(); ranges != 0 && ranges != info.inputs.size()) {
     top.fail("inputs", fmt::format("found min and max of {} of {} inputs, expected them of all or of none", ranges,
@@ -163,15 +189,20 @@ void read_inputs(Section& top, ModelInfo& info) {
   }
 }
 
-BetweenRunError read_spread(Section section) {
-  BetweenRunError s;
-  s.nuisance_deg_per_h = section.number("nuisance_deg_per_h", {0, 1e9});
-  s.offset_deg_per_h = section.number("offset_deg_per_h", {0, 1e9});
-  s.noise_deg_per_h = section.number("noise_deg_per_h", {0, 1e9});
-  s.factor = section.number("factor", {1e-6, 1e6}, 1.0);
-  s.blocks = static_cast<int>(section.integer("blocks", {0, 1e9}));
-  s.samples = static_cast<int>(section.integer("samples", {0, 1e9}));
-  return s;
+JsonTable<BetweenRunError> spread_keys() {
+  using B = BetweenRunError;
+  return JsonTable<B>()
+      .number("nuisance_deg_per_h", {0, 1e9}, &B::nuisance_deg_per_h, "")
+      .required()
+      .number("offset_deg_per_h", {0, 1e9}, &B::offset_deg_per_h, "")
+      .required()
+      .number("noise_deg_per_h", {0, 1e9}, &B::noise_deg_per_h, "")
+      .required()
+      .number("factor", {1e-6, 1e6}, &B::factor, "")
+      .integer("blocks", {0, 1e9}, &B::blocks, "")
+      .required()
+      .integer("samples", {0, 1e9}, &B::samples, "")
+      .required();
 }
 
 std::string spread_text(const BetweenRunError& s) {
@@ -183,7 +214,7 @@ std::string spread_text(const BetweenRunError& s) {
 }
 
 // Checks format and version before any other key.
-std::int64_t read_format(Section& top) {
+void read_format(const Section& top, ModelInfo& info) {
   const std::string format = top.text("format");
   if (top.good() && format != "prism-model")
     top.fail("format",
@@ -192,32 +223,68 @@ std::int64_t read_format(Section& top) {
   if (top.good() && version > kModelVersion) {
     top.fail("version", fmt::format("found {}, expected at most {}: made by a newer prism", version, kModelVersion));
   }
-  return version;
+  info.id_has_serial = version > 1;
+}
+
+void read_provenance(const Section& top, ModelInfo& info) {
+  const nlohmann::json provenance = top.any("provenance");  // sorted, as in all earlier versions
+  if (!provenance.is_null() && !provenance.is_object())
+    top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
+  info.provenance_json = provenance.is_null() ? "{}" : json_text(provenance);
+}
+
+// The keys of every type.
+const JsonTable<ModelInfo>& model_keys() {
+  using M = ModelInfo;
+  std::vector<const char*> kinds;
+  for (const ModelKind& kind : kKinds) kinds.push_back(kind.name);
+  const auto gyro = JsonTable<M>()
+                        .text("serial", &M::gyro_serial, "", TextRule::kText)
+                        .text("axis", &M::gyro_axis, "", TextRule::kAxisName);
+  static const JsonTable<M> keys =
+      JsonTable<M>()
+          .custom("format", {{"const", "prism-model"}}, "", read_format, nullptr)
+          .also({}, true)
+          .known("version", {{"enum", {1, 2}}}, "2: the id covers gyro/serial")
+          .also({}, true)
+          .text("kind", &M::kind, "")
+          .required()
+          .also({{"enum", kinds}})
+          .text("name", &M::name, "", TextRule::kText)
+          .text("id", &M::id, "SHA-256 of the numbers")
+          .required()
+          .also({{"pattern", "^[0-9a-f]{64}$"}})
+          .object("gyro", gyro, std::identity(), "")
+          .then([](const Section&, M& info) {
+            if (model_version(info) == 1) info.gyro_axis.clear();  // not covered by the id
+          })
+          .boolean("table", &M::table, "trained on a table without timestamps: no features")
+          .object("features", feature_keys(), &M::features, "")
+          .read_by([features = feature_keys()](const Section& top, M& info) {
+            if (!info.table) features.read(top.object("features", true), info.features);
+          })
+          .objects(JsonTable<M>::Form::kList, "inputs", input_keys(), add_input, "")
+          .required()
+          .also({{"minItems", 1}})
+          .then(check_inputs)
+          .object("spread", spread_keys(), &M::spread, "error of the model in an unseen run")
+          .custom("provenance", {{"type", "object"}}, "", read_provenance, nullptr);
+  return keys;
 }
 
 }  // namespace
 
+Json model_schema() {
+  Json schema = schema_of_file("prism", "compensation", model_keys().schema());
+  schema["title"] = "prism bias model";
+  for (const ModelKind& kind : kKinds) schema["properties"].update(kind.keys());
+  return schema;
+}
+
 Result<ModelPtr> read_model(Section& top) {
   const std::string where = top.where();
   ModelInfo info;
-  info.id_has_serial = read_format(top) > 1;
-  if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  info.kind = top.text("kind");
-  info.name = top.text("name", "", TextRule::kText);
-  info.id = top.text("id");
-  const Section gyro = top.object("gyro");
-  info.gyro_serial = gyro.text("serial", "", TextRule::kText);
-  info.gyro_axis = gyro.text("axis", "", TextRule::kAxisName);
-  if (model_version(info) == 1) info.gyro_axis.clear();  // not covered by the id
-  info.table = top.boolean("table", false);
-  if (!info.table) info.features = read_features(top.object("features", true));
-  read_inputs(top, info);
-  if (top.has("spread")) info.spread.emplace(read_spread(top.object("spread")));
-  const nlohmann::json provenance = top.any("provenance");  // sorted, as in all earlier versions
-  if (!provenance.is_null() && !provenance.is_object()) {
-    top.fail("provenance", "found " + shown(provenance) + ", expected an object {...}");
-  }
-  info.provenance_json = provenance.is_null() ? "{}" : json_text(provenance);
+  model_keys().read(top, info);
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
   const ModelKind* kind = find_model_kind(info.kind);

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/json_section.hpp"
+#include "base/json_table.hpp"
 #include "base/result.hpp"
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model.hpp"
@@ -17,14 +17,24 @@ namespace prism::compensation {
 // The common parts of the files of all kernel models: normalisation, centres and matrices.
 
 inline constexpr Range kPositive{1e-300, 1e300};
-Eigen::VectorXd vector_of(const std::vector<double>& values);
-Normalisation read_normalisation(Section section);
+JsonTable<Normalisation> normalisation_keys();
 /// A symmetric matrix from its lower triangle, row by row. Fails at `key` of the section if the count is not n (n + 1)
 /// / 2.
-Eigen::MatrixXd symmetric_of(Section& section, const char* key, const std::vector<double>& lower);
+Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, const std::vector<double>& lower);
+/// Its key.
+template <class T>
+JsonTable<T>& add_symmetric(JsonTable<T>& keys, const char* key, Eigen::MatrixXd T::*member) {
+  return keys.value(
+      key, {{"type", "array"}, {"items", limits_schema("number", kAnyNumber)}}, member,
+      "the lower triangle, row by row",
+      [](const Section& section, const std::string& name) {
+        return symmetric_of(section, name, section.numbers(name, kAnyNumber));
+      },
+      [](const auto&) { return Json(); });
+}
 /// The centres of a kernel model [inputs x alphas], column by column. Fails at "centres" if the count differs. Empty if
 /// the section has failed.
-Eigen::MatrixXd centres_of(Section& section, const std::vector<double>& numbers, std::size_t inputs,
+Eigen::MatrixXd centres_of(const Section& section, const std::vector<double>& numbers, std::size_t inputs,
                            Eigen::Index alphas);
 std::string normalisation_text(const Normalisation& n);
 /// `  "key": [` … `],`, with `width` numbers per line.
@@ -36,7 +46,9 @@ std::string triangle_text(const Eigen::MatrixXd& m);
 
 struct ModelKind {
   const char* name;
-  /// Reads the type's own keys of the file; `info` is complete except for its id, which the reader computes.
+  /// The schema of the type's own keys.
+  Json (*keys)();
+  /// Reads them; `info` is complete except for its id, which the reader computes.
   Result<ModelPtr> (*read)(Section& top, ModelInfo info);
   /// The type's own part of the file: complete lines of JSON, each ending in ",\n", indented by two.
   std::string (*content)(const Model& model);
@@ -50,10 +62,13 @@ std::string model_kind_names();
 /// A complete model, which may be nested in another one; the document's finish() reports keys that are not read here.
 Result<ModelPtr> read_model(Section& top);
 
+Json polynomial_keys();
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
 std::string polynomial_content(const Model& model);
+Json lssvm_keys();
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
 std::string lssvm_content(const Model& model);
+Json composite_keys();
 Result<ModelPtr> read_composite(Section& top, ModelInfo info);
 std::string composite_content(const Model& model);
 
@@ -61,6 +76,9 @@ std::string composite_content(const Model& model);
 /// line: invalid JSON; another format; a newer version; a missing or unknown key; a wrong type; a number that is not
 /// finite or out of range; an id that does not match the content.
 Result<ModelPtr> parse_model(std::string_view text, std::string_view where);
+
+/// JSON Schema of a model file, with the keys of all types.
+Json model_schema();
 
 /// The file's text: every number exact (up to 17 digits), with a new id. parse_model(format_model(m)) equals m.
 std::string format_model(const Model& model);

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "base/json_table.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/model.hpp"
 #include "compensation/model_text.hpp"
@@ -58,34 +59,63 @@ namespace {
 constexpr double kMaxPower = 9;
 constexpr std::size_t kMaxTerms = 10000;  // prismd computes each of them once a second
 
-std::vector<Term> read_terms(Section& top, std::size_t inputs) {
+struct PolynomialDraft {
   std::vector<Term> terms;
-  std::vector<Section> sections = top.objects("terms");
-  if (sections.size() > kMaxTerms)
-    top.fail("terms", fmt::format("found {}, expected at most {}", sections.size(), kMaxTerms));
-  for (Section& section : sections) {
-    if (!top.good()) break;
-    Term term;
-    for (const double power : section.numbers("powers", {0, kMaxPower})) {
-      if (power != std::floor(power)) section.fail("powers", fmt::format("found {}, expected integers", power));
-      term.powers.push_back(static_cast<int>(power));
-    }
-    if (section.good() && term.powers.size() != inputs) {
-      section.fail("powers", fmt::format("found {} powers, expected {}: one per input", term.powers.size(), inputs));
-    }
-    term.coefficient = section.number("coefficient", kAnyNumber);
-    terms.push_back(std::move(term));
-  }
-  return terms;
+  double sd_deg_per_h = kUnknown;
+};
+
+JsonTable<Term> term_keys() {
+  return JsonTable<Term>()
+      .value(
+          "powers", {{"type", "array"}, {"items", limits_schema("integer", {0, kMaxPower})}}, &Term::powers,
+          "one per input",
+          [](const Section& section, const std::string& key) {
+            std::vector<int> powers;
+            for (const double power : section.numbers(key, {0, kMaxPower})) {
+              if (power != std::floor(power)) section.fail(key, fmt::format("found {}, expected integers", power));
+              powers.push_back(static_cast<int>(power));
+            }
+            return powers;
+          },
+          [](const auto&) { return Json(); })
+      .required()
+      .number("coefficient", kAnyNumber, &Term::coefficient, "")
+      .required();
+}
+
+const JsonTable<PolynomialDraft>& polynomial_table() {
+  using P = PolynomialDraft;
+  static const JsonTable<P> keys =
+      JsonTable<P>()
+          .then([](const Section& top, P&) {
+            const std::size_t terms = top.objects("terms").size();
+            if (terms > kMaxTerms) top.fail("terms", fmt::format("found {}, expected at most {}", terms, kMaxTerms));
+          })
+          .list("terms", term_keys(), &P::terms, "the bias is the sum of their coefficient times powers of the inputs")
+          .required()
+          .value(
+              "sd_deg_per_h", limits_schema("number", {0, 1e9}), &P::sd_deg_per_h, "",
+              [](const Section& top, const std::string& key) {
+                return top.number(key, {0, 1e9});
+              },
+              [](double) { return Json(); });
+  return keys;
 }
 
 }  // namespace
 
+Json polynomial_keys() { return polynomial_table().schema()["properties"]; }
+
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info) {
-  std::vector<Term> terms = read_terms(top, info.inputs.size());
-  const double sd = top.has("sd_deg_per_h") ? top.number("sd_deg_per_h", {0, 1e9}) : kUnknown;
+  PolynomialDraft draft;
+  polynomial_table().read(top, draft);
+  for (std::size_t i = 0; i < draft.terms.size() && top.good(); ++i) {
+    if (const std::size_t powers = draft.terms[i].powers.size(); powers != info.inputs.size())
+      top.fail(fmt::format("terms/{}/powers", i),
+               fmt::format("found {} powers, expected {}: one per input", powers, info.inputs.size()));
+  }
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
-  return std::make_shared<PolynomialModel>(std::move(info), std::move(terms), sd);
+  return std::make_shared<PolynomialModel>(std::move(info), std::move(draft.terms), draft.sd_deg_per_h);
 }
 
 std::string polynomial_content(const Model& model) {

@@ -5,15 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <set>
 
 #include "base/escape.hpp"
-#include "base/json_table.hpp"
-#include "drivers/wire/description/column_choice.hpp"
-#include "drivers/wire/description/readers.hpp"
-#include "drivers/wire/description/text_template.hpp"
+#include "drivers/wire/description/keys.hpp"
 
 namespace prism::wire {
 namespace {
@@ -21,59 +17,66 @@ namespace {
 constexpr std::size_t kMaxKinds = 64;
 constexpr Range kRateHz{0.01, 100'000};
 
-WireFormat read_line(const Section& s) {
-  WireFormat wire;
-  wire.baud = static_cast<int>(s.integer("baud", {50, 20'000'000}));
-  wire.data_bits = static_cast<int>(s.integer("data_bits", {7, 8}, wire.data_bits));
-  wire.stop_bits = static_cast<int>(s.integer("stop_bits", {1, 2}, wire.stop_bits));
-  wire.parity = static_cast<Parity>(s.choice("parity", {"none", "even", "odd"}, 0));
-  return wire;
+constexpr std::array kParities = {"none", "even", "odd"};
+
+JsonTable<WireFormat> line_keys() {
+  using W = WireFormat;
+  return JsonTable<W>()
+      .integer("baud", {50, 20'000'000}, &W::baud, "")
+      .required()
+      .integer("data_bits", {7, 8}, &W::data_bits, "")
+      .integer("stop_bits", {1, 2}, &W::stop_bits, "")
+      .choice("parity", kParities, &W::parity, "");
 }
 
-TestVector read_vector(const Section& s) {
+struct VectorDraft {
   TestVector vector;
-  vector.where = s.where();
-  vector.name = s.text("name", "");
-  if (s.has("text")) {
-    const std::string text = s.raw_text("text");
-    vector.bytes.assign(text.begin(), text.end());
-    if (s.has("hex")) s.fail("hex", "given together with \"text\"; expected one of them");
-  } else {
-    vector.bytes = s.bytes("hex");
-  }
-  const double tolerance = s.number("tolerance", {0, 1e9}, 1e-6);
-  if (s.boolean("refused", false)) {
-    s.allow({"kind", "values"});
-    if (s.has("kind") || s.has("values"))
-      s.fail("refused", "given together with kind or values; a refused frame has neither");
-    return vector;
-  }
-  vector.kind = s.text("kind", {}, TextRule::kMessageName);
-  const Section values = s.object("values");
-  for (const std::string& field : values.names(TextRule::kMessageName)) {
-    vector.expected.push_back({field, values.number(field, kAnyNumber), tolerance});
-  }
-  return vector;
+  std::string text;
+  double tolerance = 1e-6;
+  bool refused = false;
+};
+
+JsonTable<VectorDraft> vector_keys() {
+  using V = VectorDraft;
+  const Json values = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
+  return JsonTable<V>()
+      .group(JsonTable<TestVector>()
+                 .text("name", &TestVector::name, "")
+                 .bytes("hex", &TestVector::bytes, "the frame")
+                 .text("kind", &TestVector::kind, "", TextRule::kMessageName),
+             &V::vector)
+      .raw_text("text", &V::text, "a text frame, with its terminator")
+      .number("tolerance", {0, 1e9}, &V::tolerance, "relative")
+      .boolean("refused", &V::refused, "the frame must be rejected")
+      .known("values", values, "");
 }
 
-void read_kinds(const Section& s, FrameDescription& description) {
-  const bool big_endian = read_byte_order(s, "order", true);
-  const FieldGroups groups = read_field_groups(s);
-  const std::vector<Section> kinds = s.objects("kinds");
-  if (kinds.empty() || kinds.size() > kMaxKinds) {
-    return s.fail("kinds",
-                  fmt::format("found {}, expected an array of 1 to {} message types", kinds.size(), kMaxKinds));
-  }
-  for (const Section& kind : kinds) {
-    description.kinds.push_back(read_kind(kind, big_endian, groups));
-    description.max_frame_bytes = std::max(description.max_frame_bytes, description.kinds.back().length.max);
-  }
+void add_vector(const Section& s, const std::string&, VectorDraft& draft, FrameDraft& frames) {
+  TestVector& vector = draft.vector;
+  vector.where = s.where();
+  if (s.has("text") && s.has("hex")) s.fail("hex", "given together with \"text\"; expected one of them");
+  if (s.has("text")) vector.bytes.assign(draft.text.begin(), draft.text.end());
+  if (!s.has("text")) s.require("hex");
+  if (draft.refused && (s.has("kind") || s.has("values")))
+    s.fail("refused", "given together with kind or values; a refused frame has neither");
+  if (!draft.refused) s.require("kind");
+  const Section values = s.object("values");
+  for (const std::string& field : values.names(TextRule::kMessageName))
+    vector.expected.push_back({field, values.number(field, kAnyNumber), draft.tolerance});
+  frames.description.test_vectors.push_back(std::move(vector));
+}
+
+void add_kind(const Section&, const std::string&, MessageType& kind, FrameDraft& frames) {
+  FrameDescription& description = frames.description;
+  description.max_frame_bytes = std::max(description.max_frame_bytes, kind.length.max);
+  description.kinds.push_back(std::move(kind));
 }
 
 /// Selects the message types that an encoder sends in turn: those in "send", else the first with gyro data (or, without
 /// a gyro, with any data).
-void read_send(const Section& s, FrameDescription& description) {
-  for (const std::string& name : s.texts("send", false)) {
+void read_send(const Section& s, FrameDraft& frames) {
+  FrameDescription& description = frames.description;
+  for (const std::string& name : frames.send) {
     const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
                                    [&](const MessageType& k) { return k.name == name; });
     if (kind == description.kinds.end()) return s.fail("send", fmt::format("unknown message type \"{}\"", name));
@@ -86,26 +89,70 @@ void read_send(const Section& s, FrameDescription& description) {
   }
 }
 
-void read_all(const Section& s, const GyroChoice& choice, FrameDescription& description) {
-  s.text("$schema", "");  // for editors
-  s.choice("format", {"prism-frames"});
-  s.integer("version", {1, 1});
-  description.name = s.text("name", {}, TextRule::kName);
-  description.title = s.text("title", "");
-  description.source = s.text("source", "");
-  s.text("proved", "");
-  description.wire = read_line(s.object("line", true));
-  description.wire.baud = choice.baud.value_or(description.wire.baud);
-  description.rate_hz = choice.rate_hz.value_or(s.number("rate_hz", kRateHz));
-  description.rate_tolerance = s.number("rate_tolerance", {0, 0.5}, 0.01);
-  description.latency_s = 1e-6 * s.number("latency_us", {0, 1e6}, 0);
-  read_kinds(s, description);
-  if (!s.good()) return;
-  read_roles(s, choice, description);
-  read_send(s, description);
-  command_keys().read(s, description.commands);
-  for (const Section& vector : s.objects("vectors", false)) description.test_vectors.push_back(read_vector(vector));
-  if (s.good()) check_description(s, description, choice.network);
+// In the order of reading: roles are read after the message types.
+const JsonTable<FrameDraft>& frame_keys() {
+  using F = FrameDraft;
+  using D = FrameDescription;
+  using Form = JsonTable<F>::Form;
+  static constexpr std::array kFormats = {"prism-frames"};
+  static constexpr std::array kByteOrders = {"big", "little"};
+  const auto description = [](auto& draft) -> auto& { return draft.description; };
+  static const JsonTable<F> keys =
+      JsonTable<F>()
+          .known("$schema", {{"type", "string"}}, "for editors")
+          .known("format", {{"const", kFormats.front()}}, "")
+          .also({}, true)
+          .known("version", {{"const", 1}}, "")
+          .also({}, true)
+          .then([](const Section& s, F&) {
+            s.text("$schema", "");
+            s.choice("format", kFormats);
+            s.integer("version", {1, 1});
+          })
+          .group(JsonTable<D>()
+                     .text("name", &D::name, "one word; also the name of the file", TextRule::kName)
+                     .required()
+                     .text("title", &D::title, "")
+                     .text("source", &D::source, "source of the format")
+                     .custom(
+                         "proved", {{"type", "string"}}, "how it was verified, or that it is not verified",
+                         [](const Section& s, D&) { s.text("proved", ""); }, nullptr)
+                     .object("line", line_keys(), &D::wire, "speed and character format of the line")
+                     .required()
+                     .number("rate_hz", kRateHz, &D::rate_hz, "nominal frames a second, of those that carry the gyro")
+                     .required()
+                     .number("rate_tolerance", {0, 0.5}, &D::rate_tolerance,
+                             "relative tolerance of rate_hz between devices")
+                     .number("latency_us", {0, 1e6}, &D::latency_s,
+                             "delay from the end of the measured interval to the first bit", 1e-6),
+                 description)
+          .then([](const Section&, F& draft) {
+            draft.description.wire.baud = draft.choice.baud.value_or(draft.description.wire.baud);
+            draft.description.rate_hz = draft.choice.rate_hz.value_or(draft.description.rate_hz);
+          })
+          .custom(
+              "order", {{"type", "string"}, {"enum", kByteOrders}},
+              "default byte order; fields, lengths and checks can have their own",
+              [](const Section& s, F&) { s.choice("order", kByteOrders, 0); }, nullptr)
+          .objects(
+              Form::kNamed, "parts", part_keys(), [](const Section&, const std::string&, int, F&) {},
+              "groups of fields shared by several message types")
+          .objects(Form::kList, "kinds", message_keys(), add_kind, "message types, tried in this order at each byte")
+          .required()
+          .also({{"minItems", 1}, {"maxItems", kMaxKinds}})
+          .then([](const Section& s, F& draft) {
+            const std::size_t count = draft.description.kinds.size();
+            if (count == 0 || count > kMaxKinds)
+              s.fail("kinds", fmt::format("found {}, expected an array of 1 to {} message types", count, kMaxKinds));
+          })
+          .group(role_keys())
+          .texts("send", &F::send,
+                 "message types that an encoder sends, in turn; default: the first with the gyro's data")
+          .then(read_send)
+          .group(
+              command_keys(), [](auto& draft) -> auto& { return draft.description.commands; })
+          .objects(Form::kList, "vectors", vector_keys(), add_vector, "frames and their values");
+  return keys;
 }
 
 Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
@@ -123,6 +170,57 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
   if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
     return make_error(where, fmt::format("found a rate of {} Hz, expected {} to {}", *rate, kRateHz.min, kRateHz.max));
   }
+  return {};
+}
+
+bool is_text_line(const Json& description) {
+  if (!description.is_object() || description.contains("gyro") || !description.contains("kinds")) return false;
+  const Json& kinds = description["kinds"];
+  return kinds.is_array() && kinds.size() == 1 && kinds[0].is_object() && kinds[0].contains("text") &&
+         kinds[0]["text"].is_object() && kinds[0].contains("length") && kinds[0]["length"].is_object();
+}
+
+/// Template of an encoder: the chosen columns, and a 0 in those between them.
+std::string printed(const TextColumns& choice) {
+  int last = 0;
+  for (const TextColumn& column : choice.columns) last = std::max(last, column.column);
+  std::string text;
+  for (int i = 0; i <= last; ++i) {
+    const auto named = std::find_if(choice.columns.begin(), choice.columns.end(),
+                                    [i](const TextColumn& column) { return column.column == i; });
+    if (i > 0) text += choice.separators.front();
+    text += named == choice.columns.end() ? "0" : "{" + named->sensor.name + ":.4f}";
+  }
+  return text;
+}
+
+// Writes the chosen columns into a description's JSON, as if they were part of it. Without a choice it has no effect.
+// Errors: the description does not have exactly one message type of text lines, or has a gyro.
+Result<void> choose_columns(Json& description, const std::string& where, const TextColumns& choice) {
+  if (choice.columns.empty()) return {};
+  if (!is_text_line(description))
+    return make_error(where, "does not describe text lines without a gyro, as required by \"columns\"");
+  Json& kind = description["kinds"][0];
+  const char* end = choice.ends_with_cr ? "0D" : "0A";
+  kind["after"] = end;
+  kind["length"]["terminator"] = end;
+  // The CR of a CR LF ends the last column.
+  const bool blanks = choice.separators.find_first_not_of(" \t") == std::string::npos;
+  kind["text"]["separators"] = choice.separators + (choice.ends_with_cr ? "\n" : "\r");
+  kind["text"]["collapse"] = blanks;
+  kind["text"]["decimal_comma"] = choice.decimal_comma;
+  kind["text"]["write"] = printed(choice);
+  kind["fields"] = Json::object();
+  description["sensors"] = Json::object();
+  for (const TextColumn& column : choice.columns) {
+    const std::string& name = column.sensor.name;
+    Json& field = kind["fields"][name];
+    field = {{"column", column.column}, {"type", "decimal"}, {"unit", column.sensor.unit}};
+    if (column.min > -1e300) field["min"] = column.min;
+    if (column.max < 1e300) field["max"] = column.max;
+    description["sensors"][name] = {{"field", name}, {"unit", column.sensor.unit}};
+  }
+  description["vectors"] = Json::array();  // they belong to other columns
   return {};
 }
 
@@ -159,226 +257,23 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   if (const auto fits = check_choice(document->where, choice); !fits) return tl::unexpected<Error>(fits.error());
   if (const auto chosen = choose_columns(document->value, document->where, choice.text); !chosen)
     return tl::unexpected<Error>(chosen.error());
-  auto description = std::make_shared<FrameDescription>();
+  FrameDraft draft;
+  draft.choice = choice;
   const Section whole(*document);
-  description->warnings = whole.removed(KeyFile::kFrames);
-  read_all(whole, choice, *description);
+  draft.description.warnings = whole.removed(KeyFile::kFrames);
+  frame_keys().read(whole, draft);
+  if (whole.good()) check_description(whole, draft.description, choice.network);
   if (const auto rest = whole.finish(); !rest) return tl::unexpected<Error>(rest.error());
   erase_beliefs(document->value);
-  description->id = id_of(json_text(document->value));
-  return FrameDescriptionPtr(std::move(description));
+  draft.description.id = id_of(json_text(document->value));
+  return std::make_shared<const FrameDescription>(std::move(draft.description));
 }
 
-// Checks a complete description, one message type after the other.
-
-namespace {
-
-using Bits = std::vector<bool>;
-
-/// Position in a message type: negative positions count from its maximum length.
-class MessageCheck {
- public:
-  MessageCheck(const MessageType& kind, std::string key, const Section& whole)
-      : kind_(kind), key_(std::move(key)), whole_(whole), length_(static_cast<int>(kind.length.max)) {}
-
-  void check_all() {
-    check_sync();
-    for (const CheckRule& check : kind_.checks) check_coverage(check);
-    if (kind_.structure == Structure::kColumns) {
-      const std::string fault = template_fault(kind_);
-      return fault.empty() ? void() : fail("/text/write", fault);
-    }
-    for (const Field& field : kind_.fields) check_inside(field);
-    if (!whole_.good()) return;
-    check_overlaps();
-  }
-
- private:
-  void fail(const std::string& at, const std::string& what) { whole_.fail(key_ + at, what); }
-
-  void check_sync() {
-    std::set<std::uint32_t> seen;
-    for (const ByteRule& rule : kind_.sync) {
-      if (rule.at >= kind_.length.min && kind_.length.form == LengthRule::LengthType::kFixed) {
-        fail("/sync", fmt::format("byte {} is outside the frame of {} bytes", rule.at, kind_.length.min));
-      }
-      if (!seen.insert(rule.at).second) fail("/sync", fmt::format("sets byte {} twice", rule.at));
-    }
-    if (kind_.header_bytes > kind_.length.max)
-      fail("/length", fmt::format("{} bytes are too short for the header of {}", kind_.length.max, kind_.header_bytes));
-    if (kind_.sync.empty() && kind_.checks.empty() && kind_.structure != Structure::kColumns) {
-      fail("", "has neither sync nor checks: any byte could start a frame");
-    }
-  }
-
-  void check_coverage(const CheckRule& check) {
-    if (check.separator != 0) return;
-    const int at = absolute(check.at);
-    const int from = absolute(check.from);
-    const int to = check.to <= 0 ? length_ + check.to : check.to;
-    if (at < 0 || at + check.size > length_) {
-      return fail("/checks", fmt::format("a check of {} bytes at {} is outside the frame of {} bytes", check.size,
-                                         check.at, length_));
-    }
-    if (from < 0 || to > length_ || to <= from) {
-      return fail("/checks", fmt::format("covers {} to {}; expected a part of the frame of {} bytes", check.from,
-                                         check.to, length_));
-    }
-    const bool inside = from < at + check.size && to > at;
-    if (inside && check.sum != CheckRule::Sum::kParity) {
-      const char* name = check.sum == CheckRule::Sum::kCrc ? "CRC" : "check";
-      fail("/checks", fmt::format("the {} at {} is inside the bytes {} to {} that it covers", name, check.at,
-                                  check.from, check.to));
-    }
-  }
-
-  void check_inside(const Field& field) {
-    const int limit = field.item < 0 ? length_
-                      : kind_.blocks.sizes.empty()
-                          ? 65535
-                          : static_cast<int>(kind_.blocks.sizes[static_cast<std::size_t>(field.item)]);
-    const int at = field.at < 0 ? limit + field.at : field.at;
-    if (at < 0 || at + field.size > limit) {
-      fail("/fields/" + field.name,
-           fmt::format("bytes {} to {} are outside its {} bytes", field.at, field.at + field.size - 1, limit));
-    }
-  }
-
-  void check_overlaps() {
-    std::vector<std::pair<const Field*, Bits>> seen;
-    const Bits checks = bits_of_checks();
-    for (const Field& field : kind_.fields) {
-      if (field.item >= 0 || field.when.field >= 0) continue;
-      const Bits own = bits_of(field);
-      if (common(own, checks) != 0) fail("/fields/" + field.name, "overlaps a check");
-      for (const auto& [other, bits] : seen) {
-        const auto shared = common(own, bits);
-        const bool view =
-            shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
-        if (shared != 0 && !view) {
-          fail("/fields/" + field.name,
-               fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
-        }
-      }
-      seen.emplace_back(&field, own);
-    }
-  }
-
-  Bits bits_of(const Field& field) const {
-    Bits bits(static_cast<std::size_t>(length_) * 8);
-    const int at = absolute(field.at);
-    for (unsigned bit = field.shift; bit < unsigned{field.shift} + field.bits; ++bit) {
-      const unsigned byte_from_low = bit / field.group_bits;
-      const unsigned position = field.size - 1u - byte_from_low;
-      const auto byte = static_cast<std::size_t>(at) + (field.is_hex() ? position : field.order[position]);
-      bits[byte * 8 + bit % field.group_bits] = true;
-    }
-    return bits;
-  }
-
-  Bits bits_of_checks() const {
-    Bits bits(static_cast<std::size_t>(length_) * 8);
-    for (const CheckRule& check : kind_.checks) {
-      const auto at = static_cast<std::size_t>(absolute(check.at)) * 8;
-      if (check.separator != 0 || check.sum == CheckRule::Sum::kParity) continue;
-      std::fill_n(bits.begin() + static_cast<std::ptrdiff_t>(at), check.size * 8, true);
-    }
-    return bits;
-  }
-
-  static std::ptrdiff_t common(const Bits& a, const Bits& b) {
-    std::ptrdiff_t count = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) count += a[i] && b[i] ? 1 : 0;
-    return count;
-  }
-
-  int absolute(int at) const { return at < 0 ? length_ + at : at; }
-
-  const MessageType& kind_;
-  std::string key_;
-  const Section& whole_;
-  int length_;
-};
-
-/// The wire time of a frame times its rate must not exceed the capacity of a serial line.
-void check_line_speed(const Section& whole, const FrameDescription& description, bool network) {
-  double bytes = 0;
-  for (const int k : description.sent_kinds) bytes += description.kinds[static_cast<std::size_t>(k)].length.min;
-  if (description.sent_kinds.empty()) {
-    if (description.carries_gyro()) whole.fail("gyro/axes", "the chosen field is in no message type");
-    return;
-  }
-  double gyro_kinds = description.carries_gyro() ? 0 : static_cast<double>(description.sent_kinds.size());
-  for (const int k : description.sent_kinds)
-    gyro_kinds += description.kinds[static_cast<std::size_t>(k)].roles.carries_gyro() ? 1 : 0;
-  if (gyro_kinds == 0) return whole.fail("send", "sends no message type with gyro data");
-  const double load = bytes / gyro_kinds * description.rate_hz * description.wire.byte_time_ns() * 1e-9;
-  if (load > 1 && !network) {
-    whole.fail("rate_hz",
-               fmt::format("{} frames/s of {:.0f} bytes need {:.0f} % of a line of {} baud; expected at most 100 %",
-                           description.rate_hz, bytes / gyro_kinds, 100 * load, description.wire.baud));
-  }
-}
-
-/// Without a counter frames are counted by arrival: each must contain every served axis.
-void check_axes(const Section& whole, const FrameDescription& description) {
-  if (description.counter || description.axes.size() < 2) return;
-  for (const MessageType& kind : description.kinds) {
-    const auto carries = [&](const AxisRoles& axis) { return !axis.gyro.empty(); };
-    const auto carried = std::count_if(kind.roles.axes.begin(), kind.roles.axes.end(), carries);
-    if (carried != 0 && carried != static_cast<std::ptrdiff_t>(description.axes.size())) {
-      whole.fail("gyro/axes", fmt::format("message type {} contains {} of the {} served axes, and there is no counter: "
-                                          "their times are not known; expected one axis",
-                                          kind.name, carried, description.axes.size()));
-    }
-  }
-}
-
-void warn(FrameDescription& description) {
-  for (const MessageType& kind : description.kinds) {
-    int sync_bits = 0;
-    for (const ByteRule& rule : kind.sync) sync_bits += std::popcount(rule.mask);
-    const bool findable = kind.structure == Structure::kColumns;
-    if (kind.check_bits < 16 && sync_bits <= 8 && !findable) {
-      description.warnings.push_back(fmt::format(
-          "message type {}: {} bits of sync and {} bits of checks can occur inside its own body; requires {} good "
-          "frames in a row",
-          kind.name, sync_bits, kind.check_bits, kind.confirmations));
-    }
-  }
-  if (!description.carries_gyro()) return;
-  if (description.gyro.meaning != RateEncoding::kRate || description.axis_names.size() > 1) {
-    description.warnings.push_back(
-        "the frame cannot prove the unit and meaning of the gyro's number: they are the device's set-up");
-  }
-}
-
-void check_references(const Section& whole, const FrameDescription& description) {
-  for (const TestVector& vector : description.test_vectors) {
-    const auto kind = std::find_if(description.kinds.begin(), description.kinds.end(),
-                                   [&](const MessageType& k) { return k.name == vector.kind; });
-    if (!vector.kind.empty() && kind == description.kinds.end()) {
-      whole.fail("vectors",
-                 fmt::format("vector \"{}\" names kind \"{}\", which does not exist", vector.name, vector.kind));
-    }
-  }
-  std::set<std::string> names;
-  for (const MessageType& kind : description.kinds) {
-    if (!names.insert(kind.name).second)
-      whole.fail("kinds", fmt::format("two message types are named \"{}\"", kind.name));
-  }
-}
-
-}  // namespace
-
-void check_description(const Section& whole, FrameDescription& description, bool network) {
-  for (std::size_t k = 0; k < description.kinds.size(); ++k) {
-    MessageCheck(description.kinds[k], fmt::format("kinds/{}", k), whole).check_all();
-  }
-  check_references(whole, description);
-  if (whole.good()) check_line_speed(whole, description, network);
-  if (whole.good()) check_axes(whole, description);
-  if (whole.good()) warn(description);
+Json frame_schema() {
+  Json schema = schema_of_file("prism", "drivers/wire/description", frame_keys().schema());
+  schema["title"] = "prism frame description";
+  schema["anyOf"] = {{{"required", {"gyro"}}}, {{"required", {"sensors"}}}};
+  return schema;
 }
 
 }  // namespace prism::wire

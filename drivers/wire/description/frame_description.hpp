@@ -93,9 +93,9 @@ struct FrameDescription {
   /// commands are excluded, because adding one does not change the decoded values.
   std::string id;
   WireFormat wire;
-  double rate_hz = 0;         ///< nominal frames per second (with gyro data)
-  double rate_tolerance = 0;  ///< relative tolerance of rate_hz between devices
-  double latency_s = 0;       ///< constant delay from the end of the measured interval to the first bit on the line
+  double rate_hz = 0;            ///< nominal frames per second (with gyro data)
+  double rate_tolerance = 0.01;  ///< relative tolerance of rate_hz between devices
+  double latency_s = 0;          ///< constant delay from the end of the measured interval to the first bit on the line
   GyroRule gyro;
   std::vector<AxisRule> axes;           ///< served, in the order chosen, at most kMaxAxes; empty: no gyro
   std::vector<std::string> axis_names;  ///< valid values of AxisChoice::axis; the first is the default

@@ -29,8 +29,8 @@ struct LengthRule {
 
 /// Every byte from..to (negative: from the end) has (byte & mask) == value: "bit 7 is clear".
 struct BodyRule {
-  int from, to;
-  std::uint8_t mask, value;
+  int from = 0, to = 0;
+  std::uint8_t mask = 0, value = 0;
 };
 
 /// A frame contains no data if the condition is true, although its check is right (sync filler, start-up patterns).

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <span>
-#include <sstream>
 
 #include "base/json_document.hpp"
-#include "base/json_section.hpp"
+#include "drivers/wire/description/keys.hpp"
 #include "tests/support/blocks.hpp"
+#include "tests/support/generated.hpp"
 #include "tests/support/schema_validator.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
@@ -140,87 +137,8 @@ std::vector<std::pair<std::string, Json>> shipped_json() {
 
 bool reader_accepts(const Json& description) { return parse_frame_description(description.dump(), "x").has_value(); }
 
-/// Calls visit(pointer) for every object at `steps` from `at`: '*' is any member, and an array means its elements.
-void find_objects(const Json& root, const Json::json_pointer& at, std::span<const std::string> steps,
-                  const std::function<void(const Json::json_pointer&)>& visit) {
-  const Json& json = root.at(at);
-  if (json.is_array()) {
-    for (std::size_t i = 0; i < json.size(); ++i) find_objects(root, at / i, steps, visit);
-  } else if (json.is_object() && steps.empty()) {
-    visit(at);
-  } else if (json.is_object()) {
-    for (const auto& [key, value] : json.items()) {
-      if (steps[0] == "*" || steps[0] == key) find_objects(root, at / key, steps.subspan(1), visit);
-    }
-  }
-}
-
-/// The keys that the reader expects instead of an unknown one.
-std::set<std::string> keys_of_reader(Json description, const Json::json_pointer& at) {
-  description[at]["zz_none"] = 0;
-  const auto parsed = parse_frame_description(description.dump(), "x");
-  const std::string text = parsed ? "accepted" : parsed.error().what;
-  const std::string opening = "expected one of ";
-  std::set<std::string> keys;
-  if (text.find(opening) == std::string::npos) return {text};
-  std::istringstream list(text.substr(text.find(opening) + opening.size()));
-  for (std::string key; list >> key;) keys.insert(key.substr(0, key.find(',')));
-  return keys;
-}
-
-/// Positions of the schema's definitions in a description.
-const std::map<std::string, std::vector<std::string>> kSections = {
-    {"description", {}},
-    {"line", {"line"}},
-    {"part", {"parts", "*"}},
-    {"kind", {"kinds"}},
-    {"sync", {"kinds", "sync"}},
-    {"length", {"kinds", "length"}},
-    {"body", {"kinds", "body"}},
-    {"refuse", {"kinds", "refuse"}},
-    {"check", {"kinds", "checks"}},
-    {"text", {"kinds", "text"}},
-    {"items", {"kinds", "items"}},
-    {"blocks", {"kinds", "blocks"}},
-    {"layout", {"kinds", "layout"}},
-    {"field", {"kinds", "fields", "*"}},
-    {"when", {"kinds", "fields", "*", "when"}},
-    {"convert", {"kinds", "fields", "*", "convert"}},
-    {"gyro", {"gyro"}},
-    {"axis", {"gyro", "axes", "*"}},
-    {"valid", {"gyro", "valid"}},
-    {"counter", {"counter"}},
-    {"channel", {"temperature"}},
-    {"sensor", {"sensors", "*"}},
-    {"role", {"status"}},
-    {"vector", {"vectors"}},
-    {"command", {"start"}},
-    {"poll", {"poll"}},
-    {"request", {"poll", "requests"}},
-};
-
-TEST(Schema, HasTheKeysOfTheReaderAndNoOthers) {
-  const Json whole = schema();
-  for (const auto& [section, steps] : kSections) {
-    const Json& object = section == "description" ? whole : whole.at("definitions").at(section);
-    std::set<std::string> written;
-    for (const auto& [key, value] : object.at("properties").items()) written.insert(key);
-    int places = 0;
-    for (const auto& [name, description] : shipped_json()) {
-      int here = 0;  // a few of each description: they are all alike
-      find_objects(description, Json::json_pointer(), steps,
-                   [&, &within = section, &file = name, &text = description](const Json::json_pointer& at) {
-                     if (++here > 4) return;
-                     ++places;
-                     EXPECT_EQ(written, keys_of_reader(text, at)) << within << ": " << file << at.to_string();
-                   });
-    }
-    EXPECT_GT(places, 0) << section;
-  }
-  for (const auto& [name, definition] : whole.at("definitions").items()) {
-    EXPECT_TRUE(!definition.contains("properties") || kSections.contains(name))
-        << name << " is not a section of the reader";
-  }
+TEST(Schema, IsWrittenFromTheTable) {
+  test::expect_generated("config/frames/frame.schema.json", schema_text(frame_schema()));
 }
 
 TEST(Schema, AcceptsEveryShippedDescription) {

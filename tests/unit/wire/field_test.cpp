@@ -9,7 +9,7 @@
 #include <random>
 
 #include "base/json_document.hpp"
-#include "drivers/wire/description/readers.hpp"
+#include "drivers/wire/description/keys.hpp"
 
 namespace prism::wire {
 namespace {
@@ -17,7 +17,9 @@ namespace {
 Field field_of(const char* json) {
   const Result<JsonDocument> document = parse_json_object(json, "test");
   const Section section(*document);
-  const FieldDraft draft = read_field(section, "f", true, false, 0);
+  FieldDraft draft;
+  field_keys().read(section, draft);
+  draft.field.at = draft.at.value();
   EXPECT_TRUE(section.finish()) << section.finish().error().text();
   return draft.field;
 }
