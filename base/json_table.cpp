@@ -66,6 +66,39 @@ std::string heading(const std::string& path, const Json& key) {
   return known.empty() ? fmt::format("*{}*", path) : fmt::format("*{}* ({})", path, known);
 }
 
+struct SharedObjects {
+  std::map<std::string, int> counts;         // by text
+  std::map<std::string, std::string> names;  // of those in `all`, by text
+  Json all = Json::object();
+
+  void count(const Json& schema) {
+    if (!schema.is_structured()) return;
+    if (schema.contains("properties")) ++counts[schema.dump()];
+    for (const Json& below : schema) count(below);
+  }
+
+  // `key`: the nearest one that has the schema.
+  Json moved(const Json& schema, const std::string& key) {
+    if (!schema.is_structured()) return schema;
+    const std::string text = schema.dump();
+    if (const auto known = names.find(text); known != names.end()) return {{"$ref", "#/$defs/" + known->second}};
+    Json changed = schema;
+    for (const auto& [name, below] : changed.items()) {
+      if (!schema.is_object() || name != "properties") {
+        changed.at(Json::json_pointer("/" + name)) = moved(below, key);
+        continue;
+      }
+      for (const auto& [member, value] : below.items()) changed["properties"][member] = moved(value, member);
+    }
+    if (counts[text] < 2) return changed;
+    std::string name = key;
+    while (all.contains(name)) name += "_";
+    names[text] = name;
+    all[name] = changed;
+    return {{"$ref", "#/$defs/" + name}};
+  }
+};
+
 struct ManPage {
   std::map<std::string, std::string> described;  // name and schema of a key → its object's path
   std::string text = {};
@@ -133,6 +166,14 @@ Json one_or_more_schema(const Json& one, int least) {
   Json several = {{"type", "array"}, {"items", one}};
   if (least > 0) several["minItems"] = least;
   return {{"anyOf", {one, several}}};
+}
+
+Json with_shared_objects(const Json& schema) {
+  SharedObjects shared;
+  shared.count(schema);
+  Json changed = shared.moved(schema, "");
+  changed["$defs"] = shared.all;
+  return changed;
 }
 
 std::string schema_text(const Json& schema) {

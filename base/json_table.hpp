@@ -21,6 +21,9 @@ namespace prism {
 /// The schema of a file from that of its object. `source` has the table; its test writes the file.
 Json schema_of_file(const std::string& program, const std::string& source, const Json& object);
 
+/// The same schema with each object that it has several times only once, in $defs.
+Json with_shared_objects(const Json& schema);
+
 /// A schema as the text of its file: one line per key.
 std::string schema_text(const Json& schema);
 

@@ -12,7 +12,6 @@
 #include "base/result.hpp"
 #include "compensation/compensation_engine.hpp"
 #include "compensation/sensors.hpp"
-#include "compensation/text_columns.hpp"
 #include "drivers/transport/transport.hpp"
 #include "drivers/wire/description/commands.hpp"
 

@@ -22,11 +22,9 @@
 #include "daemon/line/live_line.hpp"
 #include "daemon/program.hpp"
 #include "drivers/capture_file.hpp"
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 #include "drivers/transport/transport.hpp"
-#include "drivers/wire/decode/check_search.hpp"
 #include "drivers/wire/decode/inspect.hpp"
-#include "drivers/wire/decode/sniffer.hpp"
 
 namespace prism::daemon {
 namespace {

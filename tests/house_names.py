@@ -6,7 +6,7 @@ import re
 
 ROOMS = ("base/", "compensation/", "drivers/", "config/", "daemon/", "tools/")
 # Files whose names are in the namespace prism itself.
-VOCABULARY = re.compile(r"^(base/.*|compensation/(sample|sensors|sensor_limits|text_columns)\.[ch]pp)$")
+VOCABULARY = re.compile(r"^(base/.*|compensation/(sample|sensors)\.[ch]pp)$")
 
 TOKEN = re.compile(
     r"(?P<space>\b(?:inline\s+)?namespace\b\s*(?P<space_name>[\w:]*)[^;={]*\{)"

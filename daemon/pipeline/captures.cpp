@@ -40,7 +40,7 @@ Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string&
   std::string first;
   const auto found = [&] {
     return std::any_of(messages.begin(), messages.end(),
-                       [&](const auto& message) { return has_value(message, line.frames->sensors.size()); });
+                       [&](const auto& message) { return has_value(message, line.frames->sensors().size()); });
   };
   while (const auto packet = reader->next()) {
     if (packet->event != drivers::CaptureEvent::kData) continue;
@@ -53,7 +53,7 @@ Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string&
   decoder.finish(messages);
   if (first.empty() || found()) return {};
   std::vector<std::string> sensors;
-  for (const wire::SensorRule& rule : line.frames->sensors) sensors.push_back(rule.sensor.name);
+  for (const wire::Channel& rule : line.frames->sensors()) sensors.push_back(rule.sensor.name);
   return make_error(
       path, fmt::format("found no value in {} bytes, the first line is \"{}\"; expected {} of the sensor "
                         "line {}, described by {} ({})",

@@ -47,7 +47,7 @@ CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
   const wire::FrameDescriptionPtr& frames = setup.outputs[index].frames;
   if (!frames) return;
   encoder_.emplace(frames);
-  for (const wire::SensorRule& rule : frames->sensors)  // load_setup checked that the stream has them
+  for (const wire::Channel& rule : frames->sensors())  // load_setup checked that the stream has them
     sensors_.push_back(sensor_index(sensors_of_list(setup.sensors), rule.sensor.name));
 }
 

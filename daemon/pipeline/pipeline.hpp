@@ -36,7 +36,7 @@ class SensorFeed {
   /// Arrival of the last value of any sensor.
   std::optional<std::int64_t> last_ns() const;
 
-  std::size_t sensors() const { return decoder_.description().sensors.size(); }
+  std::size_t sensors() const { return decoder_.description().sensors().size(); }
   const wire::FrameDecoder& decoder() const { return decoder_; }
 
  private:

@@ -16,7 +16,7 @@
 #include "compensation/model_text.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
@@ -92,7 +92,7 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
     return make_error(
         config.frames,
         fmt::format("found a gyro, expected an instrument without a gyro for the sensor line {}", config.name));
-  if ((*frames)->sensors.empty())
+  if ((*frames)->sensors().empty())
     return make_error(
         config.frames,
         fmt::format(
@@ -104,9 +104,9 @@ Result<Setup::SensorLine> load_sensor_line(const config::SensorLineConfig& confi
 /// The device's sensors, then those of each line, named LINE.SENSOR.
 SensorList all_sensors(const Setup& setup) {
   std::vector<SensorName> sensors;
-  for (const wire::SensorRule& rule : setup.frames->sensors) sensors.push_back(rule.sensor);
+  for (const wire::Channel& rule : setup.frames->sensors()) sensors.push_back(rule.sensor);
   for (const Setup::SensorLine& line : setup.sensor_lines) {
-    for (const wire::SensorRule& rule : line.frames->sensors)
+    for (const wire::Channel& rule : line.frames->sensors())
       sensors.push_back({line.name + "." + rule.sensor.name, rule.sensor.unit});
   }
   return sensors.empty() ? nullptr : std::make_shared<const std::vector<SensorName>>(std::move(sensors));
@@ -149,7 +149,7 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
   for (const std::string& input : info.inputs) {
     const bool of_sensor = !compensation::sensors_of({input}).empty(), is_uhfo = input == compensation::kInputUhfo;
     const bool own = (is_uhfo ? sources.uhfo : sources.thermometer) >= 0;
-    if (of_sensor || own || (is_uhfo ? frames.uhfo : frames.temperature).present) continue;
+    if (of_sensor || own || frames.has(is_uhfo ? wire::ChannelRole::kUhfo : wire::ChannelRole::kTemperature)) continue;
     return make_error(path + ":/inputs",
                       fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
   }
@@ -218,11 +218,12 @@ Result<void> check_output(const Setup& setup, const Setup::Output& output, const
     return make_error(place + "/frames", fmt::format("{} has {}, which {} does not have", to.name, what, from.name));
   };
   if (to.axes.size() != from.axes.size()) return lacks(fmt::format("{} axes", to.axes.size()));
-  if (to.temperature.present && !from.temperature.present) return lacks("a temperature");
-  if (to.uhfo.present && !from.uhfo.present) return lacks("a UHFO voltage");
-  for (const wire::SensorRule& rule : to.sensors) {
+  if (to.has(wire::ChannelRole::kTemperature) && !from.has(wire::ChannelRole::kTemperature))
+    return lacks("a temperature");
+  if (to.has(wire::ChannelRole::kUhfo) && !from.has(wire::ChannelRole::kUhfo)) return lacks("a UHFO voltage");
+  for (const wire::Channel& rule : to.sensors()) {
     const std::size_t own = sensor_index(sensors_of_list(setup.sensors), rule.sensor.name);  // those of lines follow
-    if (own >= from.sensors.size()) return lacks("sensor " + rule.sensor.name);
+    if (own >= from.sensors().size()) return lacks("sensor " + rule.sensor.name);
   }
   return {};
 }

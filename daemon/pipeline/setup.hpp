@@ -52,7 +52,7 @@ struct Setup {
   wire::FrameDescriptionPtr frames;
   std::vector<SensorLine> sensor_lines;  ///< as config.sensor_lines
   std::vector<Axis> axes;                ///< as frames->axes and config.axes
-  SensorList sensors;                    ///< frames->sensors, then those of each line, named LINE.SENSOR; null: none
+  SensorList sensors;                    ///< frames->sensors(), then those of each line, named LINE.SENSOR; null: none
   std::vector<Output> outputs;
   transport::Settings line;
   drivers::ClockSettings clock;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/text_number.hpp"
-#include "drivers/wire/decode/sniffer.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::pipeline {
 namespace {

@@ -12,7 +12,7 @@
 #include "compensation/compensated.hpp"
 #include "compensation/plausibility.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "drivers/frame_rate_check.hpp"
+#include "drivers/clock.hpp"
 #include "drivers/wire/description/frame_description.hpp"
 
 namespace prism::pipeline {

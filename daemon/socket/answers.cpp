@@ -232,7 +232,7 @@ ordered_json line_answer(const State& state) {
 ordered_json sensors_json(const State& state) {
   const std::vector<SensorName>& sensors = sensors_of_list(state.setup.sensors);
   const std::vector<double> values = state.device.pipeline->sensors_now(state.now_ns);
-  const std::size_t of_device = state.setup.frames->sensors.size();
+  const std::size_t of_device = state.setup.frames->sensors().size();
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const bool there = i >= of_device || state.line.delivers();

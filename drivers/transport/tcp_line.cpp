@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/transport/tcp_line.hpp"
-
+// A line through TCP: a device server or a device with Ethernet, which prismd connects to or which connects to prismd.
 #include <fmt/format.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -14,8 +13,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/json_table.hpp"
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 
 namespace prism::transport {
 namespace {
@@ -211,33 +209,6 @@ class TcpLine : public Transport {
 };
 
 }  // namespace
-
-const JsonTable<Network>& tcp_keys() {
-  static const JsonTable<Network> keys =
-      JsonTable<Network>()
-          .text("address", &Network::address, "HOST:PORT of a device server or a device; prismd connects to it.")
-          .print_if([](const Network& network) { return !network.listens; })
-          .text("listen", &Network::address, "HOST:PORT of this host; the device connects to it.")
-          .print_if([](const Network& network) { return network.listens; })
-          .text("from", &Network::from, "IP address of the only host that may connect.")
-          .print_if([](const Network& network) { return !network.from.empty(); })
-          .then([](const Section& section, Network& network) {
-            network.listens = section.has("listen");
-            const char* const key = network.listens ? "listen" : "address";
-            if (network.listens && section.has("address"))
-              section.fail("address", "given together with \"listen\"; expected one of them");
-            if (!section.has(key)) section.text(key);  // is missing
-            if (const auto endpoint = parse_endpoint(network.address); !endpoint) section.fail(key, endpoint.error());
-            if (!section.has("from")) return;
-            if (!network.listens) section.fail("from", "given with \"address\"; expected \"listen\"");
-            if (const auto from = parse_numeric_endpoint(network.from); !from) {
-              section.fail("from", from.error());
-            } else if (!from->port.empty()) {
-              section.fail("from", "has a port, which a peer that connects chooses itself; expected an address");
-            }
-          });
-  return keys;
-}
 
 Result<std::unique_ptr<Transport>> open_tcp_line(asio::io_context& io, const Settings& settings) {
   const std::string name = describe(settings);

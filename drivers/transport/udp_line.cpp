@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/transport/udp_line.hpp"
-
+// A line through UDP: a device that sends datagrams to prismd.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <optional>
 #include <utility>
 
-#include "base/json_table.hpp"
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 
 namespace prism::transport {
 namespace {
@@ -115,33 +113,6 @@ class UdpLine : public Transport {
 };
 
 }  // namespace
-
-const JsonTable<Network>& udp_keys() {
-  static const JsonTable<Network> keys =
-      JsonTable<Network>()
-          .text("listen", &Network::address, "HOST:PORT of this host; the device sends its datagrams to it.")
-          .print_if([](const Network& network) { return network.listens; })
-          .text("from", &Network::from,
-                "IP address of the only accepted sender, also with a port; commands are sent to this port.")
-          .print_if([](const Network& network) { return !network.from.empty(); })
-          .text("address", &Network::address, "IP address and port of the far end: for an output.")
-          .print_if([](const Network& network) { return !network.listens; })
-          .then([](const Section& section, Network& network) {
-            network.listens = !section.has("address");
-            const char* const key = network.listens ? "listen" : "address";
-            if (!section.has(key)) section.text(key);  // is missing
-            if (!network.listens && section.has("listen"))
-              section.fail("listen", "given together with \"address\"; expected one of them");
-            const auto end =
-                network.listens ? parse_endpoint(network.address) : parse_numeric_endpoint(network.address);
-            if (!end) return section.fail(key, end.error());
-            if (end->port.empty()) section.fail(key, "has no port");
-            if (!section.has("from")) return;
-            if (!network.listens) section.fail("from", "only with \"listen\"");
-            if (const auto from = parse_numeric_endpoint(network.from); !from) section.fail("from", from.error());
-          });
-  return keys;
-}
 
 Result<std::unique_ptr<Transport>> open_udp_line(asio::io_context& io, const Settings& settings) {
   const std::string name = describe(settings);

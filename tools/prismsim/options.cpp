@@ -15,7 +15,7 @@
 #include "compensation/earth_rate.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 #include "tools/command_line.hpp"
 
 namespace prism::prismsim {
@@ -127,7 +127,7 @@ std::optional<int> read_frames(const CommandLine& line, SimOptions& options) {
   choice.sensors = true;
   const auto frames = wire::parse_frame_description(*text, path, choice);
   if (!frames) return complain(kBadConfiguration, frames.error().text());
-  if (!(*frames)->carries_gyro() && (*frames)->sensors.empty())
+  if (!(*frames)->carries_gyro() && (*frames)->sensors().empty())
     return complain(kBadConfiguration, path + ": has no gyro or sensor to simulate");
   if ((*frames)->sent_kinds.empty())
     return complain(kBadConfiguration, path + ": its columns are chosen by a configuration; expected them in the file");

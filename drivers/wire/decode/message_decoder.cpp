@@ -18,8 +18,13 @@ bool tells_alike(const MessageType& kind) {
            });
   };
   return kind.structure == Structure::kPlain &&
-         std::all_of(kind.roles.sensors.begin(), kind.roles.sensors.end(), always);
+         std::all_of(kind.roles.channels.begin() + kRoleChannels, kind.roles.channels.end(), always);
 }
+
+// Of the channels with a role: they are read in each frame.
+constexpr double DecodedMessage::*kRoleValues[kRoleChannels] = {&DecodedMessage::temperature_degc,
+                                                                &DecodedMessage::uhfo_v};
+constexpr bool QuantitySet::*kRoleQuantities[kRoleChannels] = {&QuantitySet::temperature, &QuantitySet::uhfo};
 
 }  // namespace
 
@@ -28,7 +33,7 @@ std::uint32_t sensor_stride(double frames_hz) {
   return static_cast<std::uint32_t>(std::max(1.0, std::floor(frames_hz / kReadHz)));
 }
 
-SlowValue::SlowValue(const SlowChannel& channel, double rate_hz)
+SlowValue::SlowValue(const Channel& channel, double rate_hz)
     : channel_(&channel), limit_frames_(static_cast<std::uint64_t>(std::ceil(channel.stale_after_s * rate_hz))) {}
 
 void SlowValue::reset() {
@@ -81,12 +86,9 @@ void SlowValue::push(const FrameView& view, const ChannelFields& fields, std::ui
   if (fields.high >= 0 || fields.low >= 0 || high_) take_halves(view, fields.high, fields.low, adjacent);
 }
 
-MessageDecoder::MessageDecoder(FrameDescriptionPtr description)
-    : description_(std::move(description)),
-      temperature_(description_->temperature, description_->counted_rate_hz()),
-      uhfo_(description_->uhfo, description_->counted_rate_hz()) {
-  for (const SensorRule& rule : description_->sensors)
-    sensors_.emplace_back(rule.channel, description_->counted_rate_hz());
+MessageDecoder::MessageDecoder(FrameDescriptionPtr description) : description_(std::move(description)) {
+  for (const Channel& channel : description_->channels)
+    channels_.emplace_back(channel, description_->counted_rate_hz());
   if (std::all_of(description_->kinds.begin(), description_->kinds.end(), tells_alike))
     stride_ = sensor_stride(description_->counted_rate_hz());
   waiting_.assign(description_->kinds.size(), 0);
@@ -94,9 +96,7 @@ MessageDecoder::MessageDecoder(FrameDescriptionPtr description)
 }
 
 void MessageDecoder::reset() {
-  temperature_.reset();
-  uhfo_.reset();
-  for (SlowValue& sensor : sensors_) sensor.reset();
+  for (SlowValue& channel : channels_) channel.reset();
   std::fill(waiting_.begin(), waiting_.end(), 0);
   untold_steps_ = 0;
   last_counter_.reset();
@@ -170,13 +170,13 @@ void MessageDecoder::read_sensors(const MessageFields& roles, const FrameView& v
   reading.sensors_read = sensors_turn(reading.kind);
   if (reading.sensors_read) {
     const std::uint64_t steps = std::exchange(untold_steps_, 0);
-    for (std::size_t i = 0; i < sensors_.size(); ++i) {
-      sensors_[i].push(view, roles.sensors[i], steps, adjacent_);
-      held_[i] = sensors_[i].value();
-      out_of_range_ += sensors_[i].out_of_range() ? 1 : 0;
+    for (std::size_t i = kRoleChannels; i < channels_.size(); ++i) {
+      channels_[i].push(view, roles.channels[i], steps, adjacent_);
+      held_[i - kRoleChannels] = channels_[i].value();
+      out_of_range_ += channels_[i].out_of_range() ? 1 : 0;
     }
   }
-  std::copy_n(held_.begin(), sensors_.size(), reading.sensors.begin());
+  std::copy_n(held_.begin(), channels_.size() - kRoleChannels, reading.sensors.begin());
 }
 
 bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contiguous, DecodedMessage& reading) {
@@ -196,19 +196,15 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
   for (const int field : roles.latency) {
     if (const double latency = view.value(field); !std::isnan(latency)) reading.latency_s += latency;
   }
-  if (description_->temperature.present) {
-    temperature_.push(view, roles.temperature, steps_, adjacent_);
-    reading.temperature_degc = temperature_.value();
-    reading.out_of_bounds.temperature = temperature_.out_of_bounds();
-    out_of_range_ += temperature_.out_of_range() ? 1 : 0;
+  for (std::size_t i = 0; i < kRoleChannels; ++i) {
+    if (!description_->channels[i].present) continue;
+    SlowValue& channel = channels_[i];
+    channel.push(view, roles.channels[i], steps_, adjacent_);
+    reading.*kRoleValues[i] = channel.value();
+    reading.out_of_bounds.*kRoleQuantities[i] = channel.out_of_bounds();
+    out_of_range_ += channel.out_of_range() ? 1 : 0;
   }
-  if (description_->uhfo.present) {
-    uhfo_.push(view, roles.uhfo, steps_, adjacent_);
-    reading.uhfo_v = uhfo_.value();
-    reading.out_of_bounds.uhfo = uhfo_.out_of_bounds();
-    out_of_range_ += uhfo_.out_of_range() ? 1 : 0;
-  }
-  if (!sensors_.empty()) read_sensors(roles, view, reading);
+  if (channels_.size() > kRoleChannels) read_sensors(roles, view, reading);
   return true;
 }
 

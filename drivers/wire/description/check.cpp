@@ -6,8 +6,11 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <functional>
 #include <optional>
 #include <string>
+
+#include "drivers/wire/description/field.hpp"
 
 namespace prism::wire {
 namespace {
@@ -39,6 +42,29 @@ std::optional<StoredCheck> locate(const CheckRule& rule, Bytes frame) {
                      frame.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from))};
 }
 
+/// Words of `word` bytes (1, 2 or 4), joined; a last incomplete word counts as if zeros followed.
+template <class Join>
+std::uint64_t over_words(Bytes bytes, unsigned word, bool big_endian, Join join) {
+  std::uint64_t sum = 0;
+  for (std::size_t at = 0; at < bytes.size(); at += word) {
+    std::uint64_t value = 0;
+    for (unsigned i = 0; i < word && at + i < bytes.size(); ++i)
+      value |= std::uint64_t{bytes[at + i]} << 8 * (big_endian ? word - 1 - i : i);
+    sum = join(sum, value);
+  }
+  return sum;
+}
+
+/// Two 8-bit sums modulo 256: first sum in the high byte, second in the low one.
+std::uint64_t fletcher(Bytes bytes) {
+  unsigned first = 0, second = 0;
+  for (const std::uint8_t byte : bytes) {
+    first = (first + byte) & 0xFF;
+    second = (second + first) & 0xFF;
+  }
+  return first << 8 | second;
+}
+
 std::uint64_t computed(const CheckRule& rule, Bytes cover) {
   std::uint64_t value = rule.init;
   switch (rule.sum) {
@@ -46,13 +72,13 @@ std::uint64_t computed(const CheckRule& rule, Bytes cover) {
       value = rule.crc->compute(cover, (rule.pad_to - cover.size() % rule.pad_to) % rule.pad_to);
       break;
     case CheckRule::Sum::kSum:
-      value += word_sum(cover, rule.word, rule.big_endian);
+      value += over_words(cover, rule.word, rule.big_endian, std::plus());
       break;
     case CheckRule::Sum::kXor:
-      value ^= word_xor(cover, rule.word, rule.big_endian);
+      value ^= over_words(cover, rule.word, rule.big_endian, std::bit_xor());
       break;
     case CheckRule::Sum::kFletcher:
-      value = fletcher_256(cover);
+      value = fletcher(cover);
       break;
     case CheckRule::Sum::kParity: {
       int ones = 0;
@@ -61,15 +87,6 @@ std::uint64_t computed(const CheckRule& rule, Bytes cover) {
     }
   }
   return (rule.negate ? std::uint64_t{0} - value : value) & rule.mask;
-}
-
-std::uint64_t load_word(const std::uint8_t* bytes, std::size_t available, int word, bool big_endian) {
-  std::uint64_t value = 0;
-  for (int i = 0; i < word; ++i) {
-    const std::uint64_t byte = static_cast<std::size_t>(i) < available ? bytes[i] : 0;
-    value |= byte << 8 * (big_endian ? word - 1 - i : i);
-  }
-  return value;
 }
 
 std::uint64_t width_mask(unsigned bytes) {
@@ -100,10 +117,8 @@ bool check_holds(const CheckRule& rule, Bytes frame) {
   if (rule.sum == CheckRule::Sum::kParity) return expected == 0;
   const Bytes digits = frame.subspan(stored->at, stored->size);
   if (rule.stored != CheckRule::Stored::kBinary) return text_holds(rule, digits, expected);
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    value |= std::uint64_t{digits[i]} << 8 * (rule.big_endian ? digits.size() - 1 - i : i);
-  }
+  const std::uint64_t value =
+      rule.big_endian ? load_big(digits.data(), rule.size) : load_little(digits.data(), rule.size);
   return value == (expected & width_mask(rule.size));
 }
 
@@ -131,32 +146,6 @@ void store_check(const CheckRule& rule, std::span<std::uint8_t> frame, bool lowe
   for (std::size_t i = 0; i < stored->size; ++i) {
     out[i] = static_cast<std::uint8_t>(value >> 8 * (rule.big_endian ? stored->size - 1 - i : i));
   }
-}
-
-std::uint64_t word_sum(std::span<const std::uint8_t> bytes, int word, bool big_endian) {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < bytes.size(); i += static_cast<std::size_t>(word)) {
-    sum += load_word(bytes.data() + i, bytes.size() - i, word, big_endian);
-  }
-  return sum;
-}
-
-std::uint64_t word_xor(std::span<const std::uint8_t> bytes, int word, bool big_endian) {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < bytes.size(); i += static_cast<std::size_t>(word)) {
-    sum ^= load_word(bytes.data() + i, bytes.size() - i, word, big_endian);
-  }
-  return sum;
-}
-
-std::uint16_t fletcher_256(std::span<const std::uint8_t> bytes) {
-  unsigned first = 0;
-  unsigned second = 0;
-  for (const std::uint8_t byte : bytes) {
-    first = (first + byte) & 0xFF;
-    second = (second + first) & 0xFF;
-  }
-  return static_cast<std::uint16_t>(first << 8 | second);
 }
 
 }  // namespace prism::wire

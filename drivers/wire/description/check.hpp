@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One check of a frame (covered bytes, algorithm, position and format), and the simple checksums.
+// One check of a frame: covered bytes, algorithm, position and format.
 #pragma once
 
 #include <cstddef>
@@ -73,12 +73,5 @@ bool check_holds(const CheckRule& rule, std::span<const std::uint8_t> frame);
 /// Computes and writes the check. Text checks after a separator: it must exist. Decimal text has leading zeros, and a
 /// number with more digits than the frame has space for loses the first ones.
 void store_check(const CheckRule& rule, std::span<std::uint8_t> frame, bool lower_case = false);
-
-/// Sum of words of `word` bytes (1, 2 or 4), not reduced; a last incomplete word counts as if zeros followed.
-std::uint64_t word_sum(std::span<const std::uint8_t> bytes, int word, bool big_endian);
-/// XOR of words, as word_sum.
-std::uint64_t word_xor(std::span<const std::uint8_t> bytes, int word, bool big_endian);
-/// Fletcher with two 8-bit sums modulo 256: first sum in the high byte, second in the low one.
-std::uint16_t fletcher_256(std::span<const std::uint8_t> bytes);
 
 }  // namespace prism::wire

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
 #include "compensation/sensors.hpp"
-#include "compensation/text_columns.hpp"
 #include "drivers/wire/description/commands.hpp"
 #include "drivers/wire/description/message_type.hpp"
 #include "drivers/wire/description/wire_format.hpp"
@@ -35,7 +35,7 @@ struct AxisRule {
   std::string name;      ///< one of FrameDescription::axis_names
   double scale = 1;      ///< one unit of AxisReading::value in deg/h (rate) or arcsec (angle); includes the chosen sign
   double wrap = 0;       ///< accumulated: AxisReading::value is modulo this; 0 if it never wraps
-  int thermometer = -1;  ///< its own thermometer: index into FrameDescription::sensors; -1: the device's temperature
+  int thermometer = -1;  ///< its own thermometer: index into FrameDescription::sensors(); -1: the device's temperature
 };
 
 /// A counter sent by the device: of frames, samples or time ticks.
@@ -53,22 +53,24 @@ struct CounterRule {
   }
 };
 
-/// A quantity that need not be in every frame: temperature, UHFO voltage.
-struct SlowChannel {
+/// What a channel is for the models: T, U, or an input of its own name.
+enum class ChannelRole : std::uint8_t { kTemperature, kUhfo, kSensor };
+
+/// A quantity besides the gyro's, which need not be in every frame.
+struct Channel {
+  SensorName sensor = {};
+  ChannelRole role = ChannelRole::kSensor;
   bool present = false;      ///< exists on the wire: models that use it can be applied
   double stale_after_s = 1;  ///< a value is kept this long over frames without the channel
   /// If two frames contain one half each: value = (high << low_bits | low) as a number of `bits` bits, then scaled.
   int low_bits = 8;
   int bits = 16;
   bool is_signed = false;
-  Conversion joined;
+  Conversion joined = {};
 };
 
-/// An additional channel.
-struct SensorRule {
-  SensorName sensor;
-  SlowChannel channel;
-};
+/// The channels of every description, by their roles: first in its list.
+inline constexpr std::size_t kRoleChannels = 2;
 
 /// One frame with its expected values: hex or text in the description; run by run_test_vectors().
 struct TestVector {
@@ -104,16 +106,17 @@ struct FrameDescription {
   std::vector<int> sent_kinds;  ///< sent by an encoder in turn: indices into kinds
   std::vector<TestVector> test_vectors;
   std::vector<std::string> warnings;  ///< one line each: valid, but notable
-  SlowChannel temperature;
-  SlowChannel uhfo;
-  /// Filled if the choice requests sensors; known but not requested sensors are decoded and dropped.
-  std::vector<SensorRule> sensors;
+  /// T and U, also if they are not present; then the sensors, if the choice requests them, else none.
+  std::vector<Channel> channels = {{.sensor = {"temperature", "degC"}, .role = ChannelRole::kTemperature},
+                                   {.sensor = {"uhfo", "V"}, .role = ChannelRole::kUhfo}};
   Commands commands;                  ///< what the device must be sent
   SensorStatements plausible;         ///< plausibility limits of the device's sensors, if described
   std::uint32_t max_frame_bytes = 0;  ///< longest frame of all message types
 
   /// False: an instrument without a gyro; it has sensors.
   bool carries_gyro() const { return !axes.empty(); }
+  bool has(ChannelRole role) const { return channels[static_cast<std::size_t>(role)].present; }
+  std::span<const Channel> sensors() const { return std::span(channels).subspan(kRoleChannels); }
   /// Nominal time between frames with gyro data, s.
   double period_s() const { return 1 / rate_hz; }
   /// True if the counter counts frames, or if there is no counter: time follows from the number of frames.

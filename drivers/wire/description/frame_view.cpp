@@ -17,12 +17,8 @@ std::size_t absolute(int at, std::size_t length) {
   return at >= 0 ? static_cast<std::size_t>(at) : length - static_cast<std::size_t>(-at);
 }
 
-std::uint64_t load(Bytes bytes, std::size_t at, std::size_t size, bool big_endian) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    value |= std::uint64_t{bytes[at + i]} << 8 * (big_endian ? size - 1 - i : i);
-  }
-  return value;
+std::uint64_t load(Bytes bytes, std::size_t at, unsigned size, bool big_endian) {
+  return big_endian ? load_big(bytes.data() + at, size) : load_little(bytes.data() + at, size);
 }
 
 bool is_separator(const ColumnsRule& rule, std::uint8_t byte) {

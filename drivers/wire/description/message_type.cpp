@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "base/text_number.hpp"
-#include "compensation/text_columns.hpp"
+#include "compensation/sensors.hpp"
 #include "drivers/wire/description/frame_view.hpp"
 #include "drivers/wire/description/keys.hpp"
 
@@ -104,17 +104,13 @@ std::optional<double> quotient_of(std::string_view text) {
 constexpr Range kFactor{-1e18, 1e18}, kLimit{-1e300, 1e300};
 
 double read_scale(const Section& s, const std::string& key) {
-  if (!s.any(key).is_string()) {
-    const double scale = s.number(key, kFactor);
-    if (scale == 0) s.fail(key, "0 makes every value the same; expected another number");
-    return scale;
-  }
-  const std::string text = s.text(key);
-  const double scale = quotient_of(text).value_or(kUnknown);
-  if (scale == 0) s.fail(key, "0 makes every value the same; expected another number");
+  const bool is_text = s.any(key).is_string();
+  const std::string text = is_text ? s.text(key) : "";
+  const double scale = is_text ? quotient_of(text).value_or(kUnknown) : s.number(key, kFactor);
   if (!(std::abs(scale) <= kFactor.max))
     s.fail(key,
            fmt::format(R"(found "{}", expected a number, or a text such as "1/16777216", "2^-24", "250/2^23")", text));
+  if (scale == 0) s.fail(key, "0 makes every value the same; expected another number");
   return scale;
 }
 

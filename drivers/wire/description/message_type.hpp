@@ -92,8 +92,7 @@ struct ChannelFields {
 /// Fields of this message type for each part of a DecodedMessage; the first one present in a frame is used.
 struct MessageFields {
   FieldList counter, status, latency;
-  ChannelFields temperature, uhfo;
-  std::vector<ChannelFields> sensors;                 ///< as FrameDescription::sensors
+  std::vector<ChannelFields> channels = {{}, {}};     ///< as FrameDescription::channels
   boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
   std::vector<ValidRule> corrected;                   ///< bits that mark a corrected frame of an output
 
@@ -101,8 +100,8 @@ struct MessageFields {
     return std::any_of(axes.begin(), axes.end(), [](const AxisRoles& axis) { return !axis.gyro.empty(); });
   }
   bool tells_anything() const {
-    return carries_gyro() || !counter.empty() || temperature.any() || uhfo.any() ||
-           std::any_of(sensors.begin(), sensors.end(), [](const ChannelFields& sensor) { return sensor.any(); });
+    return carries_gyro() || !counter.empty() ||
+           std::any_of(channels.begin(), channels.end(), [](const ChannelFields& channel) { return channel.any(); });
   }
 };
 

@@ -139,12 +139,13 @@ const JsonTable<AxisDraft>& axis_keys() {
 
 /// Sets the sensor that is the axis's own thermometer.
 void set_thermometer(const Section& s, const std::string& name, const FrameDescription& description, AxisRule& axis) {
-  for (std::size_t k = 0; k < description.sensors.size(); ++k) {
-    if (description.sensors[k].sensor.name == name) axis.thermometer = static_cast<int>(k);
+  const std::span<const Channel> sensors = description.sensors();
+  for (std::size_t k = 0; k < sensors.size(); ++k) {
+    if (sensors[k].sensor.name == name) axis.thermometer = static_cast<int>(k);
   }
   if (axis.thermometer < 0)
     return s.fail("temperature", fmt::format("found \"{}\", expected one of \"sensors\"", name));
-  const std::string& unit = description.sensors[static_cast<std::size_t>(axis.thermometer)].sensor.unit;
+  const std::string& unit = sensors[static_cast<std::size_t>(axis.thermometer)].sensor.unit;
   if (unit != "degC") s.fail("temperature", fmt::format("\"{}\" is in {}, expected degC", name, unit));
 }
 
@@ -344,50 +345,54 @@ JsonTable<CounterDraft> counter_keys() {
              &CounterDraft::rule);
 }
 
-// Slow channels.
+// Channels.
 
-/// A slow channel as it is read.
+/// A channel as it is read.
 struct ChannelDraft {
-  SlowChannel channel;
+  Channel channel;
   std::vector<std::string> field;
   std::string high, low;
   int unit = 0;
   SensorStatement plausible;
 };
 
-/// `fields` returns the roles of the channel in a message type.
-void add_channel(const Section& s, const ChannelDraft& draft, FrameDescription& description, SlowChannel& slow,
-                 const std::function<ChannelFields&(MessageFields&)>& fields) {
-  slow = draft.channel;
-  slow.present = true;
+/// Stores the draft as channel `i`, with its fields in each message type. Returns the first of them, if any is whole.
+const Field* add_channel(const Section& s, const ChannelDraft& draft, FrameDescription& description, std::size_t i) {
+  Channel& channel = description.channels[i];
+  const SensorName sensor = channel.sensor;
+  const ChannelRole role = channel.role;
+  channel = draft.channel;
+  channel.sensor = sensor, channel.role = role, channel.present = true;
   if (s.has("field")) {
     for (const char* key : {"high", "low", "low_bits", "bits", "signed", "scale", "offset", "min", "max", "convert"}) {
       if (s.has(key)) s.fail(key, "only valid for halves (\"high\", \"low\"); with \"field\" set it in the field");
     }
-    return assign(s, "field", draft.field, description,
-                  [&](MessageFields& roles, int field) { fields(roles).whole.push_back(field); });
+    assign(s, "field", draft.field, description,
+           [i](MessageFields& roles, int field) { roles.channels[i].whole.push_back(field); });
+    return first_with(description, [i](const MessageFields& roles) { return &roles.channels[i].whole; });
   }
   const auto assign_half = [&](const char* key, const std::string& name, int ChannelFields::*half) {
     s.require(key);
-    assign(s, key, {name}, description, [&](MessageFields& roles, int field) { fields(roles).*half = field; });
+    assign(s, key, {name}, description, [&](MessageFields& roles, int field) { roles.channels[i].*half = field; });
   };
   assign_half("high", draft.high, &ChannelFields::high);
   assign_half("low", draft.low, &ChannelFields::low);
+  return nullptr;
 }
 
 JsonTable<ChannelDraft> channel_keys() {
-  using S = SlowChannel;
-  const auto scaling = [](auto& slow) -> auto& { return slow.joined; };
+  using C = Channel;
+  const auto scaling = [](auto& channel) -> auto& { return channel.joined; };
   return JsonTable<ChannelDraft>()
       .texts("field", &ChannelDraft::field, "")
       .text("high", &ChannelDraft::high, "halves in consecutive frames")
       .text("low", &ChannelDraft::low, "")
       .group(
-          JsonTable<S>()
-              .number("stale_after_s", {0, 3600}, &S::stale_after_s, "a value is kept this long over frames without it")
-              .integer("low_bits", {1, 32}, &S::low_bits, "")
-              .integer("bits", {2, 64}, &S::bits, "")
-              .boolean("signed", &S::is_signed, "")
+          JsonTable<C>()
+              .number("stale_after_s", {0, 3600}, &C::stale_after_s, "a value is kept this long over frames without it")
+              .integer("low_bits", {1, 32}, &C::low_bits, "")
+              .integer("bits", {2, 64}, &C::bits, "")
+              .boolean("signed", &C::is_signed, "")
               .group(scaling_keys(), scaling),
           &ChannelDraft::channel);
 }
@@ -412,50 +417,57 @@ JsonTable<ChannelDraft> limited_channel_keys() {
 /// Call before the axes are read: they refer to thermometers among the sensors.
 void add_sensor(const Section& s, const std::string& name, const ChannelDraft& draft, FrameDraft& frames) {
   FrameDescription& description = frames.description;
-  const std::size_t i = description.sensors.size();
-  for (MessageType& kind : description.kinds) kind.roles.sensors.emplace_back();
   if (!is_sensor_name(name) || name.find('.') != std::string::npos)
     s.fail("", "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
-  SensorRule& rule = description.sensors.emplace_back();
-  rule.sensor = {name, kSensorUnitNames[static_cast<std::size_t>(draft.unit)]};
-  add_channel(s, draft, description, rule.channel,
-              [i](MessageFields& roles) -> ChannelFields& { return roles.sensors[i]; });
-  const Field* field = first_with(description, [i](const MessageFields& roles) { return &roles.sensors[i].whole; });
-  if (field && !field->unit.empty() && field->unit != rule.sensor.unit)
-    s.fail("unit", fmt::format("found {}, but the field \"{}\" is in {}", rule.sensor.unit, field->name, field->unit));
+  const char* const unit = kSensorUnitNames[static_cast<std::size_t>(draft.unit)];
+  description.channels.push_back({.sensor = {name, unit}});
+  for (MessageType& kind : description.kinds) kind.roles.channels.emplace_back();
+  const Field* field = add_channel(s, draft, description, description.channels.size() - 1);
+  if (field && !field->unit.empty() && field->unit != unit)
+    s.fail("unit", fmt::format("found {}, but the field \"{}\" is in {}", unit, field->name, field->unit));
 }
 
 void leave_sensors_out(FrameDescription& description) {
-  description.sensors.clear();
-  for (MessageType& kind : description.kinds) kind.roles.sensors.clear();
+  description.channels.resize(kRoleChannels);
+  for (MessageType& kind : description.kinds) kind.roles.channels.resize(kRoleChannels);
   for (AxisRule& axis : description.axes) axis.thermometer = -1;
 }
 
-/// A stated unit of the channel's field must be `unit`. `remedy`: how to convert the unit `usual`.
-void check_unit(const Section& s, const Field* field, const std::string& unit, const std::string& usual,
-                const std::string& remedy) {
-  if (field == nullptr || field->unit.empty() || field->unit == unit) return;
-  s.fail("field", fmt::format("the field \"{}\" is in {}, expected {}{}", field->name, field->unit, unit,
-                              field->unit == usual ? remedy : ""));
+/// A channel with a role of its own: its key, and how to convert a usual unit of its field to its own.
+struct RoleChannel {
+  const char *key, *help, *usual_unit, *remedy;
+  SensorStatement SensorStatements::*limits;
+};
+constexpr RoleChannel kRoles[kRoleChannels] = {
+    {"temperature", "a slow quantity: one field, or two halves", "K",
+     "; add \"offset\": -273.15 to the field, and make its \"unit\" degC", &SensorStatements::temperature},
+    {"uhfo", "the voltage of the high-frequency oscillator", "mV",
+     "; divide the field's \"scale\" by 1000, and make its \"unit\" V", &SensorStatements::uhfo}};
+
+void add_role_channel(const Section& s, const ChannelDraft& draft, FrameDescription& description, std::size_t i) {
+  const RoleChannel& role = kRoles[i];
+  const std::string& unit = description.channels[i].sensor.unit;
+  const Field* field = add_channel(s, draft, description, i);
+  if (field && !field->unit.empty() && field->unit != unit)
+    s.fail("field", fmt::format("the field \"{}\" is in {}, expected {}{}", field->name, field->unit, unit,
+                                field->unit == role.usual_unit ? role.remedy : ""));
+  description.plausible.*role.limits = draft.plausible;
+  if (draft.plausible.greatest_slope_per_s && description.channels[i].role != ChannelRole::kTemperature)
+    s.fail("greatest_slope_degc_per_s", "only valid for the temperature");
 }
 
-void add_temperature(const Section& s, const std::string&, const ChannelDraft& draft, FrameDraft& frames) {
-  FrameDescription& description = frames.description;
-  add_channel(s, draft, description, description.temperature,
-              [](MessageFields& roles) -> ChannelFields& { return roles.temperature; });
-  check_unit(s, first_with(description, [](const MessageFields& roles) { return &roles.temperature.whole; }), "degC",
-             "K", "; add \"offset\": -273.15 to the field, and make its \"unit\" degC");
-  description.plausible.temperature = draft.plausible;
-}
-
-void add_uhfo(const Section& s, const std::string&, const ChannelDraft& draft, FrameDraft& frames) {
-  FrameDescription& description = frames.description;
-  add_channel(s, draft, description, description.uhfo,
-              [](MessageFields& roles) -> ChannelFields& { return roles.uhfo; });
-  check_unit(s, first_with(description, [](const MessageFields& roles) { return &roles.uhfo.whole; }), "V", "mV",
-             "; divide the field's \"scale\" by 1000, and make its \"unit\" V");
-  description.plausible.uhfo = draft.plausible;
-  if (draft.plausible.greatest_slope_per_s) s.fail("greatest_slope_degc_per_s", "only valid for the temperature");
+JsonTable<FrameDraft> role_channel_keys() {
+  using F = FrameDraft;
+  JsonTable<F> keys;
+  for (std::size_t i = 0; i < kRoleChannels; ++i) {
+    keys.objects(
+        JsonTable<F>::Form::kOne, kRoles[i].key, limited_channel_keys(),
+        [i](const Section& s, const std::string&, const ChannelDraft& draft, F& frames) {
+          add_role_channel(s, draft, frames.description, i);
+        },
+        kRoles[i].help);
+  }
+  return keys;
 }
 
 /// A gyro, or an instrument with sensors only.
@@ -489,9 +501,7 @@ JsonTable<FrameDraft> role_keys() {
       .then(check_purpose)
       .object("gyro", gyro_keys(), std::identity(), "")
       .objects(Form::kOne, "counter", counter_keys(), add_counter, "counts frames, samples or time; an integer")
-      .objects(Form::kOne, "temperature", limited_channel_keys(), add_temperature,
-               "a slow quantity: one field, or two halves")
-      .objects(Form::kOne, "uhfo", limited_channel_keys(), add_uhfo, "the voltage of the high-frequency oscillator")
+      .group(role_channel_keys())
       .then([](const Section&, F& draft) {
         if (!draft.choice.sensors && draft.description.carries_gyro()) leave_sensors_out(draft.description);
       })

@@ -102,7 +102,7 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
   angles_[axis] -= sent;
 }
 
-void FrameEncoder::write_channel(const SlowChannel& channel, const ChannelFields& fields, double value,
+void FrameEncoder::write_channel(const Channel& channel, const ChannelFields& fields, double value,
                                  std::uint64_t& latched) {
   const int high = fields.high, low = fields.low;
   for (const int field : fields.whole) {
@@ -196,11 +196,15 @@ void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out
   const MessageFields& roles = kind_->roles;
   write_counter(roles);
   for (std::size_t i = 0; i < roles.axes.size(); ++i) write_axis(roles.axes[i].gyro, state, i);
-  latched_sensors_.resize(description_->sensors.size());
-  for (std::size_t i = 0; i < roles.sensors.size(); ++i)
-    write_channel(description_->sensors[i].channel, roles.sensors[i], state.sensors[i], latched_sensors_[i]);
-  write_channel(description_->temperature, roles.temperature, state.temperature_degc, latched_temperature_);
-  write_channel(description_->uhfo, roles.uhfo, state.uhfo_v, latched_uhfo_);
+  latched_.resize(description_->channels.size());
+  for (std::size_t n = 0; n < latched_.size(); ++n) {
+    const std::size_t i = (n + kRoleChannels) % latched_.size();  // T and U last: they may be fields of sensors
+    const Channel& channel = description_->channels[i];
+    const double value = channel.role == ChannelRole::kTemperature ? state.temperature_degc
+                         : channel.role == ChannelRole::kUhfo      ? state.uhfo_v
+                                                                   : state.sensors[i - kRoleChannels];
+    write_channel(channel, roles.channels[i], value, latched_[i]);
+  }
   if (kind_->structure == Structure::kColumns)
     frame_ = print_frame(*kind_, raw_);
   else

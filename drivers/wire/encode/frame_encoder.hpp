@@ -22,7 +22,7 @@ struct GyroState {
   double interval_s = 0;                          ///< > 0
   double temperature_degc = 0;                    ///< kUnknown: marked as absent, if the message type allows it
   double uhfo_v = 0;                              ///< kUnknown: the same
-  std::array<double, kMaxSensors> sensors{};      ///< as FrameDescription::sensors; kUnknown as above
+  std::array<double, kMaxSensors> sensors{};      ///< as FrameDescription::sensors(); kUnknown as above
   std::uint32_t status = 0;                       ///< bits in addition to the validity bits, which the encoder sets
   std::array<bool, kMaxAxes> valid = all_valid();
 
@@ -68,7 +68,7 @@ class FrameEncoder {
   void write_selectors(int kind);
   void write_counter(const MessageFields& roles);
   void write_axis(const FieldList& fields, const GyroState& state, std::size_t axis);
-  void write_channel(const SlowChannel& channel, const ChannelFields& fields, double value, std::uint64_t& latched);
+  void write_channel(const Channel& channel, const ChannelFields& fields, double value, std::uint64_t& latched);
   void write_valid(const AxisRoles& roles, bool valid);
   void write_status(const MessageFields& roles, const GyroState& state);
   std::uint8_t* find(const Field& field);  ///< in frame_
@@ -83,9 +83,7 @@ class FrameEncoder {
   double ticks_ = 0;  ///< of the counter, modulo its modulus
   /// In units of AxisReading::value: accumulated, or the remainder that increments have not included yet.
   std::array<double, kMaxAxes> angles_{};
-  std::uint64_t latched_temperature_ = 0;  ///< the joined number whose high half was sent
-  std::uint64_t latched_uhfo_ = 0;
-  std::vector<std::uint64_t> latched_sensors_;
+  std::vector<std::uint64_t> latched_;  ///< by channel: the joined number whose high half was sent
 
   const MessageType* kind_ = nullptr;  ///< of the current frame
   std::vector<std::uint8_t> frame_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lines through TCP and UDP on the loopback interface: open in steps, never wait, report why they failed.
+#include "drivers/transport/network_line.hpp"
+
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +20,6 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "drivers/transport/endpoint.hpp"
 #include "drivers/transport/transport.hpp"
 #include "tests/support/blocks.hpp"
 

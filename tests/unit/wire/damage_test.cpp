@@ -169,7 +169,7 @@ TEST_P(Shipped, DecodesWhatItEncodes) {
     if (description->gyro.meaning == RateEncoding::kIncrement) {
       EXPECT_NEAR(turned, angle, 0.02 * std::abs(angle) + 2 * lsb) << axis;
     }
-    if (description->temperature.present) {
+    if (description->has(ChannelRole::kTemperature)) {
       EXPECT_NEAR(temperature, 21.5, 1.0) << axis;
     }
     // A line of text is known to be complete only after the end of another one.

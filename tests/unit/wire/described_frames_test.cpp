@@ -9,7 +9,6 @@
 
 #include "drivers/clock.hpp"
 #include "drivers/wire/decode/inspect.hpp"
-#include "drivers/wire/decode/sniffer.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
@@ -168,10 +167,10 @@ GyroChoice three_axes() {
 
 TEST(Sensors, AreReadByNameWithAThermometerPerAxis) {
   const auto stim = test::shipped("stim300", three_axes());
-  ASSERT_EQ(stim->sensors.size(), 9u);
+  ASSERT_EQ(stim->sensors().size(), 9u);
   FrameEncoder encoder(stim);
   GyroState state{.rate_deg_per_h = {1, 2, 3}, .interval_s = stim->period_s(), .temperature_degc = 20};
-  for (std::size_t i = 0; i < stim->sensors.size(); ++i) state.sensors[i] = 30 + static_cast<double>(i);
+  for (std::size_t i = 0; i < stim->sensors().size(); ++i) state.sensors[i] = 30 + static_cast<double>(i);
   state.sensors[0] = 20;
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 3; ++i) encoder.encode(state, bytes);
@@ -180,7 +179,7 @@ TEST(Sensors, AreReadByNameWithAThermometerPerAxis) {
   drivers::Clock clock(stim);
   ASSERT_TRUE(clock.push(readings.back()));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    EXPECT_EQ(stim->sensors[axis].sensor.name, std::string("gyro_temp_") + "xyz"[axis]);
+    EXPECT_EQ(stim->sensors()[axis].sensor.name, std::string("gyro_temp_") + "xyz"[axis]);
     EXPECT_EQ(readings.back().sensors[axis], state.sensors[axis]);
     EXPECT_EQ(clock.sample(readings.back(), axis)->temperature_degc, state.sensors[axis]);
   }
@@ -191,7 +190,7 @@ TEST(Sensors, AreOptional) {
   GyroChoice choice;
   choice.axes = {{.axis = "y"}};
   const auto stim = test::shipped("stim300", choice);
-  EXPECT_TRUE(stim->sensors.empty());
+  EXPECT_TRUE(stim->sensors().empty());
   EXPECT_EQ(stim->axes[0].thermometer, -1);
   EXPECT_EQ(stim->id, test::shipped("stim300", three_axes())->id);
 }
@@ -211,7 +210,7 @@ std::vector<std::vector<double>> values(const GyroChoice& choice, const std::str
   std::vector<std::vector<double>> found;
   for (const DecodedMessage& reading : test::decode(description, {lines.begin(), lines.end()})) {
     std::vector<double>& row = found.emplace_back();
-    for (std::size_t i = 0; i < description->sensors.size(); ++i)
+    for (std::size_t i = 0; i < description->sensors().size(); ++i)
       row.push_back(std::isnan(reading.sensors[i]) ? 1e9 : reading.sensors[i]);
   }
   return found;
@@ -250,7 +249,7 @@ TEST(Instruments, KeepEachChannelUntilItsNextValue) {
   GyroChoice choice;
   choice.sensors = true;
   const auto logger = test::shipped("lutron-btm4208sd", choice);
-  ASSERT_EQ(logger->sensors.size(), 12u);
+  ASSERT_EQ(logger->sensors().size(), 12u);
   EXPECT_FALSE(logger->carries_gyro());
   const auto frame = [](char channel, char sign, const char* digits) {
     return std::string("\x02") + "4" + channel + "01" + sign + "1" + digits + "\r";

@@ -57,8 +57,8 @@ TEST(Description, CompilesAGoodDescription) {
   EXPECT_EQ(d.max_frame_bytes, 12u);
   EXPECT_EQ(d.wire.bits_per_byte(), 10);
   EXPECT_EQ(d.counter->modulus, 256u);
-  EXPECT_TRUE(d.temperature.present);
-  EXPECT_FALSE(d.uhfo.present);
+  EXPECT_TRUE(d.has(ChannelRole::kTemperature));
+  EXPECT_FALSE(d.has(ChannelRole::kUhfo));
   EXPECT_EQ(d.id.size(), 16u);
   EXPECT_EQ(d.kinds[0].check_bits, 16);
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Described and arrival times of frames: when they differ, and what must not be taken for a difference
 // (frame_rates.txt).
-#include "drivers/frame_rate_check.hpp"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
 #include <vector>
 
+#include "drivers/clock.hpp"
 #include "tests/support/blocks.hpp"
 
 namespace prism::drivers {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The sniffer recognises an unknown line by its bytes.
-#include "drivers/wire/decode/sniffer.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
+#include "drivers/wire/decode/inspect.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::wire {

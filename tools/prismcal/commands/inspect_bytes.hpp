@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "drivers/wire/decode/sniffer.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 
 namespace prism::commands {
 

@@ -168,7 +168,7 @@ void print_next(const InspectChoice& choice, const std::string& kind, const wire
     site = fmt::format("\"site\": {{\"latitude_deg\": LATITUDE}},\n   \"axes\": {{{}}}", axes);
     options = " --axis " + frames.axis_names.front();
   }
-  if (!frames.uhfo.present) options += " --inputs T,dTdt";
+  if (!frames.has(wire::ChannelRole::kUhfo)) options += " --inputs T,dTdt";
   fmt::print(
       "\nTo train on it, write gyro.json, with your values:\n"
       "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, {}}}\n"

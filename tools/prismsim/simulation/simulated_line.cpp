@@ -59,7 +59,7 @@ void SimulatedLine::next_frame(std::vector<std::uint8_t>& out) {
   const double time_s = truth().time_s;
   for (const InvalidTime& time : settings_.invalid)
     state.valid[time.axis] = state.valid[time.axis] && !(time_s >= time.from_s && time_s < time.to_s);
-  for (std::size_t i = 0; i < description_->sensors.size(); ++i) state.sensors[i] = sensor_value(i);
+  for (std::size_t i = 0; i < description_->sensors().size(); ++i) state.sensors[i] = sensor_value(i);
   add_parts();
   state.temperature_degc = truth().sensor_degc;
   state.uhfo_v = truth().uhfo_v;
@@ -77,7 +77,7 @@ double SimulatedLine::sensor_value(std::size_t sensor) const {
   for (std::size_t i = 0; i < description_->axes.size(); ++i) {
     if (description_->axes[i].thermometer == static_cast<int>(sensor)) return truth(i).sensor_degc;
   }
-  const std::string& unit = description_->sensors[sensor].sensor.unit;
+  const std::string& unit = description_->sensors()[sensor].sensor.unit;
   if (unit == "degC") return truth().case_degc;
   return unit == "Pa" ? 101'325 : unit == "V" ? 5 : 1;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An address of a network line as it is written in a configuration: HOST:PORT.
+// Lines through a network: their addresses as a configuration has them (HOST:PORT), looking them up, and both types.
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "drivers/transport/transport.hpp"
 
 namespace prism::transport {
 
@@ -54,5 +55,14 @@ Address host_of(const Address& address);
 
 /// "192.0.2.7:4001", "[::1]:4001"
 std::string text_of(const Address& address, std::uint16_t port);
+
+/// Begins to connect, or to wait for a peer. Tries all addresses of a name in turn, at most 5 s each. A peer that
+/// vanished is found by keepalive after 20 s. While a peer is connected, others are turned away.
+Result<std::unique_ptr<Transport>> open_tcp_line(boost::asio::io_context& io, const Settings& settings);
+
+/// Receives the datagrams that arrive at the address; ignores those of other hosts than "from". One read returns one
+/// datagram. Bytes are sent to the port in "from", else to the sender of the last datagram. A line that does not listen
+/// (an output) sends to its address, an IP address, from any free port.
+Result<std::unique_ptr<Transport>> open_udp_line(boost::asio::io_context& io, const Settings& settings);
 
 }  // namespace prism::transport

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/transport/endpoint.hpp"
+#include "drivers/transport/network_line.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
