@@ -5,8 +5,9 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <array>
+#include <algorithm>
 #include <filesystem>
+#include <random>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -102,54 +103,41 @@ TEST_F(File, LimitsTheSize) {
   EXPECT_EQ(read_text_file(path("a")).error().what, "is larger than 4 MiB, the limit for such a file");
 }
 
-TEST_F(File, ReadsLinesAndContinuesAnywhere) {
-  const std::string long_line(200'000, 'x');
-  ASSERT_TRUE(write_text_file(path("a"), "one\n\n" + long_line + "\nlast"));
-  auto file = FileReader::open(path("a"));
-  ASSERT_TRUE(file);
-  std::string line;
-  ASSERT_TRUE(file->read_line(line));
-  EXPECT_EQ(line, "one");
-  EXPECT_EQ(file->offset(), 4u);
-  ASSERT_TRUE(file->read_line(line));
-  EXPECT_EQ(line, "");
-  ASSERT_TRUE(file->read_line(line));
-  EXPECT_EQ(line, long_line);
-  EXPECT_TRUE(file->line_ended());
-  ASSERT_TRUE(file->read_line(line));
-  EXPECT_EQ(line, "last");
-  EXPECT_FALSE(file->line_ended());
-  EXPECT_FALSE(file->read_line(line));
-  EXPECT_TRUE(file->finish());
-  for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{200'000}}) {
-    file->seek(offset);
-    EXPECT_EQ(file->offset(), offset);
-    std::array<char, 3> bytes{};
-    EXPECT_EQ(file->read(bytes), 3u);
-    EXPECT_EQ(std::string(bytes.data(), 3), offset == 0 ? "one" : "xxx");
-  }
-}
-
-// A large piece is read without the buffer that lines use.
-TEST_F(File, ReadsLargePiecesBetweenLines) {
-  std::string text = "one\n";
-  for (int i = 0; i < 100'000; ++i) text += std::to_string(i % 10);
-  text += "\n" + std::string(300'000, 'y') + "\nlast\n";
+// Lines, pieces (a large one is read without the buffer that lines use) and other places, in any order.
+TEST_F(File, ReadsLinesAndPiecesAnywhere) {
+  std::mt19937 random(1);
+  std::string text = "one\n\n" + std::string(200'000, 'x') + "\n";
+  while (text.size() < 1'000'000) text += std::string(random() % (random() % 9 ? 90 : 90'000), 'y') + "\n";
+  text += "last";
   ASSERT_TRUE(write_text_file(path("a"), text));
   auto file = FileReader::open(path("a"));
-  std::string line, piece(250'000, '\0');
-  ASSERT_TRUE(file->read_line(line));
-  ASSERT_EQ(file->read(piece), piece.size());
-  EXPECT_EQ(piece, text.substr(4, piece.size()));
-  EXPECT_EQ(file->offset(), 4 + piece.size());
-  ASSERT_TRUE(file->read_line(line));
-  EXPECT_EQ(line, std::string(4 + 100'001 + 300'000 - 250'004, 'y'));
-  file->seek(100'000);
-  EXPECT_EQ(file->read(piece), piece.size());
-  EXPECT_EQ(piece, text.substr(100'000, piece.size()));
-  EXPECT_EQ(file->read(piece), text.size() - 350'000) << "the end";
-  EXPECT_EQ(file->offset(), text.size());
-  EXPECT_EQ(file->read(piece), 0u);
+  ASSERT_TRUE(file);
+  std::size_t at = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto what = random() % 10;
+    if (what == 0 || at == text.size()) {
+      at = random() % (i % 3 == 0 ? text.size() : 10);
+      file->seek(at);
+    } else if (what < 3) {
+      std::string piece(random() % (random() % 9 ? 100 : 250'000), '\0');
+      const std::size_t size = file->read(piece);
+      ASSERT_EQ(size, std::min(piece.size(), text.size() - at));
+      ASSERT_EQ(piece.substr(0, size), text.substr(at, size));
+      at += size;
+    } else {
+      std::string line;
+      ASSERT_TRUE(file->read_line(line));
+      const std::size_t end = text.find('\n', at);
+      ASSERT_EQ(file->line_ended(), end != std::string::npos);
+      ASSERT_EQ(line, text.substr(at, end - at));
+      at = std::min(end, text.size() - 1) + 1;
+    }
+    ASSERT_EQ(file->offset(), at);
+  }
+  file->seek(text.size());
+  std::string line(3, '\0');
+  EXPECT_EQ(file->read(line), 0u);
+  EXPECT_FALSE(file->read_line(line));
   EXPECT_TRUE(file->finish());
 }
 

@@ -64,8 +64,10 @@ TEST(ParseJson, ReportsErrorsInOneShortLine) {
   }
 }
 
+constexpr const char* kColours[] = {"red", "green"};
+constexpr Range kUnit{0, 1}, kDigit{0, 9}, kOne{1, 1};
+
 TEST(Section, ReadsAllTypes) {
-  const char* const kNames[] = {"red", "green"};
   const std::string text = R"({"n": 1.5, "i": -3, "b": true, "t": "x", "ns": [1, 2.5], "ts": ["p", "q"], "c": "green",
                                "o": {"k": 1}, "os": [{"k": 2}, {"k": 3}], "any": [null], "u": "0x1F", "d": "12",
                                "us": [1, "0xFF"], "one": 7, "h": "a5 5A00", "names": {"z": 1, "a": 2},
@@ -77,7 +79,7 @@ TEST(Section, ReadsAllTypes) {
     EXPECT_EQ(s.text("t"), "x");
     EXPECT_EQ(s.numbers("ns", {1, 2.5}), (std::vector<double>{1, 2.5}));
     EXPECT_EQ(s.texts("ts"), (std::vector<std::string>{"p", "q"}));
-    EXPECT_EQ(s.choice("c", kNames), 1u);
+    EXPECT_EQ(s.choice("c", kColours), 1u);
     EXPECT_EQ(s.object("o").integer("k", {0, 9}), 1);
     auto objects = s.objects("os");
     ASSERT_EQ(objects.size(), 2u);
@@ -102,7 +104,6 @@ TEST(Section, ReadsAllTypes) {
 }
 
 TEST(Section, UsesTheDefaultOfAMissingKey) {
-  const char* const kNames[] = {"red", "green"};
   const auto read = [&](Section& s) {
     EXPECT_EQ(s.number("n", {0, 2}, 1.25), 1.25);
     EXPECT_EQ(s.integer("i", {0, 2}, 2), 2);
@@ -110,7 +111,7 @@ TEST(Section, UsesTheDefaultOfAMissingKey) {
     EXPECT_EQ(s.text("t", "d"), "d");
     EXPECT_TRUE(s.numbers("ns", {0, 1}, false).empty());
     EXPECT_TRUE(s.texts("ts", false).empty());
-    EXPECT_EQ(s.choice("c", kNames, 1), 1u);
+    EXPECT_EQ(s.choice("c", kColours, 1), 1u);
     EXPECT_EQ(s.object("o").text("k", "in"), "in");
     EXPECT_TRUE(s.objects("os", false).empty());
     EXPECT_TRUE(s.any("any").is_null());
@@ -120,32 +121,15 @@ TEST(Section, UsesTheDefaultOfAMissingKey) {
   EXPECT_EQ(refusal("{}", read), "");
 }
 
-constexpr const char* kColours[] = {"red", "green"};
-
 const std::map<std::string, void (*)(Section&)> kReads = {
     {"nothing", [](Section&) {}},
-    {"number n",
-     [](Section& s) {
-       s.number("n", {0, 1});
-     }},
-    {"number n or 0.5",
-     [](Section& s) {
-       s.number("n", {0, 1}, 0.5);
-     }},
-    {"integer i",
-     [](Section& s) {
-       s.integer("i", {0, 9});
-     }},
-    {"integer i of 1",
-     [](Section& s) {
-       s.integer("i", {1, 1});
-     }},
+    {"number n", [](Section& s) { s.number("n", kUnit); }},
+    {"number n or 0.5", [](Section& s) { s.number("n", kUnit, 0.5); }},
+    {"integer i", [](Section& s) { s.integer("i", kDigit); }},
+    {"integer i of 1", [](Section& s) { s.integer("i", kOne); }},
     {"boolean t", [](Section& s) { s.boolean("t"); }},
     {"text t", [](Section& s) { s.text("t"); }},
-    {"numbers ns",
-     [](Section& s) {
-       s.numbers("ns", {0, 1});
-     }},
+    {"numbers ns", [](Section& s) { s.numbers("ns", kUnit); }},
     {"texts ts", [](Section& s) { s.texts("ts"); }},
     {"choice c", [](Section& s) { s.choice("c", kColours); }},
     {"explained choice c",
@@ -160,10 +144,7 @@ const std::map<std::string, void (*)(Section&)> kReads = {
     {"bits u", [](Section& s) { s.bits("u"); }},
     {"bit list us", [](Section& s) { s.bit_list("us"); }},
     {"bytes h", [](Section& s) { s.bytes("h"); }},
-    {"integer baud",
-     [](Section& s) {
-       s.integer("baud", {0, 9});
-     }},
+    {"integer baud", [](Section& s) { s.integer("baud", kDigit); }},
     {"line and list",
      [](Section& s) {
        Section line = s.object("line");
@@ -173,14 +154,11 @@ const std::map<std::string, void (*)(Section&)> kReads = {
      }},
     {"two numbers",  // the first error counts
      [](Section& s) {
-       s.number("a", {0, 1});
+       s.number("a", kUnit);
        EXPECT_FALSE(s.good());
-       s.number("b", {0, 1});
+       s.number("b", kUnit);
      }},
-    {"integer a, odd",
-     [](Section& s) {
-       s.fail("a", s.integer("a", {0, 9}) ? "is odd" : "");
-     }},
+    {"integer a, odd", [](Section& s) { s.fail("a", s.integer("a", kDigit) ? "is odd" : ""); }},
     {"an error of its user", [](Section& s) { s.fail("", "is empty"); }},
 };
 

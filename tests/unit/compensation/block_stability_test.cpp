@@ -35,21 +35,16 @@ double plain_sd(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-TEST(RunningVariance, KeepsPrecisionWithALargeOffset) {
-  RunningVariance running;
+TEST(RunningVariance, KeepsPrecisionWithALargeOffsetAndHasNoDeviationBelowTwoValues) {
+  RunningVariance running, few;
   for (int i = 0; i < 1'000'000; ++i) running.add(1e9 + (i % 2));  // sums of squares would lose the 0.5
   EXPECT_NEAR(running.sd(), 0.5, 1e-6);
-}
-
-TEST(RunningVariance, HasNoDeviationBelowTwoValues) {
-  RunningVariance running;
-  EXPECT_TRUE(std::isnan(running.mean()));
-  EXPECT_TRUE(std::isnan(running.sd()));
-  running.add(3);
-  EXPECT_EQ(running.mean(), 3);
-  EXPECT_TRUE(std::isnan(running.sd()));
-  running.add(5);
-  EXPECT_NEAR(running.sd(), std::sqrt(2.0), kSumRounding);  // divisor N − 1
+  EXPECT_TRUE(std::isnan(few.mean()));
+  few.add(3);
+  EXPECT_EQ(few.mean(), 3);
+  EXPECT_TRUE(std::isnan(few.sd()));
+  few.add(5);
+  EXPECT_NEAR(few.sd(), std::sqrt(2.0), kSumRounding);  // divisor N − 1
 }
 
 struct BlockStabilityTest : testing::Test {

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <tuple>
 #include <vector>
 
 #include "compensation/extrapolation.hpp"
@@ -86,13 +85,9 @@ TEST(PolynomialModel, TakesAnyPowerOfOneInput) {
 
 TEST(PolynomialModel, TheDomainIsClosedAndIncludesEveryInput) {
   const ModelPtr model = test::linear_model({"T", "U"}, {0, 0}, 1, {}, Domain{{-40, 5}, {70, 6}});
-  for (const auto& [t, u, outside] : {std::tuple{-40.0, 5.0, false},
-                                      {70.0, 6.0, false},
-                                      {-40.001, 5.5, true},
-                                      {70.001, 5.5, true},
-                                      {25.0, 4.999, true},
-                                      {25.0, 6.001, true}})
-    EXPECT_EQ(model->predict(std::vector{t, u}).extrapolating, outside) << t << ' ' << u;
+  for (const auto& inside : {std::vector<double>{-40, 5}, {70, 6}}) EXPECT_FALSE(model->predict(inside).extrapolating);
+  for (const auto& outside : {std::vector<double>{-40.001, 5.5}, {70.001, 5.5}, {25, 4.999}, {25, 6.001}})
+    EXPECT_TRUE(model->predict(outside).extrapolating) << outside[0] << ' ' << outside[1];
 }
 
 TEST(GatherInputs, ReturnsThemInTheOrderOfTheModelOrNothing) {

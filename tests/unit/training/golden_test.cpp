@@ -19,20 +19,6 @@ namespace {
 using test::Golden;
 using test::relative;
 
-class GoldenData : public testing::TestWithParam<std::pair<std::string, std::string>> {};
-
-INSTANTIATE_TEST_SUITE_P(Shared, GoldenData, testing::ValuesIn(test::kGoldenSets),
-                         [](const auto& set) { return set.param.first; });
-
-TEST_P(GoldenData, HasTheCasesThatAreTested) {
-  const auto& [name, tested] = GetParam();
-  PRISM_NEEDS(test::golden_dir(name));
-  std::string ids;
-  const auto about = nlohmann::json::parse(test::read_file(test::golden_dir(name) / "case.json"));
-  for (const auto& hyperparameters : about["hyperparameters"]) ids += hyperparameters["id"].get<std::string>();
-  EXPECT_EQ(ids, tested);
-}
-
 class GoldenCase : public testing::TestWithParam<test::GoldenName> {
  protected:
   void SetUp() override {
