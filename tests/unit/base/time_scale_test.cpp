@@ -17,13 +17,10 @@ class TimeScale : public testing::Test {
   static void set(const char* scale) { ::setenv("PRISM_TIME_SCALE", scale, 1); }
 };
 
-TEST_F(TimeScale, WaitsHaveTheirLengthWithoutTheVariable) {
+TEST_F(TimeScale, DividesWaitsIfTheVariableIsSet) {
   EXPECT_TRUE(check_time_scale());
   EXPECT_EQ(scaled(seconds(10)), seconds(10));
   EXPECT_EQ(scaled_s(60), 60);
-}
-
-TEST_F(TimeScale, DividesWaits) {
   set("20");
   EXPECT_TRUE(check_time_scale());
   EXPECT_EQ(scaled(seconds(10)), milliseconds(500));

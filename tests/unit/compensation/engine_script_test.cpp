@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -62,6 +63,7 @@ ModelPtr model_of(std::istream& words) {
       box = {{next<double>(words)}, {next<double>(words)}};
     else if (const auto at = word.find(':'); at != std::string::npos) {
       inputs.push_back(word.substr(0, at));
+      if (word.starts_with("case")) features.sensors = {{"case", "degC"}};
       gains.push_back(std::stod(word.substr(at + 1)));
     }
   }
@@ -89,7 +91,7 @@ class EnginePlayer {
         if (word == "slew") settings_.slew = {true, next<double>(words)};
         if (word == "no_slew") settings_.slew = {false, {}};
       }
-      engine_ = CompensationEngine(settings_);
+      engine_ = CompensationEngine(settings_, list_);
     } else if (command == "use") {
       const ModelPtr model = model_of(words), fallback = model_of(words);
       const auto used = engine_.use(model, fallback);
@@ -99,6 +101,8 @@ class EnginePlayer {
       sample_.temperature_degc = number_of(next<std::string>(words));
     } else if (command == "U") {
       sample_.uhfo_v = number_of(next<std::string>(words));
+    } else if (command == "case") {
+      case_degc_ = number_of(next<std::string>(words));
     } else if (command == "rate") {
       sample_.rate_deg_per_h = number_of(next<std::string>(words));
     } else if (command == "s") {
@@ -150,7 +154,7 @@ class EnginePlayer {
       sample_.temperature_degc += step_degc;
       sample_.time_ns = time_ns_ += 100'000'000;
       Compensated out;
-      const auto row = engine_.push(sample_, out);
+      const auto row = engine_.push(sample_, out, {&case_degc_, 1});
       EXPECT_EQ(out.sample.time_ns, time_ns_);
       std::string text = shown(out.correction, out.corrected_deg_per_h);
       if (out.correction.quality & kImplausible) text += shown("T", out.sample.temperature_degc);
@@ -168,8 +172,10 @@ class EnginePlayer {
     given_.insert(given_.end(), rows.begin(), rows.end());
   }
   CompensationSettings settings_;
-  CompensationEngine engine_;
+  const SensorList list_ = std::make_shared<const std::vector<SensorName>>(std::vector<SensorName>{{"case", "degC"}});
+  CompensationEngine engine_{{}, list_};
   Sample sample_;
+  double case_degc_ = kUnknown;
   std::int64_t time_ns_ = 0;
   Lines given_;
 };

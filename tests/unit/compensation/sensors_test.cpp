@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "compensation/compensated_text.hpp"
-#include "compensation/compensation_engine.hpp"
 #include "compensation/features.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/models.hpp"
@@ -92,36 +91,6 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   for (int second = 108; second < 130; ++second) window = extractor.push(second_mean_at(second, list, {30, 5}));
   EXPECT_EQ(value("case"), 30);
   EXPECT_EQ(value("anode"), 5);
-}
-
-// A failed sensor affects only the axes whose models use it.
-TEST(Sensors, AModelWithoutTheFailedSensorContinues) {
-  const SensorList list = list_of({{"case", "degC"}});
-  FeatureDefinition features = test::short_features();
-  features.sensors = {{"case", "degC"}};
-  CompensationEngine with({}, list), without({}, list);
-  ASSERT_TRUE(with.use(test::linear_model({"case-T"}, {0.1}, 0, features), nullptr));
-  ASSERT_TRUE(without.use(test::linear_model({"T"}, {0.1}, 0, test::short_features()), nullptr));
-  Correction last_with, last_without;
-  for (int tenth = 1; tenth < 600; ++tenth) {
-    Sample sample;
-    sample.time_ns = 1'700'000'000'000'000'000 + tenth * 100'000'000LL;
-    sample.interval_s = 0.1;
-    sample.rate_deg_per_h = 8;
-    sample.temperature_degc = 20;
-    const std::vector<double> values = {tenth < 300 ? 24 : kUnknown};
-    Compensated out;
-    with.push(sample, out, values);
-    last_with = out.correction;
-    if (tenth == 299) {
-      EXPECT_NEAR(last_with.bias_deg_per_h, 0.4, 1e-9);
-    }
-    without.push(sample, out, values);
-    last_without = out.correction;
-  }
-  EXPECT_TRUE(last_with.quality & kInputMissing);
-  EXPECT_TRUE(std::isnan(last_with.bias_deg_per_h));
-  EXPECT_EQ(last_without.quality, kGood);
 }
 
 TEST(Sensors, ALogHasThemBeforeItsLastColumn) {

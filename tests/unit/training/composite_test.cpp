@@ -211,21 +211,14 @@ TEST(CompositeTrainer, DoesNotLetTheDriftTakeWhatTemperatureExplains) {
 
 // Three days that begin at the same inputs, each with the same warm-up: it is not a thermal bias at these inputs.
 TEST(CompositeTrainer, SeveralLongRecordingsShareTheirWarmUp) {
-  TrainingData days;
-  for (int day = 0; day < 3; ++day) {
-    const TrainingData one = DriftingRecord(90).data;
-    const Eigen::Index n = days.target.size();
-    days.names = one.names;
-    days.inputs.conservativeResize(2, n + 90);
-    days.inputs.rightCols(90) = one.inputs;
-    days.target.conservativeResize(n + 90);
-    days.time_s.conservativeResize(n + 90);
-    days.time_s.tail(90) = one.time_s;
-    for (Eigen::Index i = 0; i < 90; ++i)
-      days.target[n + i] =
-          one.target[i] + 0.03 * std::exp(-one.time_s[i] / 3600) + 1e-3 * std::sin(70.0 * static_cast<double>(n + i));
-    days.runs.insert(days.runs.end(), 90, day);
-  }
+  const TrainingData one = DriftingRecord(90).data;
+  TrainingData days = test::record(one.names, 270, [&one](double i, double* x) {
+    const Eigen::Index row = static_cast<Eigen::Index>(i) % 90;
+    x[0] = one.inputs(0, row), x[1] = one.inputs(1, row);
+    return one.target[row] + 0.03 * std::exp(-one.time_s[row] / 3600) + 1e-3 * std::sin(70.0 * i);
+  });
+  days.time_s = one.time_s.replicate(3, 1);
+  for (int day = 0; day < 3; ++day) days.runs.insert(days.runs.end(), 90, day);
   const auto model = composite_of(days).model;
   const auto& p = static_cast<const compensation::CompositeModel&>(*model).parameters();
   EXPECT_EQ(p.variances.warm_up, 0.5);
