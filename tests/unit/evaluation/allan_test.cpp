@@ -14,7 +14,7 @@
 
 #include "compensation/evaluation/allan_fit.hpp"
 #include "tests/support/power_law_noise.hpp"
-#include "tests/unit/evaluation/random_series.hpp"
+#include "tests/support/random_series.hpp"
 
 namespace prism::evaluation {
 namespace {

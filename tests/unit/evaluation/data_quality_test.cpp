@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "compensation/evaluation/far_runs.hpp"
+#include "tests/support/random_series.hpp"
 #include "tests/support/scripts.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tests/unit/evaluation/random_series.hpp"
 
 namespace prism::evaluation {
 namespace {

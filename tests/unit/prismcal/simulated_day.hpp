@@ -7,7 +7,7 @@
 
 #include "compensation/polynomial_model.hpp"
 #include "compensation/second_averager.hpp"
-#include "tests/unit/evaluation/random_series.hpp"
+#include "tests/support/random_series.hpp"
 
 namespace prism::test {
 

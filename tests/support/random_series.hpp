@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Seeded noise of known strength for the tests of the evaluation.
+// Seeded noise of known strength.
 #pragma once
 
 #include <cmath>
