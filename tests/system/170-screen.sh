@@ -33,58 +33,65 @@ for size in 80x24 200x50; do open "w$size" "${size%x*}" "${size#*x}" "prismctl w
 wait_for 20 shows w80x24 "quality is now good"
 wait_for 20 shows w200x50 "quality is now good"
 for size in 80x24 200x50; do
-  wait_for 5 shows "w$size" "s ago  good"
+  wait_for 5 shows "w$size" "quality      good"
   compare "w$size" "receiving-$size.txt"
   same "$size: the clock ends at the right edge" "$(terminal capture-pane -p -t "w$size" | head -1 | awk '{print length}')" "${size%x*}"
 done
 
 terminal send-keys -t w80x24 1
 wait_for 2 shows w80x24 "span: 1 min"
-terminal send-keys -t w80x24 a
-wait_for 2 shows w80x24 "scale: common"
-terminal send-keys -t w80x24 p
-wait_for 2 shows w80x24 "paused"
-terminal send-keys -t w80x24 p 4 a '?'
-wait_for 2 shows w80x24 "pause the charts"
-compare w80x24 help-80x24.txt
-terminal send-keys -t w80x24 '?'
+terminal send-keys -t w80x24 2
+wait_for 2 shows w80x24 "span: 10 min"
 terminal resize-window -t w80x24 -x 100 -y 30
 grown() { [ "$(terminal capture-pane -p -t w80x24 | tail -1 | cut -c1-7)" = "q quit " ]; }
 wait_for 5 grown
 terminal resize-window -t w80x24 -x 80 -y 24
 
 # The screen is updated without an event: the number of frames increases.
-frames_shown() { terminal capture-pane -p -t w80x24 | grep -oE '^[0-9]+ frames' | grep -oE '^[0-9]+'; }
+frames_shown() { terminal capture-pane -p -t w80x24 | grep -oE '^[0-9]+ frames good' | grep -oE '^[0-9]+'; }
+wait_for 3 frames_shown
 before=$(frames_shown)
 moved() { [ "$(frames_shown)" -gt "$before" ]; }
 wait_for 3 moved
 
-# Colours on a terminal, but not if NO_COLOR is set. With LC_ALL=C the screen is ASCII.
+# Colours on a terminal, but not if NO_COLOR is set.
 colours() { terminal capture-pane -p -e -t "$1" | grep -qP '\e\[3[0-7]m'; }
 colours w80x24 || fail "no colours on a terminal"
 open plain 80 24 "NO_COLOR=1 prismctl watch"
-wait_for 5 shows plain "s ago  good"
+wait_for 5 shows plain "quality      good"
 colours plain && fail "colours although NO_COLOR is set"
-open stars 80 24 "LC_ALL=C prismctl watch"
-wait_for 5 shows stars "s ago  good"
-same "lines with bytes other than ASCII" "$(terminal capture-pane -p -t stars | LC_ALL=C grep -c '[^ -~]' || true)" 0
 
-# q ends prismctl with exit code 0 and restores the screen.
-open shell 80 24 "sh -c 'prismctl watch; echo left \$?; read _'"
-wait_for 5 shows shell "s ago  good"
+# q ends prismctl with exit code 0 and restores the keyboard. The last values stay.
+open shell 80 24 "sh -c 'prismctl watch; echo left \$?; stty -a; read _'"
+wait_for 5 shows shell "quality      good"
 terminal send-keys -t shell q
 wait_for 2 shows shell "left 0"
-shows shell "pause charts" && fail "the screen was not restored"
+wait_for 2 shows shell " icanon"
+shows shell " echo " || fail "the keyboard was not restored"
+
+# Ctrl-Z stops it; it continues in the foreground.
+open jobs 80 24 "sh -c 'set -m; prismctl watch; echo stopped; fg >/dev/null; echo left \$?; read _'"
+wait_for 5 shows jobs "quality      good"
+terminal send-keys -t jobs C-z
+wait_for 5 shows jobs "stopped"
+wait_for 5 shows jobs "quality      good"
+terminal send-keys -t jobs C-c
+wait_for 5 shows jobs "left 0"
+
+# An axis that does not exist.
+open wrong 80 24 "sh -c 'prismctl --axis w watch; echo left \$?; read _'"
+wait_for 5 shows wrong "left 1"
+shows wrong "found w, expected one of z" || fail "the axis is not named"
 
 kill "$sim"
-wait_for 10 shows w80x24 "connecting  last data"
+wait_for 10 shows w80x24 "connecting, last data"
 wait_for 10 shows w80x24 "not there;"
 compare w80x24 unplugged-80x24.txt
 
 kill -STOP "$prismd"
 wait_for 10 shows w80x24 "prismd does not respond"
 kill -CONT "$prismd"
-wait_for 10 shows w80x24 "connecting  last data"
+wait_for 10 shows w80x24 "connecting, last data"
 kill -9 "$prismd"
 for size in 80x24 200x50; do
   wait_for 5 shows "w$size" "gyro  prismd stopped"

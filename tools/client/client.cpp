@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/write.hpp>
 #include <charconv>
+#include <exception>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -275,6 +277,24 @@ std::string Client::take_line(std::string_view line) {
     send_next();
   }
   return {};
+}
+
+Result<void> connected(const std::string& socket, const Work& work) {
+  asio::io_context io;
+  Client client(io, socket);
+  std::optional<Result<void>> result;
+  std::string reason;
+  const Client::Session session = [&]() -> asio::awaitable<std::string> {
+    result = co_await work(client);
+    co_return "";
+  };
+  asio::co_spawn(io, client.once(session), [&](const std::exception_ptr& thrown, std::string ended) {
+    if (thrown) std::rethrow_exception(thrown);
+    reason = std::move(ended);
+  });
+  io.run();
+  if (!reason.empty()) return make_error(socket, reason);
+  return *result;
 }
 
 }  // namespace prism::client

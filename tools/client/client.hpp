@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/result.hpp"
 #include "tools/client/response.hpp"
 
 namespace prism::client {
@@ -56,8 +57,8 @@ class Client {
   void close();
 
   /// Sends a request when the previous ones have their responses, from within a session or from outside. Returns
-  /// `"result":…` or `"error":{…}`, a member of the response. `params`: JSON. Errors: kGone (no connection), kBusy (256
-  /// requests are pending), kTimeout (no response within the timeout; if prismd had received the request, the
+  /// `"result":…` or `"error":{…}`, a member of the response. `params`: JSON. Errors: kGone (no connection), kBusy (too
+  /// many requests are pending), kTimeout (no response within the timeout; if prismd had received the request, the
   /// connection ends).
   boost::asio::awaitable<std::string> ask_text(std::string method, std::string params = "{}");
   /// The same with parsed JSON. g++ 12 destroys braces in a co_await statement twice: give `params` a name.
@@ -105,5 +106,10 @@ class Client {
   std::uint64_t last_id_ = 0, sent_id_ = 0;  ///< sent_id_: of the first request, if it was sent; else 0
   Clock::time_point sent_at_;
 };
+
+/// Connects, and runs `work` on this thread to its end; systemd starts a stopped instance. Errors: no connection, its
+/// end before that of `work`, those of `work`.
+using Work = std::function<boost::asio::awaitable<Result<void>>(Client& client)>;
+Result<void> connected(const std::string& socket, const Work& work);
 
 }  // namespace prism::client

@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "tools/client/instances.hpp"
 
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <map>
 
 #include "base/escape.hpp"
+#include "base/file.hpp"
 #include "base/outside_text.hpp"
+#include "base/plain_text.hpp"
 #include "config/socket_path.hpp"
 
 namespace prism::client {
@@ -27,6 +37,24 @@ std::string path_of(const std::string& entry, const std::vector<InstanceSocket>&
   return named != all.end() ? named->path : config::default_socket(entry);
 }
 
+// Also true without permission to connect: it is running.
+bool accepts(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) return false;
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return true;
+  return errno == EACCES || errno == EAGAIN;  // EAGAIN: blocked, its queue of connections is full
+}
+
+std::string unknown_name(const std::string& name, const std::vector<std::string>& running) {
+  const std::string near = nearest_name(name, running);
+  const std::string all = fmt::format("{}", fmt::join(running, ", "));
+  if (near.empty()) return fmt::format("found \"{}\", expected one of: {}", name, all);
+  return fmt::format("found \"{}\", did you mean \"{}\"? Running: {}", name, near, all);
+}
+
 }  // namespace
 
 std::vector<InstanceSocket> list_instances(const std::vector<std::string>& entries, std::vector<std::string>* invalid) {
@@ -46,6 +74,35 @@ std::vector<InstanceSocket> list_instances(const std::vector<std::string>& entri
     }
   }
   return found;
+}
+
+std::vector<std::string> running_sockets(std::vector<std::string>* invalid) {
+  std::map<std::string, std::string> found;
+  for (const auto& [name, path] : list_instances({}, invalid)) {
+    if (found.count(name) == 0 && (config::would_start(path) || accepts(path))) found[name] = path;
+  }
+  std::vector<std::string> paths;
+  for (const auto& [name, path] : found) paths.push_back(path);
+  return paths;
+}
+
+Result<std::string> find_socket(const std::string& socket, const std::string& name) {
+  if (!socket.empty()) return socket;
+  const char* environment = std::getenv("PRISM_SOCKET");
+  if (name.empty() && environment != nullptr && *environment != '\0') return std::string(environment);
+  const std::vector<std::string> running = running_sockets();
+  std::vector<std::string> matching, names;
+  for (const std::string& path : running) {
+    names.push_back(config::instance_name(path));
+    if (name.empty() || names.back() == name) matching.push_back(path);
+  }
+  if (matching.size() == 1) return matching[0];
+  if (running.empty())
+    return make_error(fmt::format("{}", fmt::join(config::socket_folders(), ", ")),
+                      "no prismd answers here; start one, or name its socket with --socket");
+  if (matching.empty()) return make_error("--name", unknown_name(name, names));
+  return make_error("--name",
+                    fmt::format("required if several instances run; choose one of: {}", fmt::join(names, ", ")));
 }
 
 }  // namespace prism::client

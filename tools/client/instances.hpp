@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
+
 namespace prism::client {
 
 struct InstanceSocket {
@@ -19,5 +21,13 @@ struct InstanceSocket {
 /// are not listed, but added to `invalid`, if given, as printable paths.
 std::vector<InstanceSocket> list_instances(const std::vector<std::string>& entries,
                                            std::vector<std::string>* invalid = nullptr);
+
+/// Returns the sockets in config::socket_folders() that accept connections, and those on which systemd starts a daemon
+/// at the first connection (this call starts none); the first of equal names.
+std::vector<std::string> running_sockets(std::vector<std::string>* invalid = nullptr);
+
+/// Returns `socket` if given, else $PRISM_SOCKET, else the socket of instance `name`, else that of the only running
+/// instance. Errors: none or several are running, or the name is unknown.
+Result<std::string> find_socket(const std::string& socket, const std::string& name);
 
 }  // namespace prism::client

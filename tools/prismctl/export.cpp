@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/export.hpp"
-
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -20,13 +18,14 @@
 #include "base/outside_text.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
-#include "tools/client/connection.hpp"
-#include "tools/prismctl/output.hpp"
+#include "tools/client/client.hpp"
+#include "tools/prismctl/commands.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
 
+namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -103,21 +102,7 @@ class Export {
 
   Result<void> run(const std::string& socket) {
     if (auto good = prepare(); !good) return good;
-    auto connection = client::DaemonConnection::open(socket);
-    if (!connection) return tl::unexpected<Error>(connection.error());
-    std::vector<std::string> axes = {settings_.axis};
-    if (settings_.axis.empty()) {
-      const auto status = connection->ask("status", json::object());
-      if (!status) return tl::unexpected<Error>(status.error().error);
-      if (const json& all = at(*status, "axes"); all.size() > 1) {
-        axes.clear();
-        for (const auto& [name, axis] : all.items()) axes.push_back(name);
-      }
-    }
-    for (const std::string& axis : axes) {
-      if (auto done = copy(*connection, axis); !done) return done;
-    }
-    return {};
+    return client::connected(socket, [this](client::Client& client) { return copy_all(client); });
   }
   std::string summary() const {
     std::string text = fmt::format("{}: {} rows in {} files", settings_.directory, rows_, files_);
@@ -127,23 +112,32 @@ class Export {
   std::uint64_t rows() const { return rows_; }
 
  private:
-  /// The log of one axis; empty: of the only one.
-  Result<void> copy(client::DaemonConnection& connection, const std::string& axis) {
-    json params = {{"after", "earliest"}, {"limit", kPageRows}, {"header", true}};
-    if (!axis.empty()) params["axis"] = axis;
+  asio::awaitable<Result<void>> copy_all(client::Client& client) {
+    if (!settings_.axis.empty()) co_return co_await copy(client, settings_.axis);
+    const auto status = co_await client.ask("status");
+    if (!status) co_return tl::unexpected<Error>(status.error().error);
+    for (const auto& [axis, own] : at(*status, "axes").items()) {
+      auto copied = co_await copy(client, axis);
+      if (!copied) co_return copied;
+    }
+    co_return Result<void>();
+  }
+
+  asio::awaitable<Result<void>> copy(client::Client& client, std::string axis) {
+    json params = {{"axis", axis}, {"after", "earliest"}, {"limit", kPageRows}, {"header", true}};
     for (bool more = true; more;) {
-      const auto answer = connection.ask("rows", params);
-      if (!answer) return tl::unexpected<Error>(answer.error().error);
+      const auto answer = co_await client.ask("rows", params);
+      if (!answer) co_return tl::unexpected<Error>(answer.error().error);
       const json& page = client::of_axis(*answer, axis);
       for (const json& segment : at(page, "segments")) {
-        if (auto done = add(segment); !done) return done;
+        if (auto done = add(segment); !done) co_return done;
       }
       if (const json& missing = at(page, "missing"); missing.is_number_unsigned())
         missing_ += missing.get<std::uint64_t>();
       params["after"] = text_member(page, "after");
       more = at(page, "more") == true;
     }
-    return close();
+    co_return close();
   }
 
   static Result<std::int64_t> time_of(const char* option, const std::string& text, std::int64_t otherwise) {
@@ -232,10 +226,7 @@ class Export {
 int export_log(const std::string& socket, const ExportSettings& settings) {
   Export run(settings);
   const auto done = run.run(socket);
-  if (!done) {
-    fmt::print(stderr, "prismctl: {}\n", done.error().text());
-    return 1;
-  }
+  if (!done) return fail(done.error());
   fmt::print("{}\n", printable(run.summary()));
   return run.rows() > 0 ? 0 : 1;
 }

@@ -1,5 +1,274 @@
 // SPDX-License-Identifier: MIT
 // prismctl: command-line client of prismd.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/hex_bytes.hpp"
+#include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
+#include "config/socket_path.hpp"
+#include "config/socket_protocol.hpp"
+#include "config/version.hpp"
+#include "tools/client/client.hpp"
+#include "tools/client/instances.hpp"
+#include "tools/command_line.hpp"
 #include "tools/prismctl/commands.hpp"
+#include "tools/prismctl/views.hpp"
+#include "tools/prismctl/words.hpp"
+
+namespace prism::prismctl {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kUsage = 64;
+
+struct Choice {
+  std::string socket, name, axis;
+  bool json = false, no_start = false;
+};
+
+using View = std::string (*)(const json& result);
+
+/// A command that is one request and its text.
+struct Command {
+  std::string_view method;
+  std::vector<std::string> examples;
+  View view;                     ///< null: JSON
+  const char* option = nullptr;  ///< a parameter that is an integer of 1 to `most`
+  const char* option_help = "";
+  int usual = 0, most = 0;
+};
+
+std::string lines_of(const json& list, std::string (*line)(const json&)) {
+  std::string text;
+  for (const json& entry : list) text += line(entry);
+  return text;
+}
+
+std::string history_view(const json& history) {
+  return each_axis(history, [](const json& rows) { return window_heading() + lines_of(rows, window_line); });
+}
+
+std::string version_view(const json& version) {
+  return fmt::format("prismctl {}, {} {}\n", kVersion, text_of(at(version, "name"), "prismd"),
+                     text_of(at(version, "version"), "?"));
+}
+
+const std::vector<Command> kCommands = {
+    {"status", {"prismctl status", "prismctl --name gyro1 status --json"}, status_view},
+    {"bias", {"prismctl bias", "prismctl --name gyro1 bias --json"}, bias_view},
+    {"stability",
+     {"prismctl stability", "prismctl --name gyro1 stability --json"},
+     [](const json& s) { return each_axis(s, stability_view); }},
+    {"line", {"prismctl line", "prismctl --name gyro1 line --json"}, line_view},
+    {"model",
+     {"prismctl model", "prismctl --name gyro1 model --json"},
+     [](const json& m) { return each_axis(m, model_view); }},
+    {"config", {"prismctl config", "prismctl --name gyro1 config --json"}, nullptr},
+    {"events",
+     {"prismctl events --count 50"},
+     [](const json& e) { return lines_of(e, event_line); },
+     "count",
+     "number of events",
+     20,
+     256},
+    {"history", {"prismctl history --seconds 600"}, history_view, "seconds", "number of seconds", 60, 3600},
+    {"reload", {"prismctl reload"}, [](const json& r) { return text_of(at(r, "reloaded"), "") + "\n"; }},
+    {"version", {"prismctl version"}, version_view}};
+
+// The socket to use. Reports or refuses a connection at which systemd starts the instance.
+Result<std::string> socket_of(const Choice& choice) {
+  auto path = client::find_socket(choice.socket, choice.name);
+  if (!path || !config::would_start(*path)) return path;
+  const std::string name = config::instance_name(*path);
+  if (choice.no_start) return make_error(name, "is stopped; without --no-start, systemd would start it");
+  fmt::print(stderr, "prismctl: {} was stopped; systemd starts it for this request (--no-start prevents this)\n",
+             printable(name));
+  return path;
+}
+
+// Sends a request and prints the result with `view`; as JSON without a view and with --json. Methods with a parameter
+// "axis" get the chosen one.
+int ask(const Choice& choice, const std::string& method, json params, View view) {
+  const config::SocketMethod* const known = config::find_method(method);
+  if (known->params.starts_with("axis") && !choice.axis.empty()) params["axis"] = choice.axis;
+  const auto path = socket_of(choice);
+  if (!path) return fail(path.error());
+  json result;
+  const client::Work work = [&](client::Client& client) -> boost::asio::awaitable<Result<void>> {
+    auto response = co_await client.ask(method, params);
+    if (!response) co_return tl::unexpected<Error>(response.error().error);
+    result = std::move(*response);
+    co_return choose_axis(result, choice.axis);
+  };
+  if (const auto done = client::connected(*path, work); !done) return fail(done.error());
+  if (choice.json || view == nullptr) {
+    print_json(with_only_axis(result), 2);
+  } else {
+    print_text(view(result));
+  }
+  return 0;
+}
+
+// The bytes of a text in hex. In the text, `\r`, `\n`, `\t`, `\\` and `\xHH` are one byte each.
+std::string hex_of_escaped(std::string_view text) {
+  std::string hex;
+  const auto add = [&hex](char c) { hex += fmt::format("{:02x}", static_cast<unsigned char>(c)); };
+  constexpr std::string_view kNames = "rnt\\", kBytes = "\r\n\t\\";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view rest = text.substr(i + 1);
+    const std::size_t known = text[i] == '\\' && !rest.empty() ? kNames.find(rest.front()) : std::string_view::npos;
+    if (known != std::string_view::npos) {
+      add(kBytes[known]);
+      ++i;
+    } else if (text[i] == '\\' && rest.starts_with('x') && hex_bytes(rest.substr(1, 2)).size() == 1 &&
+               rest.size() > 2) {
+      hex += rest.substr(1, 2);
+      i += 3;
+    } else {
+      add(text[i]);
+    }
+  }
+  return hex;
+}
+
+struct SendSettings {
+  std::vector<std::string> words;
+  std::string line;
+  bool hex = false;
+};
+
+int send(Choice choice, const SendSettings& settings) {
+  if (settings.words.size() == 2) choice.name = settings.words.front();
+  const std::string& given = settings.words.back();
+  json params = {{"hex", settings.hex ? given : hex_of_escaped(given)}};
+  if (!settings.line.empty()) params["line"] = settings.line;
+  return ask(choice, "send", params,
+             [](const json& r) { return fmt::format("sent {} bytes\n", json_text(at(r, "sent"))); });
+}
+
+std::string help_of(std::string_view method) { return std::string(config::find_method(method)->help); }
+
+int run(int argc, char** argv) {
+  if (const auto scale = check_time_scale(); !scale) return fail(scale.error());
+  CLI::App app("prismctl: shows the state and data of running prismd instances");
+  Choice choice;
+  int code = 0;
+  // Calls a command with the chosen socket.
+  const auto with_socket = [&](auto&& command) {
+    const auto path = socket_of(choice);
+    code = path ? command(*path) : fail(path.error());
+  };
+  tools::use_readable_help(app);
+  app.set_version_flag("--version", std::string("prismctl ") + kVersion);
+  app.add_option("-s,--socket", choice.socket,
+                 "path of the daemon's socket (default: $PRISM_SOCKET, or the only running instance)");
+  app.add_option("-n,--name", choice.name, "instance, required if several run")
+      ->check(tools::following(TextRule::kName));
+  app.add_option("--axis", choice.axis, "axis of a device with several axes (default: all)")
+      ->check(tools::following(TextRule::kAxisName));
+  app.add_flag("--json", choice.json, "print JSON");
+  app.add_flag("--no-start", choice.no_start, "do not start a stopped instance: fail");
+  app.require_subcommand(1);
+  app.fallthrough();
+  tools::add_examples(app, {"prismctl status", "prismctl --name gyro1 watch"});
+
+  std::map<const Command*, int> values;  // of the commands' options
+  for (const Command& command : kCommands) {
+    const std::string name(command.method);
+    auto* declared = app.add_subcommand(name, help_of(name));
+    if (command.option != nullptr) {
+      values[&command] = command.usual;
+      declared->add_option(fmt::format("--{}", command.option), values[&command], command.option_help)
+          ->check(tools::within(1, command.most))
+          ->capture_default_str();
+    }
+    tools::add_examples(*declared, command.examples);
+    declared->callback([&] {
+      json params;
+      if (command.option != nullptr) params[command.option] = values[&command];
+      code = ask(choice, std::string(command.method), params, command.view);
+    });
+  }
+  RowsSettings wanted;
+  auto* log =
+      app.add_subcommand("rows", help_of("rows") + ", as CSV, or JSON with --json; --follow waits for new rows");
+  log->add_option("--after", wanted.after, "cursor from an earlier call, earliest or latest (default: earliest)")
+      ->check(tools::following(TextRule::kText));
+  log->add_option("--cursor", wanted.cursor_file,
+                  "file that stores the cursor: the next call continues where this one ended");
+  log->add_option("--limit", wanted.limit, "stop after N rows")->check(tools::positive());
+  log->add_flag("--follow", wanted.follow, "wait for new rows, also while prismd restarts");
+  tools::add_examples(*log,
+                      {"prismctl rows --after latest --follow", "prismctl rows --cursor fetched --json >>gyro1.jsonl"});
+  log->callback([&] {
+    wanted.json = choice.json;
+    wanted.axis = choice.axis;
+    with_socket([&](const std::string& socket) { return rows(socket, wanted); });
+  });
+  ExportSettings exported;
+  auto* copy = app.add_subcommand("export", "write the log's rows of a time span into DIR, as files for prismcal");
+  copy->add_option("DIR", exported.directory, "a new directory")->required()->type_name("");
+  copy->add_option("--from", exported.from, "first time, UTC: 2026-11-23T09:11:00 (default: all that is kept)")
+      ->type_name("TIME");
+  copy->add_option("--to", exported.to, "end, not included, UTC")->type_name("TIME");
+  tools::add_examples(*copy, {"prismctl --name gyro1 export cycle1 --from 2026-11-21T10:15 --to 2026-11-22T11:57"});
+  copy->callback([&] {
+    exported.axis = choice.axis;
+    with_socket([&](const std::string& socket) { return export_log(socket, exported); });
+  });
+  std::string file;
+  auto* exposition = app.add_subcommand("metrics", "state of all instances of this host in Prometheus' text format");
+  exposition->add_option("--file", file,
+                         "write to this file, atomically: a .prom file in node_exporter's textfile directory");
+  tools::add_examples(*exposition,
+                      {"prismctl metrics", "prismctl metrics --file /var/lib/prometheus/node-exporter/prism.prom"});
+  exposition->callback([&] { code = metrics(choice.socket, choice.name, file); });
+  SendSettings sent;
+  auto* bytes = app.add_subcommand("send", help_of("send") + ", if its configuration has \"allow_send\": true");
+  bytes->add_option("TEXT", sent.words, "the text; before it, the instance as with --name; \\r \\n \\t \\xHH are bytes")
+      ->required()
+      ->expected(1, 2)
+      ->type_name("");
+  bytes->add_option("--line", sent.line, "sensor line (default: the gyro's)")
+      ->check(tools::following(TextRule::kSensorName));
+  bytes->add_flag("--hex", sent.hex, "TEXT is bytes in hex: \"55 AA\"");
+  tools::add_examples(*bytes, {"prismctl send gyro1 '=config,0\\r\\n'", "prismctl send --hex 'FA FF 10 00 F1'"});
+  bytes->callback([&] { code = send(choice, sent); });
+  WatchSettings watched;
+  auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");
+  live->add_flag("--samples", watched.samples, "print every sample instead of one row a second");
+  live->add_option("--every", watched.every, "with --samples: every n-th sample only")
+      ->check(tools::within(1, 1000000));
+  live->add_option("--count", watched.count, "stop after N rows");
+  tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
+  live->callback([&] {
+    watched.json = choice.json;
+    watched.axis = choice.axis;
+    with_socket([&](const std::string& socket) { return watch(socket, watched); });
+  });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    const std::string unknown = tools::unknown_command(app, argc, argv);
+    fmt::print(stderr, "prismctl: {} (see prismctl --help)\n", printable(unknown.empty() ? error.what() : unknown));
+    return kUsage;
+  }
+  return code;
+}
+
+}  // namespace
+}  // namespace prism::prismctl
 
 int main(int argc, char** argv) { return prism::prismctl::run(argc, argv); }

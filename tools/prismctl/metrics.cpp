@@ -1,63 +1,74 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/metrics.hpp"
-
 #include <fmt/format.h>
 
+#include <array>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
-#include "base/escape.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
-#include "tools/client/connection.hpp"
+#include "tools/client/client.hpp"
+#include "tools/client/instances.hpp"
 #include "tools/metrics/exposition.hpp"
 #include "tools/metrics/gyro_metrics.hpp"
+#include "tools/prismctl/commands.hpp"
+#include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
 
-metrics::GyroAnswers answers_of(const std::string& socket) {
+namespace asio = boost::asio;
+
+struct Instance {
+  Instance(asio::io_context& io, const std::string& socket) : client(io, socket) {}
+  client::Client client;
   metrics::GyroAnswers answers;
-  if (config::would_start(socket)) return answers;
-  auto connection = client::DaemonConnection::open(socket);
-  if (!connection) return answers;
-  const auto ask = [&](const char* method, nlohmann::json& into) {
-    auto answer = connection->ask(method);
-    if (answer) {
-      into = std::move(*answer);
-    } else if (answer.error().code != config::kGone) {
-      fmt::print(stderr, "prismctl: {}: {}\n", printable(config::instance_name(socket)), answer.error().text());
-    }
-    return answer.has_value();
-  };
-  if (ask("status", answers.status) && ask("line", answers.line)) ask("stability", answers.stability);
-  return answers;
+};
+
+asio::awaitable<std::string> request(Instance& instance) {
+  metrics::GyroAnswers& answers = instance.answers;
+  const std::array<std::pair<const char*, nlohmann::json*>, 3> all = {
+      {{"status", &answers.status}, {"line", &answers.line}, {"stability", &answers.stability}}};
+  for (const auto& [method, answer] : all) {
+    auto response = co_await instance.client.ask(method);
+    if (!response && response.error().code != config::kGone)
+      fmt::print(stderr, "prismctl: {}: {}\n", printable(instance.client.name()), response.error().text());
+    if (!response) co_return "";
+    *answer = std::move(*response);
+  }
+  co_return "";
 }
 
 }  // namespace
 
 int metrics(const std::string& socket, const std::string& name, const std::string& file) {
-  const auto fail = [](const Error& error) {
-    fmt::print(stderr, "prismctl: {}\n", error.text());
-    return 1;
-  };
-  std::vector<std::string> sockets;
+  std::vector<std::string> sockets, invalid;
   const char* const environment = std::getenv("PRISM_SOCKET");
-  const bool named = !socket.empty() || !name.empty() || (environment != nullptr && *environment != '\0');
-  if (!named) {
-    std::vector<std::string> invalid;
+  if (socket.empty() && name.empty() && (environment == nullptr || *environment == '\0')) {
     sockets = client::running_sockets(&invalid);
-    for (const std::string& path : invalid)
-      fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
   } else {
     const auto found = client::find_socket(socket, name);
     if (!found) return fail(found.error());
     sockets = {*found};
   }
+  for (const std::string& path : invalid)
+    fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
+  asio::io_context io;
+  std::deque<Instance> instances;
+  for (const std::string& path : sockets) {
+    Instance& instance = instances.emplace_back(io, path);
+    const client::Client::Session session = [&instance] { return request(instance); };
+    if (!config::would_start(path)) asio::co_spawn(io, instance.client.once(session), asio::detached);
+  }
+  io.run();
   metrics::Exposition exposition;
-  for (const std::string& path : sockets) metrics::add_gyro(exposition, config::instance_name(path), answers_of(path));
+  for (const Instance& instance : instances) metrics::add_gyro(exposition, instance.client.name(), instance.answers);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   metrics::add_time(exposition, std::chrono::duration<double>(now).count());
   if (file.empty()) {

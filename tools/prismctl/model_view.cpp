@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/model_view.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/prismctl/views.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {

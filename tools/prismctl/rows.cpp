@@ -1,34 +1,30 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/rows.hpp"
-
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <cerrno>
 #include <charconv>
-#include <chrono>
-#include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <string_view>
-#include <thread>
+#include <utility>
 #include <vector>
 
-#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
-#include "base/time_scale.hpp"
-#include "tools/client/connection.hpp"
-#include "tools/prismctl/output.hpp"
+#include "tools/client/client.hpp"
+#include "tools/prismctl/commands.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
 namespace {
 
+namespace asio = boost::asio;
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr double kWait_s = 5;  // less than the response timeout of Connection
+constexpr double kWait_s = 5;  // less than Client::kTimeout
 constexpr std::uint64_t kPage = 2000;
 
 std::vector<std::string> fields_of(const std::string& line) {
@@ -46,6 +42,13 @@ ordered_json value_of(const std::string& field) {
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   if (error != std::errc() || end != field.data() + field.size()) return field;
   return ordered_json::parse(field, nullptr, false);
+}
+
+// A line of the log as it is; on a terminal as printable().
+void print_log_line(std::string_view line) {
+  static const bool terminal = ::isatty(STDOUT_FILENO) == 1;
+  if (terminal) return fmt::print("{}\n", printable(line));
+  fmt::print("{}\n", line);
 }
 
 class Printer {
@@ -82,39 +85,21 @@ class Printer {
 class Follower {
  public:
   Follower(const std::string& socket, const RowsSettings& settings)
-      : socket_(socket), settings_(settings), printer_(settings.json), cursor_(settings.after) {}
+      : client_(io_, socket), settings_(settings), printer_(settings.json), cursor_(settings.after) {
+    client_.on_end = [this](client::State, const std::string& reason) { report(reason); };
+  }
 
   int run() {
     if (const auto begun = begin(); !begun) return fail(begun.error());
-    for (;;) {
-      const auto more = page();
-      if (!more) {
-        if (!settings_.follow || !is_temporary(more.error().code)) return fail(more.error().error);
-        connection_.reset();
-        pause(more.error().error);
-      } else if (!*more) {
-        break;
-      }
-    }
+    asio::co_spawn(io_, follow(), asio::detached);
+    io_.run();
+    if (!result_) return fail(result_.error());
     if (settings_.cursor_file.empty())
       fmt::print(stderr, "prismctl: {} rows; continue with --after {}\n", printer_.rows(), cursor_);
     return 0;
   }
 
  private:
-  using PageResult = tl::expected<bool, client::RequestError>;
-
-  static bool is_temporary(config::SocketError code) {
-    return code == config::kGone || code == config::kTimeout || code == config::kBusy;
-  }
-  static PageResult failed(config::SocketError code, const Error& error) {
-    return PageResult(tl::unexpect, client::RequestError{code, error});
-  }
-  static int fail(const Error& error) {
-    fmt::print(stderr, "prismctl: {}\n", error.text());
-    return 1;
-  }
-
   // A missing file means the first call.
   Result<void> begin() {
     if (settings_.cursor_file.empty()) return {};
@@ -127,27 +112,48 @@ class Follower {
     return check_text(TextRule::kText, cursor, settings_.cursor_file);
   }
 
-  // Prints one page. Returns false at the end.
-  PageResult page() {
-    if (!connection_) {
-      auto opened = client::DaemonConnection::open(socket_);
-      if (!opened) return failed(config::kGone, opened.error());
-      connection_.emplace(std::move(*opened));
+  // Only the first connection may start the instance.
+  asio::awaitable<void> follow() {
+    const client::Client::Session session = [this] { return pages(); };
+    const std::string reason = co_await client_.once(session);
+    if (done_) co_return;
+    result_ = make_error(client_.socket(), reason);
+    if (!settings_.follow) co_return;
+    report(reason);
+    co_await client_.run(session);
+  }
+
+  asio::awaitable<std::string> pages() {
+    for (;;) {
+      const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
+      json params = {{"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
+      if (!cursor_.empty()) params["after"] = cursor_;
+      if (!settings_.axis.empty()) params["axis"] = settings_.axis;
+      const auto answer = co_await client_.ask("rows", params);
+      if (!answer && is_temporary(answer.error().code)) co_return answer.error().error.what;
+      const Result<bool> more =
+          answer ? print(client::of_axis(*answer, settings_.axis)) : Result<bool>(tl::unexpect, answer.error().error);
+      if (more && *more) continue;
+      done_ = true;
+      result_ = more.map([](bool) {});
+      client_.close();
+      co_return "";
     }
-    const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
-    json params = {{"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
-    if (!cursor_.empty()) params["after"] = cursor_;
-    if (!settings_.axis.empty()) params["axis"] = settings_.axis;
-    const auto answer = connection_->ask("rows", params);
-    if (!answer) return tl::unexpected(answer.error());
+  }
+
+  bool is_temporary(config::SocketError code) const {
+    return code == config::kGone || (settings_.follow && (code == config::kTimeout || code == config::kBusy));
+  }
+
+  // Returns false at the end.
+  Result<bool> print(const json& page) {
     retrying_ = false;
-    const json& page = client::of_axis(*answer, settings_.axis);
     if (const json& missing = at(page, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
                  json_text(missing));
     printer_.page(page);
     cursor_ = text_member(page, "after", cursor_);
-    if (const auto stored = store_cursor(); !stored) return failed(config::kFailed, stored.error());
+    if (const auto stored = store_cursor(); !stored) return tl::unexpected<Error>(stored.error());
     const bool enough = settings_.limit > 0 && printer_.rows() >= settings_.limit;
     return !enough && (settings_.follow || at(page, "more") == true);
   }
@@ -158,17 +164,18 @@ class Follower {
     return write_text_file(settings_.cursor_file, cursor_ + "\n");
   }
 
-  void pause(const Error& error) {
-    if (!std::exchange(retrying_, true)) fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
-    std::this_thread::sleep_for(scaled(std::chrono::seconds(1)));
+  void report(const std::string& reason) {
+    if (!std::exchange(retrying_, true))
+      fmt::print(stderr, "prismctl: {}; retrying\n", Error{client_.socket(), reason}.text());
   }
 
-  std::string socket_;
+  asio::io_context io_;
+  client::Client client_;
   RowsSettings settings_;
   Printer printer_;
   std::string cursor_;
-  std::optional<client::DaemonConnection> connection_;
-  bool retrying_ = false;
+  Result<void> result_;
+  bool done_ = false, retrying_ = false;
 };
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/escape.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::prismctl {
@@ -32,12 +31,6 @@ int seconds_of(const json& value, int otherwise) {
 std::string text_of(const json& value, const std::string& otherwise) {
   const std::string text = value.is_string() ? printable(value.get_ref<const std::string&>()) : "";
   return text.empty() ? otherwise : text;
-}
-
-std::string first_bytes(const std::string& text, std::size_t max) {
-  if (text.size() <= max) return text;
-  while (max > 0 && (static_cast<unsigned char>(text[max]) & 0xc0) == 0x80) --max;
-  return text.substr(0, max);
 }
 
 std::int64_t integer_of(const json& value, std::int64_t otherwise) {
@@ -68,16 +61,12 @@ std::string age_text(const json& age_s) {
   return age_s.is_number() ? fmt::format("last data {} ago", span_text(age_s.get<double>())) : "no data yet";
 }
 
-std::string quality_with_progress(const json& answer) {
-  std::string quality = text_of(at(answer, "quality"));
+std::string quality_words(const json& answer) {
+  const std::string quality = text_of(at(answer, "quality"));
+  if (quality == "no_data") return quality + " (no current measurement)";
   if (quality.find("warming") == std::string::npos) return quality;
   return fmt::format("{} ({} of {} s)", quality, seconds_of(at(answer, "warm_s"), 0),
                      seconds_of(at(answer, "full_s"), window_length_s(answer)));
-}
-
-std::string quality_words(const json& answer) {
-  const bool nothing = at(answer, "quality") == "no_data";
-  return quality_with_progress(answer) + (nothing ? " (no current measurement)" : "");
 }
 
 int window_length_s(const json& answer) { return seconds_of(at(answer, "window_s"), kUsualWindowS); }
@@ -104,10 +93,19 @@ std::string labelled(const char* label, const std::string& value) { return fmt::
 
 std::string utc_of(const json& seconds) { return seconds.is_number() ? utc_text(integer_of(seconds)) : "-"; }
 
+std::string short_id(const json& id, const std::string& otherwise) {
+  return std::string(utf8_prefix(text_of(id, otherwise), 12));
+}
+
 std::string model_name(const json& model) {
   if (!model.is_object()) return "none";
   return fmt::format("{} ({}), id {}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
-                     first_bytes(text_of(at(model, "id")), 12));
+                     short_id(at(model, "id"), "-"));
+}
+
+int fail(const Error& error) {
+  fmt::print(stderr, "prismctl: {}\n", error.text());
+  return 1;
 }
 
 }  // namespace prism::prismctl

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Formatting of single values of prismd's responses, for the text output and the live screen.
+// Values of prismd's responses as text, and output without control characters that act on a terminal.
 #pragma once
+
+#include <fmt/format.h>
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
+#include "base/escape.hpp"
 #include "base/json_member.hpp"
+#include "base/result.hpp"
 
 namespace prism::prismctl {
 
@@ -24,9 +28,6 @@ std::string value_text(const nlohmann::json& value, int decimals, const char* un
 /// Returns a count; "0" if it is missing.
 std::string count_text(const nlohmann::json& value);
 
-/// Returns at most `max` bytes of a text, complete characters only.
-std::string first_bytes(const std::string& text, std::size_t max);
-
 /// Returns the integer part of a number, limited to ±9e15; `otherwise` if the value is not a number.
 std::int64_t integer_of(const nlohmann::json& value, std::int64_t otherwise = 0);
 
@@ -39,9 +40,6 @@ std::string age_text(const nlohmann::json& age_s);
 /// The quality with its progress or explanation: "warming (15 of 100 s)", "no_data (no current measurement)". `answer`
 /// is one of status or bias.
 std::string quality_words(const nlohmann::json& answer);
-
-/// The same without the explanation: "no_data", "warming (15 of 100 s)".
-std::string quality_with_progress(const nlohmann::json& answer);
 
 /// Length of the window of the long means, s.
 int window_length_s(const nlohmann::json& answer);
@@ -58,10 +56,26 @@ std::string labelled(const char* label, const std::string& value);
 /// UTC of seconds since 1970, or "-" if it is not a number.
 std::string utc_of(const nlohmann::json& seconds);
 
+/// The first 12 bytes of the id of a model, or `otherwise`.
+std::string short_id(const nlohmann::json& id, const std::string& otherwise);
+
 /// "composite T,dTdt,U (composite), id d5ddc53c95af"; "none" for null.
 std::string model_name(const nlohmann::json& model);
 
 /// "8.47111 ± 0.00700 deg/h"; "-" without a bias.
 std::string bias_text(const nlohmann::json& row);
+
+/// Prints a value (any nlohmann type) as JSON; characters that are not printable are written as u-escapes (four
+/// hexadecimal digits).
+template <class AnyJson>
+void print_json(const AnyJson& value, int indent = -1) {
+  fmt::print("{}\n", printable_json(json_text(value, indent)));
+}
+
+/// Prints one or more lines.
+inline void print_text(std::string_view text) { fmt::print("{}", printable_lines(text)); }
+
+/// Prints the error; returns exit code 1.
+int fail(const Error& error);
 
 }  // namespace prism::prismctl

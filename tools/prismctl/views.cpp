@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismctl/text_view.hpp"
+#include "tools/prismctl/views.hpp"
 
 #include <fmt/format.h>
 
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "base/escape.hpp"
-#include "base/text_number.hpp"
-#include "tools/prismctl/axes_view.hpp"
+#include "tools/client/response.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -22,9 +24,36 @@ std::string means_text(const json& second, const json& window, int window_s) {
                      window_s);
 }
 
-}  // namespace
+std::string columns_text(const json& w) {
+  return fmt::format("{:>12} {:>11} {:>12} {:>10} {:>11} {:>8}", value_text(at(w, "mean_rate_deg_per_h"), 5),
+                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_mean_deg_per_h"), 5),
+                     value_text(at(w, "mean_temperature_degc"), 3), value_text(at(w, "slope_degc_per_s"), 6),
+                     value_text(at(w, "mean_uhfo_v"), 4));
+}
 
-namespace {
+std::string columns_heading() {
+  return fmt::format("{:>12} {:>11} {:>12} {:>10} {:>11} {:>8}", "rate deg/h", "bias", "corrected", "T degC", "dT/dt",
+                     "U V");
+}
+
+// Of at most 80 columns: the means of the window of each axis below its quality and model.
+std::string axes_table(const json& axes) {
+  constexpr std::size_t kColumns = 80;
+  std::string text = fmt::format("{} {:>9}\n", columns_heading(), "sd");
+  for (const auto& [name, axis] : axes.items()) {
+    const json& window = at(axis, "window");
+    const json& w = window.is_object() ? window : axis;  // the result of bias has them in the axis itself
+    const json& model = at(axis, "model");               // of bias: its id
+    const std::string model_text =
+        "model " + (model.is_object() ? text_of(at(model, "name"), "unnamed") : short_id(model, "none"));
+    const std::string label = "axis " + printable(name),
+                      line = labelled(label.c_str(), quality_words(axis) + "; " + model_text);
+    text +=
+        line.size() <= kColumns ? line : labelled(label.c_str(), quality_words(axis) + ";") + labelled("", model_text);
+    text += fmt::format("{} {:>9}\n", columns_text(w), value_text(at(w, "sd_deg_per_h"), 5));
+  }
+  return text;
+}
 
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
@@ -114,6 +143,51 @@ std::string latency_text(const json& output) {
 
 }  // namespace
 
+json with_only_axis(json result) {
+  const json& axes = at(result, "axes");
+  if (!axes.is_object() || axes.size() != 1) return result;
+  if (result.size() == 1) return json(axes.front());
+  const std::string name = axes.begin().key();
+  return client::with_axis(std::move(result), name);
+}
+
+Result<void> choose_axis(json& result, const std::string& axis) {
+  if (axis.empty() || !at(result, "axes").is_object()) return {};
+  json& axes = result["axes"];
+  if (!axes.contains(axis)) {
+    std::vector<std::string> names;
+    for (const auto& [name, own] : axes.items()) names.push_back(name);
+    return make_error("--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", ")));
+  }
+  for (auto own = axes.begin(); own != axes.end();) own = own.key() == axis ? std::next(own) : axes.erase(own);
+  return {};
+}
+
+std::string each_axis(const json& result, const std::function<std::string(const json&)>& view) {
+  const json& axes = at(result, "axes");
+  if (!axes.is_object()) return view(result);
+  std::string text;
+  for (const auto& [name, own] : axes.items()) {
+    if (axes.size() > 1) text += (text.empty() ? "" : "\n") + fmt::format("axis {}\n", printable(name));
+    text += view(own);
+  }
+  return text;
+}
+
+std::string values_view(const json& status) {
+  const json s = with_only_axis(status);
+  const json& axes = at(s, "axes");
+  return axes.is_object() ? axes_table(axes) : measured(s);
+}
+
+std::string counts_text(const json& status) {
+  const json& line = at(status, "line");
+  return fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
+                     count_text(at(line, "frames")), count_text(at(line, "bad_check")),
+                     count_text(at(at(status, "timing"), "missing_frames")), count_text(at(line, "resyncs")),
+                     count_text(at(line, "skipped_bytes")));
+}
+
 std::string status_view(const json& status) {
   const json s = with_only_axis(status);
   std::string text =
@@ -123,17 +197,12 @@ std::string status_view(const json& status) {
   if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += labelled("no rate", problem);
   if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty())
     text += labelled("clock", problem);
-  const json& axes = at(s, "axes");
-  text += axes.is_object() ? labelled("data", age_text(at(s, "age_s"))) + axes_table(axes, "window") : measured(s);
+  if (at(s, "axes").is_object()) text += labelled("data", age_text(at(s, "age_s")));
+  text += values_view(status);
   text += labelled("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
   text += labelled("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
                                          text_of(at(s, "frames")), text_of(at(s, "clock"))));
-  const json& l = at(s, "line");
-  text +=
-      labelled("line", fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
-                                   count_text(at(l, "frames")), count_text(at(l, "bad_check")),
-                                   count_text(at(at(s, "timing"), "missing_frames")), count_text(at(l, "resyncs")),
-                                   count_text(at(l, "skipped_bytes"))));
+  text += labelled("line", counts_text(s));
   for (const auto& [name, own] : at(s, "sensor_lines").items()) {
     text += labelled(printable(name).c_str(), line_state(own));
     text += labelled("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
@@ -159,10 +228,15 @@ std::string status_view(const json& status) {
 }
 
 std::string bias_view(const json& result) {
-  if (const json& axes = at(result, "axes"); axes.size() > 1) {
+  if (json axes = at(result, "axes"); axes.size() > 1) {
+    for (json& axis : axes) {
+      if (!axis.is_object()) continue;
+      axis["mean_temperature_degc"] = at(axis, "temperature_degc");
+      axis["mean_uhfo_v"] = at(axis, "uhfo_v");
+    }
     const json& first = axes.front();
     return labelled("time", fmt::format("{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s")))) +
-           axes_table(axes, "");
+           axes_table(axes);
   }
   const json b = with_only_axis(result);
   const int window_s = mean_length_s(b);
@@ -179,7 +253,7 @@ std::string bias_view(const json& result) {
   for (const char* shown : {"T", "dTdt", "U"}) {
     if (others.is_object()) others.erase(shown);
   }
-  return text + values_text("", others) + labelled("model", first_bytes(text_of(at(b, "model"), "none"), 12));
+  return text + values_text("", others) + labelled("model", short_id(at(b, "model"), "none"));
 }
 
 // Missing frames that were counted by arrival times, not by the gyro's counter.
@@ -235,17 +309,10 @@ std::string event_line(const json& e) {
   return fmt::format("{}  {:<7} {}\n", utc_of(at(e, "time_s")), text_of(at(e, "severity")), event_text(e));
 }
 
-std::string window_heading() {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", "time (UTC)", "rate deg/h", "bias",
-                     "corrected", "T degC", "dT/dt", "U V", "quality");
-}
+std::string window_heading() { return fmt::format("{:<20} {}  {}\n", "time (UTC)", columns_heading(), "quality"); }
 
 std::string window_line(const json& w) {
-  return fmt::format("{:<20} {:>12} {:>11} {:>12} {:>10} {:>11} {:>8}  {}\n", utc_of(at(w, "time_s")),
-                     value_text(at(w, "mean_rate_deg_per_h"), 5), value_text(at(w, "bias_deg_per_h"), 5),
-                     value_text(at(w, "corrected_mean_deg_per_h"), 5), value_text(at(w, "mean_temperature_degc"), 3),
-                     value_text(at(w, "slope_degc_per_s"), 6), value_text(at(w, "mean_uhfo_v"), 4),
-                     text_of(at(w, "quality")));
+  return fmt::format("{:<20} {}  {}\n", utc_of(at(w, "time_s")), columns_text(w), text_of(at(w, "quality")));
 }
 
 }  // namespace prism::prismctl

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Text of status and bias: means, never a single frame; a disconnected gyro is never good.
-#include "tools/prismctl/text_view.hpp"
+#include "tools/prismctl/views.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "base/escape.hpp"
 #include "base/outside_text.hpp"
 #include "tests/support/hostile_texts.hpp"
-#include "tools/prismctl/axes_view.hpp"
-#include "tools/prismctl/model_view.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {
@@ -40,6 +40,13 @@ json gone_status() {
     status[row]["quality"] = "no_data";
   }
   return status;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
 }
 
 // A single frame of an angle in pulses is 0 or 20 deg/h, which is not a useful rate.
@@ -84,6 +91,27 @@ TEST(StatusView, AGyroThatIsGoneHasNoNumber) {
   EXPECT_THAT(text, HasSubstr("corrected    -\n"));
   EXPECT_THAT(text, Not(HasSubstr("quality      good")));
   EXPECT_THAT(text, Not(HasSubstr("8.4")));
+}
+
+// Two lines for each axis: a column for each of four cut words.
+TEST(StatusView, FourAxesFitEightyColumns) {
+  json status = receiving_status();
+  json own = status;
+  own["quality"] = "warming+extrapolating+slew_limited";
+  own["window"]["mean_rate_deg_per_h"] = -12345.678901;
+  own["model"] = {{"name", "composite T,dTdt,U"}, {"kind", "composite"}, {"id", "d5ddc53c95af0123"}};
+  for (const char* axis : {"x", "y", "z", "skewed"}) status["axes"][axis] = own;
+  const std::string text = values_view(status);
+  EXPECT_THAT(text, HasSubstr("  rate deg/h        bias    corrected     T degC       dT/dt      U V        sd\n"
+                              "axis skewed  warming+extrapolating+slew_limited (110 of 110 s);\n"
+                              "             model composite T,dTdt,U\n"
+                              "-12345.67890     0.50000      7.97111     25.000    0.000100   5.3000   0.00700\n"
+                              "axis x "));
+  EXPECT_THAT(
+      bias_view({{"axes",
+                  {{"x", {{"quality", "good"}, {"temperature_degc", 25.2}, {"model", "a0e547ce32db04c"}}}, {"y", 1}}}}),
+      HasSubstr("axis x       good; model a0e547ce32db\n           -           -            -     25.200 "));
+  for (const std::string& line : lines_of(text)) EXPECT_LE(line.size(), 80U) << line;
 }
 
 TEST(BiasView, ShowsMeansAndNotOneFrame) {
@@ -173,7 +201,8 @@ TEST(AllViews, NoTextReachesTheTerminalAsASequenceOrALine) {
     for (std::size_t i = 0; i < views().size(); ++i) {
       SCOPED_TRACE(text.substr(0, 40) + " in view " + std::to_string(i));
       const auto& [view, answer] = views()[i];
-      const std::string shown = view(with_text(answer, text)), usual = view(with_text(answer, "usual"));
+      const std::string shown = view(with_text(answer, text)),
+                        usual = view(with_text(answer, std::string(printable(text).size(), 'u')));
       std::string flat = shown;
       std::replace(flat.begin(), flat.end(), '\n', ' ');
       EXPECT_TRUE(is_printable(flat));
@@ -217,6 +246,15 @@ TEST(OnlyAxis, LeavesOtherResults) {
   for (const char* text : {R"({"axes": {"x": {"a": 1}, "y": {"a": 2}}})", R"({"axes": ["z"]})", R"({"axes": {}})",
                            R"({"name": "prismd"})", "null", "[1]", "3"})
     EXPECT_EQ(with_only_axis(json::parse(text)), json::parse(text)) << text;
+}
+
+TEST(ChosenAxis, LeavesTheOthersOut) {
+  json result = json::parse(R"({"axes": {"x": 1, "y": 2}})");
+  EXPECT_EQ(choose_axis(result, "w").error().text(), "--axis: found w, expected one of x, y");
+  EXPECT_TRUE(choose_axis(result, ""));
+  EXPECT_EQ(result["axes"].size(), 2U);
+  EXPECT_TRUE(choose_axis(result, "y"));
+  EXPECT_EQ(result["axes"], json({{"y", 2}}));
 }
 
 TEST(EachAxis, IsNamedIfThereAreSeveral) {
