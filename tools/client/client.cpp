@@ -93,17 +93,18 @@ Client::Client(asio::io_context& io, std::string socket, std::chrono::millisecon
       socket_(io),
       pause_(io) {}
 
-asio::awaitable<void> Client::run(Session session) {
+asio::awaitable<void> Client::run(Session session, bool may_start) {
   ServiceRun ended;  // the run of the service that closed the last connection
   Clock::time_point ended_at;
   auto pause = kFirstPause;
   while (!closed_) {
     const ServiceRun now = service_run(path_);
     const bool stopping = now && now == ended && Clock::now() < ended_at + kStopTime;
-    if (config::would_start(path_)) {
+    if (config::would_start(path_) && !may_start) {
       state_ = State::kStopped;
       if (on_end) on_end(state_, "stopped");
     } else if (!stopping) {
+      may_start = false;
       const std::string reason = co_await once(session);
       if (closed_) break;
       if (answered_) pause = kFirstPause;
@@ -118,7 +119,7 @@ asio::awaitable<void> Client::run(Session session) {
   }
 }
 
-asio::awaitable<std::string> Client::once(const Session& session) {
+asio::awaitable<std::string> Client::once(Session session) {
   using namespace asio::experimental::awaitable_operators;
   state_ = State::kGone;
   answered_ = ended_by_prismd_ = false;

@@ -44,12 +44,12 @@ class Client {
   ~Client() { fail_requests(); }
 
   /// Connects, runs `session`, and repeats this after a pause, until close(). The pause grows from 0.5 s to 2 s while
-  /// prismd does not respond. Never starts a stopped instance.
-  boost::asio::awaitable<void> run(Session session);
+  /// prismd does not respond. Never starts a stopped instance, but the first time if `may_start`.
+  boost::asio::awaitable<void> run(Session session, bool may_start = false);
 
   /// Connects and runs `session` once; systemd starts a stopped instance. Returns the reason of the end: the result of
   /// `session`, or an error text.
-  boost::asio::awaitable<std::string> once(const Session& session);
+  boost::asio::awaitable<std::string> once(Session session);
 
   /// Ends the connection with a reason; run() connects again.
   void end(const std::string& reason);

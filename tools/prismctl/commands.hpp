@@ -7,22 +7,25 @@
 
 namespace prism::prismctl {
 
-struct RowsSettings {
+struct AxisSettings {
+  std::string axis;  ///< of a device with several axes; empty: the only one, or all
+  bool json = false;
+};
+
+struct RowsSettings : AxisSettings {
   std::string after;        ///< a cursor, "earliest" or "latest"; empty: "earliest"
   std::string cursor_file;  ///< stores the cursor between calls; takes precedence over `after`
-  std::string axis;
   std::uint64_t limit = 0;  ///< max. number of rows; 0: no limit
-  bool follow = false, json = false;
+  bool follow = false;
 };
 
 /// Prints rows as CSV, or as one JSON object per line, to the end of the log; with `follow` for ever, also over
 /// restarts of the daemon. Reports rows that were deleted before it read them on stderr.
 int rows(const std::string& socket, const RowsSettings& settings);
 
-struct ExportSettings {
+struct ExportSettings : AxisSettings {
   std::string directory;  ///< new, or empty
   std::string from, to;   ///< UTC: 2026-11-23T09:11:00; empty: no limit
-  std::string axis;       ///< empty: every axis
 };
 
 /// Fetches the log through the socket, so that any member of its group can copy it, and writes each segment under its
@@ -35,12 +38,10 @@ int export_log(const std::string& socket, const ExportSettings& settings);
 /// standard output.
 int metrics(const std::string& socket, const std::string& name, const std::string& file);
 
-struct WatchSettings {
-  bool json = false;
+struct WatchSettings : AxisSettings {
   bool samples = false;     ///< lines and JSON: samples instead of one row a second
   std::uint64_t count = 0;  ///< stop after this number of rows; 0: never
   int every = 1;            ///< every n-th sample
-  std::string axis;         ///< of a device with several axes; empty: all
 };
 
 /// A live screen on a terminal, which reconnects; else lines or JSON until prismd disconnects (exit code 1). Runs until

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -26,7 +27,6 @@ namespace prism::prismctl {
 namespace {
 
 namespace asio = boost::asio;
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::uint64_t kPageRows = 10'000;
@@ -58,43 +58,6 @@ std::optional<std::int64_t> integer_at(std::string_view row, std::size_t column)
   const auto [end, error] = std::from_chars(row.data(), row.data() + row.size(), value);
   return error == std::errc() && end != row.data() ? std::optional(value) : std::nullopt;
 }
-
-/// A file of the export. It appears under its name when it is complete.
-class File {
- public:
-  static Result<File> create(const fs::path& path, std::string_view head) {
-    File file(path);
-    auto opened = open_output(file.part_);
-    if (!opened) return tl::unexpected<Error>(opened.error());
-    file.out_ = std::move(*opened);
-    if (auto done = file.put(head); !done) return tl::unexpected<Error>(done.error());
-    return file;
-  }
-  Result<void> write(std::string_view text, std::uint64_t rows) {
-    rows_ += rows;
-    return put(text);
-  }
-  /// Ends the file as prismd does (docs/formats.md).
-  Result<void> close() {
-    if (auto done = put(fmt::format("# end: rows {}, sha256 {}\n", rows_, sum_.hex())); !done) return done;
-    out_.reset();
-    if (::rename(part_.c_str(), path_.c_str()) == 0) return {};
-    return make_error(path_, std::strerror(errno));
-  }
-
- private:
-  explicit File(const fs::path& path) : path_(path.string()), part_(path_ + ".part") {}
-  Result<void> put(std::string_view text) {
-    sum_.add(text);
-    if (write_all(out_.get(), text)) return {};
-    return make_error(part_, std::strerror(errno));
-  }
-
-  std::string path_, part_;
-  Descriptor out_;
-  Sha256 sum_;
-  std::uint64_t rows_ = 0;
-};
 
 class Export {
  public:
@@ -157,7 +120,7 @@ class Export {
     if (::mkdir(settings_.directory.c_str(), 0777) != 0 && errno != EEXIST)
       return make_error(settings_.directory, std::strerror(errno));
     std::error_code error;
-    if (!fs::is_empty(settings_.directory, error))
+    if (!std::filesystem::is_empty(settings_.directory, error))
       return make_error(settings_.directory, error ? error.message() : "is not empty, expected a new directory");
     return {};
   }
@@ -171,25 +134,23 @@ class Export {
     }
     const auto column = column_of(columns, "time_s");
     if (!column) return make_error(name, "found no column time_s");
-    std::string text;
-    std::uint64_t rows = 0;
     for (const json& row : at(segment, "rows")) {
       const std::string line = row.is_string() ? row.get<std::string>() : "";
       const auto time = integer_at(line, *column);
       if (!time || *time < from_ || *time >= to_) continue;
-      text += line + '\n';
-      ++rows;
+      if (text_.empty()) {
+        auto head = head_of(segment, columns);
+        if (!head) return tl::unexpected<Error>(head.error());
+        text_ = std::move(*head);
+      }
+      text_ += line + '\n';
+      ++file_rows_;
     }
-    rows_ += rows;
-    if (text.empty()) return {};
-    if (!file_) {
-      if (auto good = open(segment, columns); !good) return good;
-    }
-    return file_->write(text, rows);
+    return {};
   }
 
   // Without the line "supersedes": its rows of an earlier file were left out by prismd.
-  Result<void> open(const json& segment, const std::string& columns) {
+  Result<std::string> head_of(const json& segment, const std::string& columns) const {
     std::string head;
     const std::string header = text_member(segment, "header");
     for (std::string_view rest = header; !rest.empty();) {
@@ -200,25 +161,24 @@ class Export {
     if (head.empty()) return make_error(name_, "prismd sent no header; expected prismd 0.3 or later");
     if (name_.find('/') != std::string::npos || !check_text(TextRule::kName, name_, "file"))
       return make_error("prismd", fmt::format("found the file name {}", printable(name_)));
-    auto created = File::create(fs::path(settings_.directory) / name_, head + columns + '\n');
-    if (!created) return tl::unexpected<Error>(created.error());
-    file_.emplace(std::move(*created));
-    ++files_;
-    return {};
+    return head + columns + '\n';
   }
 
+  // Ends the file as prismd does (docs/formats.md).
   Result<void> close() {
-    if (!file_) return {};
-    auto done = file_->close();
-    file_.reset();
-    return done;
+    if (text_.empty()) return {};
+    Sha256 sum;
+    sum.add(text_);
+    text_ += fmt::format("# end: rows {}, sha256 {}\n", file_rows_, sum.hex());
+    rows_ += std::exchange(file_rows_, 0);
+    ++files_;
+    return write_text_file(settings_.directory + "/" + name_, std::exchange(text_, ""));
   }
 
   const ExportSettings& settings_;
   std::int64_t from_ = 0, to_ = 0;
-  std::string name_;
-  std::optional<File> file_;
-  std::uint64_t rows_ = 0, files_ = 0, missing_ = 0;
+  std::string name_, text_;  ///< of the current file
+  std::uint64_t file_rows_ = 0, rows_ = 0, files_ = 0, missing_ = 0;
 };
 
 }  // namespace

@@ -40,11 +40,9 @@ using View = std::string (*)(const json& result);
 
 /// A command that is one request and its text.
 struct Command {
-  std::string_view method;
-  std::vector<std::string> examples;
-  View view;                     ///< null: JSON
-  const char* option = nullptr;  ///< a parameter that is an integer of 1 to `most`
-  const char* option_help = "";
+  const char* method;
+  View view;                                   ///< null: JSON
+  const char *option = "", *option_help = "";  ///< a parameter that is an integer of 1 to `most`
   int usual = 0, most = 0;
 };
 
@@ -63,27 +61,17 @@ std::string version_view(const json& version) {
                      text_of(at(version, "version"), "?"));
 }
 
-const std::vector<Command> kCommands = {
-    {"status", {"prismctl status", "prismctl --name gyro1 status --json"}, status_view},
-    {"bias", {"prismctl bias", "prismctl --name gyro1 bias --json"}, bias_view},
-    {"stability",
-     {"prismctl stability", "prismctl --name gyro1 stability --json"},
-     [](const json& s) { return each_axis(s, stability_view); }},
-    {"line", {"prismctl line", "prismctl --name gyro1 line --json"}, line_view},
-    {"model",
-     {"prismctl model", "prismctl --name gyro1 model --json"},
-     [](const json& m) { return each_axis(m, model_view); }},
-    {"config", {"prismctl config", "prismctl --name gyro1 config --json"}, nullptr},
-    {"events",
-     {"prismctl events --count 50"},
-     [](const json& e) { return lines_of(e, event_line); },
-     "count",
-     "number of events",
-     20,
-     256},
-    {"history", {"prismctl history --seconds 600"}, history_view, "seconds", "number of seconds", 60, 3600},
-    {"reload", {"prismctl reload"}, [](const json& r) { return text_of(at(r, "reloaded"), "") + "\n"; }},
-    {"version", {"prismctl version"}, version_view}};
+constexpr Command kCommands[] = {
+    {"status", status_view},
+    {"bias", bias_view},
+    {"stability", [](const json& s) { return each_axis(s, stability_view); }},
+    {"line", line_view},
+    {"model", [](const json& m) { return each_axis(m, model_view); }},
+    {"config", nullptr},
+    {"events", [](const json& e) { return lines_of(e, event_line); }, "count", "number of events", 20, 256},
+    {"history", history_view, "seconds", "number of seconds", 60, 3600},
+    {"reload", [](const json& r) { return text_of(at(r, "reloaded"), "") + "\n"; }},
+    {"version", version_view}};
 
 // The socket to use. Reports or refuses a connection at which systemd starts the instance.
 Result<std::string> socket_of(const Choice& choice) {
@@ -164,9 +152,13 @@ int run(int argc, char** argv) {
   Choice choice;
   int code = 0;
   // Calls a command with the chosen socket.
-  const auto with_socket = [&](auto&& command) {
-    const auto path = socket_of(choice);
-    code = path ? command(*path) : fail(path.error());
+  const auto calls = [&](auto command, auto& settings) {
+    return [&, command] {
+      settings.axis = choice.axis;
+      settings.json = choice.json;
+      const auto path = socket_of(choice);
+      code = path ? command(*path, settings) : fail(path.error());
+    };
   };
   tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismctl ") + kVersion);
@@ -182,21 +174,23 @@ int run(int argc, char** argv) {
   app.fallthrough();
   tools::add_examples(app, {"prismctl status", "prismctl --name gyro1 watch"});
 
-  std::map<const Command*, int> values;  // of the commands' options
+  std::map<std::string_view, int> numbers;  // values of the commands' options
   for (const Command& command : kCommands) {
-    const std::string name(command.method);
-    auto* declared = app.add_subcommand(name, help_of(name));
-    if (command.option != nullptr) {
-      values[&command] = command.usual;
-      declared->add_option(fmt::format("--{}", command.option), values[&command], command.option_help)
+    const std::string method = command.method, option = command.option;
+    auto* declared = app.add_subcommand(method, help_of(method));
+    std::string example = fmt::format("prismctl --name gyro1 {} --json", method);
+    if (command.most > 0) {
+      numbers[command.option] = command.usual;
+      declared->add_option("--" + option, numbers[command.option], command.option_help)
           ->check(tools::within(1, command.most))
           ->capture_default_str();
+      example = fmt::format("prismctl {} --{} {}", method, option, command.most);
     }
-    tools::add_examples(*declared, command.examples);
-    declared->callback([&] {
+    tools::add_examples(*declared, {"prismctl " + method, example});
+    declared->callback([&, method, option] {
       json params;
-      if (command.option != nullptr) params[command.option] = values[&command];
-      code = ask(choice, std::string(command.method), params, command.view);
+      if (command.most > 0) params[option] = numbers[command.option];
+      code = ask(choice, method, params, command.view);
     });
   }
   RowsSettings wanted;
@@ -210,11 +204,7 @@ int run(int argc, char** argv) {
   log->add_flag("--follow", wanted.follow, "wait for new rows, also while prismd restarts");
   tools::add_examples(*log,
                       {"prismctl rows --after latest --follow", "prismctl rows --cursor fetched --json >>gyro1.jsonl"});
-  log->callback([&] {
-    wanted.json = choice.json;
-    wanted.axis = choice.axis;
-    with_socket([&](const std::string& socket) { return rows(socket, wanted); });
-  });
+  log->callback(calls(rows, wanted));
   ExportSettings exported;
   auto* copy = app.add_subcommand("export", "write the log's rows of a time span into DIR, as files for prismcal");
   copy->add_option("DIR", exported.directory, "a new directory")->required()->type_name("");
@@ -222,10 +212,7 @@ int run(int argc, char** argv) {
       ->type_name("TIME");
   copy->add_option("--to", exported.to, "end, not included, UTC")->type_name("TIME");
   tools::add_examples(*copy, {"prismctl --name gyro1 export cycle1 --from 2026-11-21T10:15 --to 2026-11-22T11:57"});
-  copy->callback([&] {
-    exported.axis = choice.axis;
-    with_socket([&](const std::string& socket) { return export_log(socket, exported); });
-  });
+  copy->callback(calls(export_log, exported));
   std::string file;
   auto* exposition = app.add_subcommand("metrics", "state of all instances of this host in Prometheus' text format");
   exposition->add_option("--file", file,
@@ -251,11 +238,7 @@ int run(int argc, char** argv) {
       ->check(tools::within(1, 1000000));
   live->add_option("--count", watched.count, "stop after N rows");
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
-  live->callback([&] {
-    watched.json = choice.json;
-    watched.axis = choice.axis;
-    with_socket([&](const std::string& socket) { return watch(socket, watched); });
-  });
+  live->callback(calls(watch, watched));
 
   try {
     app.parse(argc, argv);

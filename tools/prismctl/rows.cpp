@@ -86,12 +86,12 @@ class Follower {
  public:
   Follower(const std::string& socket, const RowsSettings& settings)
       : client_(io_, socket), settings_(settings), printer_(settings.json), cursor_(settings.after) {
-    client_.on_end = [this](client::State, const std::string& reason) { report(reason); };
+    client_.on_end = [this](client::State, const std::string& reason) { ended(reason); };
   }
 
   int run() {
     if (const auto begun = begin(); !begun) return fail(begun.error());
-    asio::co_spawn(io_, follow(), asio::detached);
+    asio::co_spawn(io_, client_.run([this] { return pages(); }, true), asio::detached);
     io_.run();
     if (!result_) return fail(result_.error());
     if (settings_.cursor_file.empty())
@@ -112,17 +112,6 @@ class Follower {
     return check_text(TextRule::kText, cursor, settings_.cursor_file);
   }
 
-  // Only the first connection may start the instance.
-  asio::awaitable<void> follow() {
-    const client::Client::Session session = [this] { return pages(); };
-    const std::string reason = co_await client_.once(session);
-    if (done_) co_return;
-    result_ = make_error(client_.socket(), reason);
-    if (!settings_.follow) co_return;
-    report(reason);
-    co_await client_.run(session);
-  }
-
   asio::awaitable<std::string> pages() {
     for (;;) {
       const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
@@ -134,7 +123,6 @@ class Follower {
       const Result<bool> more =
           answer ? print(client::of_axis(*answer, settings_.axis)) : Result<bool>(tl::unexpect, answer.error().error);
       if (more && *more) continue;
-      done_ = true;
       result_ = more.map([](bool) {});
       client_.close();
       co_return "";
@@ -164,9 +152,14 @@ class Follower {
     return write_text_file(settings_.cursor_file, cursor_ + "\n");
   }
 
-  void report(const std::string& reason) {
-    if (!std::exchange(retrying_, true))
-      fmt::print(stderr, "prismctl: {}; retrying\n", Error{client_.socket(), reason}.text());
+  void ended(const std::string& reason) {
+    const Error error{client_.socket(), reason};
+    if (!settings_.follow) {
+      result_ = tl::unexpected<Error>(error);
+      client_.close();
+    } else if (!std::exchange(retrying_, true)) {
+      fmt::print(stderr, "prismctl: {}; retrying\n", error.text());
+    }
   }
 
   asio::io_context io_;
@@ -175,7 +168,7 @@ class Follower {
   Printer printer_;
   std::string cursor_;
   Result<void> result_;
-  bool done_ = false, retrying_ = false;
+  bool retrying_ = false;
 };
 
 }  // namespace

@@ -157,11 +157,8 @@ void Screen::status(json status, double steady_s) {
 }
 
 void Screen::history(const json& result, double steady_s) {
-  for (const auto& [axis, rows] : at(result, "axes").items()) {
-    for (json row : rows) {
-      if (row.is_object()) row["axis"] = axis;
-      this->row(row, steady_s);
-    }
+  for (const json& rows : at(result, "axes")) {
+    for (const json& row : rows) this->row(row, steady_s);
   }
   if (at(status_, "age_s").is_number()) row_steady_s_ -= at(status_, "age_s").get<double>();
 }

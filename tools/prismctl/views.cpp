@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,6 +19,40 @@ namespace prism::prismctl {
 namespace {
 
 using nlohmann::json;
+
+std::string short_id(const json& id, const std::string& otherwise) {
+  return std::string(utf8_prefix(text_of(id, otherwise), 12));
+}
+
+// "warming (15 of 100 s)", "no_data (no current measurement)"; `answer` is one of status or bias.
+std::string quality_words(const json& answer) {
+  const std::string quality = text_of(at(answer, "quality"));
+  if (quality == "no_data") return quality + " (no current measurement)";
+  if (quality.find("warming") == std::string::npos) return quality;
+  return fmt::format("{} ({} of {} s)", quality, seconds_of(at(answer, "warm_s"), 0),
+                     seconds_of(at(answer, "full_s"), window_length_s(answer)));
+}
+
+// Length of the long mean of a status or bias: the window, or its collected part.
+int mean_length_s(const json& answer) {
+  const int window = window_length_s(answer), gathered = seconds_of(at(answer, "warm_s"), window);
+  return gathered > 0 ? std::min(window, gathered) : window;
+}
+
+// "8.47111 ± 0.00700 deg/h"
+std::string bias_text(const json& row) {
+  const bool with_sd = at(row, "bias_deg_per_h").is_number() && at(row, "sd_deg_per_h").is_number();
+  if (!with_sd) return value_text(at(row, "bias_deg_per_h"), 5, " deg/h");
+  return fmt::format("{} ± {}", value_text(at(row, "bias_deg_per_h"), 5),
+                     value_text(at(row, "sd_deg_per_h"), 5, " deg/h"));
+}
+
+// "composite T,dTdt,U (composite), id d5ddc53c95af"
+std::string model_name(const json& model) {
+  if (!model.is_object()) return short_id(model, "none");  // of bias: the id
+  return fmt::format("{} ({}), id {}", text_of(at(model, "name"), "unnamed"), text_of(at(model, "kind")),
+                     short_id(at(model, "id"), "-"));
+}
 
 // Means of a second and of the window, never a single frame, which has 0 or 1 pulse on some gyros.
 std::string means_text(const json& second, const json& window, int window_s) {
@@ -41,9 +78,8 @@ std::string axes_table(const json& axes) {
   constexpr std::size_t kColumns = 80;
   std::string text = fmt::format("{} {:>9}\n", columns_heading(), "sd");
   for (const auto& [name, axis] : axes.items()) {
-    const json& window = at(axis, "window");
-    const json& w = window.is_object() ? window : axis;  // the result of bias has them in the axis itself
-    const json& model = at(axis, "model");               // of bias: its id
+    const json& w = at(axis, "window");
+    const json& model = at(axis, "model");
     const std::string model_text =
         "model " + (model.is_object() ? text_of(at(model, "name"), "unnamed") : short_id(model, "none"));
     const std::string label = "axis " + printable(name),
@@ -141,6 +177,117 @@ std::string latency_text(const json& output) {
   return fmt::format("{:.2f} ms, p99 {:.2f} ms", 1e3 * median.get<double>(), 1e3 * most.get<double>());
 }
 
+constexpr std::int64_t kFewBlocks = 20;
+/// A raw standard deviation below this multiple of the noise leaves little to correct.
+constexpr double kNearNoise = 1.25;
+
+std::optional<double> number(const json& value) {
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+std::string joined(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, ", ")); }
+
+// "T -40 to 70 degC": an input with the range of its training values.
+std::string ranges_text(const json& model) {
+  const json& inputs = at(model, "inputs");
+  const auto limit = [&](const char* key, std::size_t i) {
+    const json& limits = at(at(model, "domain"), key);
+    return limits.is_array() && i < limits.size() ? number(limits[i]) : std::nullopt;
+  };
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; inputs.is_array() && i < inputs.size(); ++i) {
+    const auto min = limit("min", i), max = limit("max", i);
+    const std::string name = text_of(inputs[i]);
+    const char* const unit = name == "T" ? " degC" : name == "dTdt" ? " degC/s" : name == "U" ? " V" : "";
+    parts.push_back(name + (min && max ? fmt::format(" {:.4g} to {:.4g}{}", *min, *max, unit) : ""));
+  }
+  return joined(parts);
+}
+
+// "143 means of 100 s (4.0 h), 2026-01-01T00:00:01Z to 2026-01-01T03:59:51Z, 2 gaps"
+std::string recording_text(const json& recording, double block_s) {
+  const double blocks = static_cast<double>(integer_of(at(recording, "blocks")));
+  std::string text = fmt::format("{}: {:.0f} means of {:g} s ({:.1f} h)", text_of(at(recording, "name")), blocks,
+                                 block_s, blocks * block_s / 3600);
+  const json& points = at(recording, "fingerprint");
+  if (points.is_array() && !points.empty() && points.front().is_array() && points.back().is_array() &&
+      !points.front().empty() && !points.back().empty() && points.front()[0].is_number())
+    text += fmt::format(", {} to {}", utc_of(points.front()[0]), utc_of(points.back()[0]));
+  if (const std::int64_t gaps = integer_of(at(recording, "gaps")); gaps > 0) text += fmt::format(", {} gaps", gaps);
+  return text;
+}
+
+// "warn: length 143 blocks, expected at least 200"
+std::string quality_text(const json& quality) {
+  if (!quality.is_object()) return "not judged";
+  std::vector<std::string> problems;
+  const json& findings = at(quality, "findings");
+  for (const json& finding : findings.is_array() ? findings : json::array()) {
+    if (at(finding, "verdict") == "pass") continue;
+    const auto low = number(at(finding, "warn_below")), high = number(at(finding, "warn_above"));
+    std::string text = text_of(at(finding, "name"));
+    if (const auto value = number(at(finding, "value"))) text += fmt::format(" {:.3g}", *value);
+    if (const std::string unit = text_of(at(finding, "unit"), ""); !unit.empty()) text += " " + unit;
+    if (low) text += fmt::format(", expected at least {:g}", *low);
+    if (high) text += fmt::format(", expected at most {:g}", *high);
+    problems.push_back(text);
+  }
+  const std::string verdict = text_of(at(quality, "verdict"));
+  return problems.empty() ? verdict : fmt::format("{}: {}", verdict, fmt::join(problems, "; "));
+}
+
+// Improvement and errors to expect on another day.
+std::string expected_text(const json& training) {
+  const json& expected = at(training, "expected");
+  const auto gain = number(at(expected, "improvement_percent")), low = number(at(expected, "low_percent")),
+             high = number(at(expected, "high_percent"));
+  const json& spread = at(training, "spread");
+  const auto drift = number(at(spread, "nuisance_deg_per_h")), offset = number(at(spread, "offset_deg_per_h")),
+             noise = number(at(spread, "noise_deg_per_h"));
+  const double factor = number(at(spread, "factor")).value_or(1);
+  std::vector<std::string> parts;
+  if (gain && low && high)
+    parts.push_back(fmt::format("improvement {:.0f} % ({:.0f} to {:.0f} %)", *gain, *low, *high));
+  if (const auto skill = number(at(training, "skill")))
+    parts.push_back(fmt::format("each half of the recording explains {:.0f} % of the other's variation", 100 * *skill));
+  if (drift && noise)
+    parts.push_back(
+        fmt::format("errors on another day (1 sigma): unexplained drift {:.2g}, constant offset {:.2g}, noise of a "
+                    "mean {:.2g} deg/h",
+                    factor * *drift, factor * offset.value_or(0), factor * *noise));
+  return parts.empty() ? "see the report of prismcal evaluate" : joined(parts);
+}
+
+std::string recordings_text(const json& provenance, double block_s) {
+  const json& recordings = at(provenance, "recordings");
+  std::string text;
+  for (const json& recording : recordings.is_array() ? recordings : json::array()) {
+    text += labelled(text.empty() ? "trained on" : "", recording_text(recording, block_s));
+    text += labelled("", "data quality " + quality_text(at(recording, "data_quality")));
+  }
+  return text.empty() ? labelled("trained on", text_of(at(provenance, "source"), "unknown")) : text;
+}
+
+// "0.00690 deg/h (0.00650 to 0.00735)": an estimate from n values is uncertain by 1/sqrt(2 (n - 1)).
+std::string sd_text(const json& series) {
+  const auto sd = number(at(series, "sd_deg_per_h"));
+  const std::int64_t blocks = integer_of(at(series, "blocks"));
+  if (!sd || blocks < 2) return "-";
+  const double unsure = *sd / std::sqrt(2.0 * static_cast<double>(blocks - 1));
+  return fmt::format("{:.5f} deg/h ({:.5f} to {:.5f}) over {} means", *sd, std::max(0.0, *sd - unsure), *sd + unsure,
+                     blocks);
+}
+
+std::string conclusion(const json& s) {
+  const auto raw = number(at(at(s, "raw"), "sd_deg_per_h")), noise = number(at(s, "noise_deg_per_h"));
+  const auto gain = number(at(s, "improvement"));
+  if (!raw || !gain) return "two corrected means are needed";
+  if (noise && *raw < kNearNoise * *noise)
+    return fmt::format("nothing to correct yet: the raw rate varies little more than the noise, {:.5f} deg/h", *noise);
+  if (integer_of(at(at(s, "raw"), "blocks")) < kFewBlocks) return "too early to judge: fewer than 20 means";
+  return *gain > 0 ? "the correction helps" : "the correction does not help: compare the inputs with the model's range";
+}
+
 }  // namespace
 
 json with_only_axis(json result) {
@@ -228,32 +375,27 @@ std::string status_view(const json& status) {
 }
 
 std::string bias_view(const json& result) {
-  if (json axes = at(result, "axes"); axes.size() > 1) {
-    for (json& axis : axes) {
-      if (!axis.is_object()) continue;
-      axis["mean_temperature_degc"] = at(axis, "temperature_degc");
-      axis["mean_uhfo_v"] = at(axis, "uhfo_v");
-    }
-    const json& first = axes.front();
-    return labelled("time", fmt::format("{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s")))) +
-           axes_table(axes);
+  json status = {{"axes", at(result, "axes")}};
+  for (json& axis : status["axes"]) {
+    if (!axis.is_object()) continue;
+    json window = axis;
+    for (const auto& [key, of_bias] : {std::pair("rate_deg_per_h", "second_rate_deg_per_h"),
+                                       {"corrected_deg_per_h", "second_corrected_deg_per_h"},
+                                       {"mean_temperature_degc", "temperature_degc"},
+                                       {"mean_uhfo_v", "uhfo_v"}})
+      window[key] = at(axis, of_bias);
+    axis["window"] = window;
   }
-  const json b = with_only_axis(result);
-  const int window_s = mean_length_s(b);
-  std::string text = labelled("time", utc_of(at(b, "time_s")));
-  text += labelled("quality", fmt::format("{}, {}", quality_words(b), age_text(at(b, "age_s"))));
-  text += labelled("rate", means_text(at(b, "second_rate_deg_per_h"), at(b, "mean_rate_deg_per_h"), window_s));
-  text += labelled("bias", bias_text(b));
-  text += labelled("corrected",
-                   means_text(at(b, "second_corrected_deg_per_h"), at(b, "corrected_mean_deg_per_h"), window_s));
-  text += labelled(
-      "inputs", fmt::format("T {}, dT/dt {}, U {}", value_text(at(b, "temperature_degc"), 3, " degC"),
-                            value_text(at(b, "slope_degc_per_s"), 6, " degC/s"), value_text(at(b, "uhfo_v"), 4, " V")));
-  json others = at(b, "inputs");  // of the model, besides those shown
+  const json& axes = status["axes"];
+  const json first = axes.is_object() && !axes.empty() ? axes.front() : json();
+  std::string text = labelled("time", fmt::format("{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s"))));
+  text += values_view(status);
+  if (axes.size() > 1) return text;
+  json others = at(first, "inputs");  // of the model, besides those shown
   for (const char* shown : {"T", "dTdt", "U"}) {
     if (others.is_object()) others.erase(shown);
   }
-  return text + values_text("", others) + labelled("model", short_id(at(b, "model"), "none"));
+  return text + values_text("inputs", others);
 }
 
 // Missing frames that were counted by arrival times, not by the gyro's counter.
@@ -281,12 +423,16 @@ std::string hardware_text(const json& h) {
                      n(at(h, "buffer_overruns")), n(at(h, "breaks")));
 }
 
-std::string line_view(const json& l) {
+std::string line_text(const json& l, const std::string& state) {
   std::string text =
       labelled("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
-  text += labelled("state", state_text(l));
+  text += labelled("state", state);
   for (const json& note : at(l, "notes")) text += labelled("note", text_of(note));
-  text += decoder_text(at(l, "decoder"));
+  return text + decoder_text(at(l, "decoder"));
+}
+
+std::string line_view(const json& l) {
+  std::string text = line_text(l, state_text(l));
   const json& t = at(l, "timing");
   text += labelled("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
                                           by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
@@ -295,24 +441,49 @@ std::string line_view(const json& l) {
       labelled("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
                                      estimated ? "estimated" : "nominal", 1e3 * number_member(l, "nominal_period_s")));
   text += labelled("hardware", hardware_text(at(l, "hardware")));
-  for (const auto& [name, own] : at(l, "sensor_lines").items()) {
-    text += '\n' + labelled("line", printable(name)) +
-            labelled("device", fmt::format("{} at {} baud", text_of(at(own, "device")), n(at(own, "baud")))) +
-            labelled("state", line_state(own));
-    for (const json& note : at(own, "notes")) text += labelled("note", text_of(note));
-    text += decoder_text(at(own, "decoder")) + labelled("hardware", hardware_text(at(own, "hardware")));
-  }
+  for (const auto& [name, own] : at(l, "sensor_lines").items())
+    text += '\n' + labelled("line", printable(name)) + line_text(own, line_state(own)) +
+            labelled("hardware", hardware_text(at(own, "hardware")));
   return text;
 }
 
 std::string event_line(const json& e) {
-  return fmt::format("{}  {:<7} {}\n", utc_of(at(e, "time_s")), text_of(at(e, "severity")), event_text(e));
+  const json& repeats = at(e, "repeats");
+  return fmt::format("{}  {:<7} {}{}\n", utc_of(at(e, "time_s")), text_of(at(e, "severity")), text_of(at(e, "text")),
+                     repeats.is_number() ? fmt::format(" ({} more times)", json_text(repeats)) : "");
 }
 
 std::string window_heading() { return fmt::format("{:<20} {}  {}\n", "time (UTC)", columns_heading(), "quality"); }
 
 std::string window_line(const json& w) {
   return fmt::format("{:<20} {}  {}\n", utc_of(at(w, "time_s")), columns_text(w), text_of(at(w, "quality")));
+}
+
+std::string model_view(const json& m) {
+  if (!m.is_object()) return "no model is loaded: rates are not corrected\n";
+  const json& provenance = at(m, "provenance");
+  const json& window = at(m, "window");
+  std::string text =
+      labelled("model", fmt::format("{} ({})", text_of(at(m, "name"), "unnamed"), text_of(at(m, "kind"))));
+  text += labelled("id", text_of(at(m, "id"))) + labelled("file", text_of(at(m, "file"))) +
+          labelled("in use since", utc_of(at(m, "loaded_s"))) + labelled("gyro", text_of(at(m, "gyro_serial"), "any"));
+  text += labelled("made", fmt::format("{} by {}", text_of(at(provenance, "made")), text_of(at(provenance, "tool"))));
+  text += recordings_text(provenance, number(at(window, "length_s")).value_or(0));
+  text += labelled("range", ranges_text(m));
+  text += labelled("expect", expected_text(at(provenance, "training")));
+  if (const std::string note = text_of(at(provenance, "note"), ""); !note.empty()) text += labelled("note", note);
+  return text;
+}
+
+std::string stability_view(const json& s) {
+  std::string text = fmt::format("Bias stability: 1 sigma of {} s means, divisor {}\n", count_text(at(s, "block_s")),
+                                 text_of(at(s, "divisor")));
+  text += labelled("raw", sd_text(at(s, "raw"))) + labelled("corrected", sd_text(at(s, "corrected")));
+  const auto gain = number(at(s, "improvement"));
+  text += labelled("improvement", (gain ? fmt::format("{:.1f} %: ", 100 * *gain) : "- : ") + conclusion(s));
+  const std::int64_t more = integer_of(at(at(s, "all"), "blocks")) - integer_of(at(at(s, "raw"), "blocks"));
+  if (more > 0) text += labelled("uncorrected", fmt::format("{} means more", more));
+  return text + labelled("model", model_name(at(s, "model")));
 }
 
 }  // namespace prism::prismctl

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // `prismctl watch`: live screen on a terminal, else lines or JSON.
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <termios.h>
@@ -9,7 +8,6 @@
 #include <array>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <chrono>
 #include <csignal>
@@ -105,32 +103,27 @@ void print_screen(const std::vector<Line>& lines) {
 /// Reads keys without a line end, and does not show them; Ctrl-C and Ctrl-Z stay signals.
 class Keyboard {
  public:
-  // Opens the terminal again: asynchronous reads make this description non-blocking, which stdin shares with stdout.
-  explicit Keyboard(asio::io_context& io) : terminal_(io) {
-    const int terminal = ::open("/dev/tty", O_RDONLY | O_CLOEXEC);
-    if (::tcgetattr(terminal, &before_) != 0) return;
-    terminal_.assign(terminal);
+  Keyboard() {
     termios keys = before_;
     keys.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-    ::tcsetattr(terminal, TCSANOW, &keys);
+    keys.c_cc[VMIN] = keys.c_cc[VTIME] = 0;
+    if (exists_) ::tcsetattr(STDIN_FILENO, TCSANOW, &keys);
   }
   ~Keyboard() {
-    if (terminal_.is_open()) ::tcsetattr(terminal_.native_handle(), TCSANOW, &before_);
+    if (exists_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
   }
   Keyboard(const Keyboard&) = delete;
   Keyboard& operator=(const Keyboard&) = delete;
 
-  /// Returns the next key; '\0' without a terminal.
-  asio::awaitable<char> read() {
+  /// Returns a key that was pressed, or '\0', without waiting.
+  char key() const {
     char key = '\0';
-    const auto buffer = asio::buffer(&key, 1);
-    if (terminal_.is_open()) co_await terminal_.async_read_some(buffer, kUse);
-    co_return key;
+    return exists_ && ::read(STDIN_FILENO, &key, 1) == 1 ? key : '\0';
   }
 
  private:
-  asio::posix::stream_descriptor terminal_;
   termios before_{};
+  const bool exists_ = ::tcgetattr(STDIN_FILENO, &before_) == 0;
 };
 
 /// The live screen. After its end the last values remain on the terminal.
@@ -150,9 +143,8 @@ class ScreenWatch {
   }
 
   Result<void> run() {
-    asio::co_spawn(io_, connect(), asio::detached);
-    asio::co_spawn(io_, draw_each_second(), asio::detached);
-    asio::co_spawn(io_, take_keys(), asio::detached);
+    asio::co_spawn(io_, client_.run([this] { return ask(); }, true), asio::detached);
+    asio::co_spawn(io_, draw(), asio::detached);
     asio::signal_set signals(io_, SIGINT, SIGTERM, SIGHUP);
     signals.async_wait([this](boost::system::error_code, int) { io_.stop(); });
     io_.run();
@@ -163,14 +155,6 @@ class ScreenWatch {
  private:
   static double steady_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  }
-
-  // Only the first connection may start the instance.
-  asio::awaitable<void> connect() {
-    const client::Client::Session session = [this] { return ask(); };
-    const std::string reason = co_await client_.once(session);
-    client_.on_end(client::State::kGone, reason);
-    co_await client_.run(session);
   }
 
   // The rows of the last hour and the last events; the status each second.
@@ -191,40 +175,32 @@ class ScreenWatch {
         wanted = {{"count", 16}};
         const auto events = co_await client_.ask("events", wanted);
         for (const json& event : events ? *events : json()) screen_.event(event);
-        draw();
       }
       co_await second.async_wait(kUse);
     }
   }
 
-  void draw() {
-    const std::string utc = utc_text(host_time_ns() / 1'000'000'000).substr(11, 8) + " UTC";
-    print_screen(screen_.lines(terminal_size(), steady_s(), utc));
-  }
-
-  asio::awaitable<void> draw_each_second() {
-    asio::steady_timer second(io_);
-    for (;;) {
-      draw();
-      second.expires_after(std::chrono::seconds(1));
-      co_await second.async_wait(kUse);
-    }
-  }
-
-  asio::awaitable<void> take_keys() {
-    for (;;) {
-      const char key = co_await keyboard_.read();
-      if (key == '\0') co_return;
+  // Each second, and after a key.
+  asio::awaitable<void> draw() {
+    constexpr int kTicks = 10;
+    asio::steady_timer tick(io_);
+    for (int ticks = 0;; ++ticks) {
+      const char key = keyboard_.key();
       if (key == 'q') co_return io_.stop();
       screen_.key(key);
-      draw();
+      if (key != '\0' || ticks % kTicks == 0) {
+        const std::string utc = utc_text(host_time_ns() / 1'000'000'000).substr(11, 8) + " UTC";
+        print_screen(screen_.lines(terminal_size(), steady_s(), utc));
+      }
+      tick.expires_after(std::chrono::milliseconds(1000 / kTicks));
+      co_await tick.async_wait(kUse);
     }
   }
 
   asio::io_context io_;
   client::Client client_;
   const WatchSettings& settings_;
-  Keyboard keyboard_{io_};
+  const Keyboard keyboard_;
   Screen screen_;
   Result<void> result_;
 };

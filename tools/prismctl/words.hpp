@@ -37,33 +37,17 @@ std::string span_text(double seconds);
 /// "last data 0.4 s ago", or "no data yet" if `age_s` is null.
 std::string age_text(const nlohmann::json& age_s);
 
-/// The quality with its progress or explanation: "warming (15 of 100 s)", "no_data (no current measurement)". `answer`
-/// is one of status or bias.
-std::string quality_words(const nlohmann::json& answer);
+/// Returns the integer part of a number of seconds, 0 to 2^20; `otherwise` if the value is not a number.
+int seconds_of(const nlohmann::json& value, int otherwise);
 
 /// Length of the window of the long means, s.
 int window_length_s(const nlohmann::json& answer);
-
-/// Length of the long mean of a status or bias, s: the window, or its collected part.
-int mean_length_s(const nlohmann::json& answer);
-
-/// Text of an event, with the number of suppressed repeats: "disk: …", "disk: … (3 more times)".
-std::string event_text(const nlohmann::json& event);
 
 /// A line of a view: the label in 12 columns, and the value.
 std::string labelled(const char* label, const std::string& value);
 
 /// UTC of seconds since 1970, or "-" if it is not a number.
 std::string utc_of(const nlohmann::json& seconds);
-
-/// The first 12 bytes of the id of a model, or `otherwise`.
-std::string short_id(const nlohmann::json& id, const std::string& otherwise);
-
-/// "composite T,dTdt,U (composite), id d5ddc53c95af"; "none" for null.
-std::string model_name(const nlohmann::json& model);
-
-/// "8.47111 ± 0.00700 deg/h"; "-" without a bias.
-std::string bias_text(const nlohmann::json& row);
 
 /// Prints a value (any nlohmann type) as JSON; characters that are not printable are written as u-escapes (four
 /// hexadecimal digits).

@@ -119,7 +119,7 @@ TEST(BiasView, ShowsMeansAndNotOneFrame) {
     "corrected_deg_per_h": 19.5, "second_rate_deg_per_h": 8.4, "second_corrected_deg_per_h": 7.9,
     "mean_rate_deg_per_h": 8.47111, "corrected_mean_deg_per_h": 7.97111, "window_s": 100, "warm_s": 110, "full_s": 110,
     "quality": "good", "age_s": 0.1, "model": "a0e547ce32dbb04c"})");
-  const std::string text = bias_view(bias);
+  const std::string text = bias_view({{"axes", {{"z", bias}}}});
   EXPECT_THAT(text, HasSubstr("rate         8.40000 deg/h over 1 s, 8.47111 deg/h over 100 s\n"));
   EXPECT_THAT(text, HasSubstr("corrected    7.90000 deg/h over 1 s, 7.97111 deg/h over 100 s\n"));
   EXPECT_THAT(text, Not(HasSubstr("20.0")));
@@ -130,8 +130,11 @@ TEST(BiasView, ShowsTheOtherInputsOfTheModel) {
   const json bias = json::parse(R"({"temperature_degc": 25, "slope_degc_per_s": 0.0001, "uhfo_v": 5, "inputs": {
     "T": {"value": 25, "unit": "degC"}, "case-T": {"value": 0.41, "unit": "degC"},
     "dcase/dt": {"value": 0.000125, "unit": "degC/s"}, "lag1": {"value": null, "unit": "degC"}}})");
-  EXPECT_THAT(bias_view(bias), HasSubstr("inputs       T 25.000 degC, dT/dt 0.000100 degC/s, U 5.0000 V\n"
-                                         "             case-T 0.410 degC, dcase/dt 0.000125 degC/s, lag1 -\n"));
+  EXPECT_THAT(bias_view({{"axes", {{"z", bias}}}}),
+              HasSubstr("temperature  25.000 degC, slope 0.000100 degC/s\n"
+                        "UHFO         5.0000 V\n"
+                        "model        none\n"
+                        "inputs       case-T 0.410 degC, dcase/dt 0.000125 degC/s, lag1 -\n"));
 }
 
 TEST(Words, ATimeIsSaidInTheTwoUnitsThatTell) {
@@ -184,7 +187,7 @@ const std::vector<std::pair<View, json>>& views() {
                         {"domain", {{"min", {1, 2}}, {"max", {3, 4}}}},
                         {"window", {{"length_s", 100}, {"slope", "fit"}}},
                         {"provenance", {{"by", "me"}, {"recordings", {{{"file", "a"}, {"fingerprint", "b"}}}}}}};
-    const json bias = {{"time_s", 1}, {"quality", "good"}, {"model", "abc"}};
+    const json bias = {{"axes", {{"z", {{"time_s", 1}, {"quality", "good"}, {"model", "abc"}}}}}};
     const json stability = {{"block_s", 100}, {"divisor", "n-1"}, {"model", status["model"]}};
     const json event = {{"time_s", 1}, {"severity", "info"}, {"kind", "k"}, {"text", "t"}, {"repeats", 2}};
     return std::vector<std::pair<View, json>>{{status_view, status}, {status_view, axes}, {line_view, line},
