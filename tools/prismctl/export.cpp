@@ -63,16 +63,15 @@ class Export {
  public:
   explicit Export(const ExportSettings& settings) : settings_(settings) {}
 
-  Result<void> run(const std::string& socket) {
-    if (auto good = prepare(); !good) return good;
-    return client::connected(socket, [this](client::Client& client) { return copy_all(client); });
-  }
-  std::string summary() const {
+  int run(const std::string& socket) {
+    auto done = prepare();
+    if (done) done = client::connected(socket, [this](client::Client& client) { return copy_all(client); });
+    if (!done) return fail(done.error());
     std::string text = fmt::format("{}: {} rows in {} files", settings_.directory, rows_, files_);
     if (missing_ > 0) text += fmt::format("; {} rows are missing: deleted or damaged", missing_);
-    return text;
+    fmt::print("{}\n", printable(text));
+    return rows_ > 0 ? 0 : 1;
   }
-  std::uint64_t rows() const { return rows_; }
 
  private:
   asio::awaitable<Result<void>> copy_all(client::Client& client) {
@@ -183,12 +182,6 @@ class Export {
 
 }  // namespace
 
-int export_log(const std::string& socket, const ExportSettings& settings) {
-  Export run(settings);
-  const auto done = run.run(socket);
-  if (!done) return fail(done.error());
-  fmt::print("{}\n", printable(run.summary()));
-  return run.rows() > 0 ? 0 : 1;
-}
+int export_log(const std::string& socket, const ExportSettings& settings) { return Export(settings).run(socket); }
 
 }  // namespace prism::prismctl

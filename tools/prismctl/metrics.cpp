@@ -2,11 +2,8 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <chrono>
 #include <cstdlib>
-#include <deque>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -23,26 +20,17 @@
 namespace prism::prismctl {
 namespace {
 
-namespace asio = boost::asio;
-
-struct Instance {
-  Instance(asio::io_context& io, const std::string& socket) : client(io, socket) {}
-  client::Client client;
-  metrics::GyroAnswers answers;
-};
-
-asio::awaitable<std::string> request(Instance& instance) {
-  metrics::GyroAnswers& answers = instance.answers;
+boost::asio::awaitable<Result<void>> request(client::Client& client, metrics::GyroAnswers& answers) {
   const std::array<std::pair<const char*, nlohmann::json*>, 3> all = {
       {{"status", &answers.status}, {"line", &answers.line}, {"stability", &answers.stability}}};
   for (const auto& [method, answer] : all) {
-    auto response = co_await instance.client.ask(method);
+    auto response = co_await client.ask(method);
     if (!response && response.error().code != config::kGone)
-      fmt::print(stderr, "prismctl: {}: {}\n", printable(instance.client.name()), response.error().text());
-    if (!response) co_return "";
+      fmt::print(stderr, "prismctl: {}: {}\n", printable(client.name()), response.error().text());
+    if (!response) break;
     *answer = std::move(*response);
   }
-  co_return "";
+  co_return Result<void>();
 }
 
 }  // namespace
@@ -59,16 +47,13 @@ int metrics(const std::string& socket, const std::string& name, const std::strin
   }
   for (const std::string& path : invalid)
     fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
-  asio::io_context io;
-  std::deque<Instance> instances;
-  for (const std::string& path : sockets) {
-    Instance& instance = instances.emplace_back(io, path);
-    const client::Client::Session session = [&instance] { return request(instance); };
-    if (!config::would_start(path)) asio::co_spawn(io, instance.client.once(session), asio::detached);
-  }
-  io.run();
   metrics::Exposition exposition;
-  for (const Instance& instance : instances) metrics::add_gyro(exposition, instance.client.name(), instance.answers);
+  for (const std::string& path : sockets) {
+    metrics::GyroAnswers answers;
+    const client::Work work = [&](client::Client& client) { return request(client, answers); };
+    if (!config::would_start(path)) (void)client::connected(path, work);  // without an answer, it is down
+    metrics::add_gyro(exposition, config::instance_name(path), answers);
+  }
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   metrics::add_time(exposition, std::chrono::duration<double>(now).count());
   if (file.empty()) {

@@ -44,6 +44,13 @@ ordered_json value_of(const std::string& field) {
   return ordered_json::parse(field, nullptr, false);
 }
 
+ordered_json object_of(const std::string& columns, const std::string& line, const json& segment, std::uint64_t row) {
+  ordered_json object = {{"segment", segment}, {"row", row}};
+  const std::vector<std::string> names = fields_of(columns), fields = fields_of(line);
+  for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) object[names[i]] = value_of(fields[i]);
+  return object;
+}
+
 // A line of the log as it is; on a terminal as printable().
 void print_log_line(std::string_view line) {
   static const bool terminal = ::isatty(STDOUT_FILENO) == 1;
@@ -51,41 +58,10 @@ void print_log_line(std::string_view line) {
   fmt::print("{}\n", line);
 }
 
-class Printer {
- public:
-  explicit Printer(bool as_json) : json_(as_json) {}
-
-  void page(const json& page) {
-    for (const json& segment : at(page, "segments")) {
-      const std::string columns = text_member(segment, "columns");
-      if (!json_ && columns != columns_) print_log_line(columns);
-      columns_ = columns;
-      std::uint64_t row = count_member(segment, "first");
-      for (const json& line : at(segment, "rows")) put(segment, row++, line.is_string() ? line.get<std::string>() : "");
-    }
-    std::fflush(stdout);
-  }
-  std::uint64_t rows() const { return rows_; }
-
- private:
-  void put(const json& segment, std::uint64_t row, const std::string& line) {
-    ++rows_;
-    if (!json_) return print_log_line(line);
-    ordered_json object = {{"segment", at(segment, "segment")}, {"row", row}};
-    const std::vector<std::string> names = fields_of(columns_), fields = fields_of(line);
-    for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) object[names[i]] = value_of(fields[i]);
-    print_json(object);
-  }
-
-  bool json_;
-  std::string columns_;
-  std::uint64_t rows_ = 0;
-};
-
 class Follower {
  public:
   Follower(const std::string& socket, const RowsSettings& settings)
-      : client_(io_, socket), settings_(settings), printer_(settings.json), cursor_(settings.after) {
+      : client_(io_, socket), settings_(settings), cursor_(settings.after) {
     client_.on_end = [this](client::State, const std::string& reason) { ended(reason); };
   }
 
@@ -95,7 +71,7 @@ class Follower {
     io_.run();
     if (!result_) return fail(result_.error());
     if (settings_.cursor_file.empty())
-      fmt::print(stderr, "prismctl: {} rows; continue with --after {}\n", printer_.rows(), cursor_);
+      fmt::print(stderr, "prismctl: {} rows; continue with --after {}\n", rows_, cursor_);
     return 0;
   }
 
@@ -114,7 +90,7 @@ class Follower {
 
   asio::awaitable<std::string> pages() {
     for (;;) {
-      const std::uint64_t left = settings_.limit > 0 ? settings_.limit - printer_.rows() : kPage;
+      const std::uint64_t left = settings_.limit > 0 ? settings_.limit - rows_ : kPage;
       json params = {{"limit", std::min(left, kPage)}, {"wait_s", settings_.follow ? kWait_s : 0}};
       if (!cursor_.empty()) params["after"] = cursor_;
       if (!settings_.axis.empty()) params["axis"] = settings_.axis;
@@ -139,11 +115,25 @@ class Follower {
     if (const json& missing = at(page, "missing"); missing.is_number() && missing > 0)
       fmt::print(stderr, "prismctl: {} rows are missing here: deleted or damaged before they were fetched\n",
                  json_text(missing));
-    printer_.page(page);
+    for (const json& segment : at(page, "segments")) print_segment(segment);
+    std::fflush(stdout);
     cursor_ = text_member(page, "after", cursor_);
     if (const auto stored = store_cursor(); !stored) return tl::unexpected<Error>(stored.error());
-    const bool enough = settings_.limit > 0 && printer_.rows() >= settings_.limit;
+    const bool enough = settings_.limit > 0 && rows_ >= settings_.limit;
     return !enough && (settings_.follow || at(page, "more") == true);
+  }
+
+  void print_segment(const json& segment) {
+    const std::string columns = text_member(segment, "columns");
+    if (!settings_.json && columns != columns_) print_log_line(columns);
+    columns_ = columns;
+    std::uint64_t number = count_member(segment, "first");
+    for (const json& row : at(segment, "rows")) {
+      const std::string line = row.is_string() ? row.get<std::string>() : "";
+      if (settings_.json) print_json(object_of(columns, line, at(segment, "segment"), number));
+      if (!settings_.json) print_log_line(line);
+      ++rows_, ++number;
+    }
   }
 
   Result<void> store_cursor() {
@@ -165,8 +155,8 @@ class Follower {
   asio::io_context io_;
   client::Client client_;
   RowsSettings settings_;
-  Printer printer_;
-  std::string cursor_;
+  std::string cursor_, columns_;
+  std::uint64_t rows_ = 0;
   Result<void> result_;
   bool retrying_ = false;
 };

@@ -235,7 +235,7 @@ std::vector<Line> Screen::lines(const Size& size, double steady_s, const std::st
   const auto add = [&lines](const std::vector<Line>& more) { lines.insert(lines.end(), more.begin(), more.end()); };
   const auto room = [&] { return size.rows - static_cast<int>(lines.size()) - 1; };
   add(value_lines(status));
-  lines.push_back({counts_text(status_)});
+  lines.push_back({frame_counts(status_)});
   add(traces(size.columns, room() - (size.rows >= kTall ? 8 : 3), steady_s));
   const auto events = std::min(events_.size(), static_cast<std::size_t>(std::max(room(), 0)));
   for (auto event = events_.end() - static_cast<int>(events); event != events_.end(); ++event) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -61,11 +60,18 @@ std::string means_text(const json& second, const json& window, int window_s) {
                      window_s);
 }
 
+// A mean of the window; of a sample and of the result of bias, which lack it, the value itself.
+const json& mean_of(const json& w, const char* mean, const char* value) {
+  return w.is_object() && w.contains(mean) ? at(w, mean) : at(w, value);
+}
+
 std::string columns_text(const json& w) {
-  return fmt::format("{:>12} {:>11} {:>12} {:>10} {:>11} {:>8}", value_text(at(w, "mean_rate_deg_per_h"), 5),
-                     value_text(at(w, "bias_deg_per_h"), 5), value_text(at(w, "corrected_mean_deg_per_h"), 5),
-                     value_text(at(w, "mean_temperature_degc"), 3), value_text(at(w, "slope_degc_per_s"), 6),
-                     value_text(at(w, "mean_uhfo_v"), 4));
+  return fmt::format("{:>12} {:>11} {:>12} {:>10} {:>11} {:>8}",
+                     value_text(mean_of(w, "mean_rate_deg_per_h", "rate_deg_per_h"), 5),
+                     value_text(at(w, "bias_deg_per_h"), 5),
+                     value_text(mean_of(w, "corrected_mean_deg_per_h", "corrected_deg_per_h"), 5),
+                     value_text(mean_of(w, "mean_temperature_degc", "temperature_degc"), 3),
+                     value_text(at(w, "slope_degc_per_s"), 6), value_text(mean_of(w, "mean_uhfo_v", "uhfo_v"), 4));
 }
 
 std::string columns_heading() {
@@ -93,15 +99,16 @@ std::string axes_table(const json& axes) {
 
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
-  std::string text = labelled("quality", fmt::format("{}, {}", quality_words(s), age_text(at(s, "age_s"))));
+  std::string text = labelled("quality", "{}, {}", quality_words(s), age_text(at(s, "age_s")));
   const json& w = at(s, "window");
   const int window_s = mean_length_s(s);
   text += labelled("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
   text += labelled("bias", bias_text(w));
   text += labelled("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
-  text += labelled("temperature", fmt::format("{}, slope {}", value_text(at(w, "mean_temperature_degc"), 3, " degC"),
-                                              value_text(at(w, "slope_degc_per_s"), 6, " degC/s")));
-  text += labelled("UHFO", value_text(at(w, "mean_uhfo_v"), 4, " V"));
+  text += labelled("temperature", "{}, slope {}",
+                   value_text(mean_of(w, "mean_temperature_degc", "temperature_degc"), 3, " degC"),
+                   value_text(at(w, "slope_degc_per_s"), 6, " degC/s"));
+  text += labelled("UHFO", value_text(mean_of(w, "mean_uhfo_v", "uhfo_v"), 4, " V"));
   return text + labelled("model", model_name(at(s, "model")));
 }
 
@@ -187,16 +194,19 @@ std::optional<double> number(const json& value) {
 
 std::string joined(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, ", ")); }
 
+// Null if `list` has no such element.
+const json& element(const json& list, std::size_t i) {
+  static const json kNone;
+  return list.is_array() && i < list.size() ? list[i] : kNone;
+}
+
 // "T -40 to 70 degC": an input with the range of its training values.
 std::string ranges_text(const json& model) {
   const json& inputs = at(model, "inputs");
-  const auto limit = [&](const char* key, std::size_t i) {
-    const json& limits = at(at(model, "domain"), key);
-    return limits.is_array() && i < limits.size() ? number(limits[i]) : std::nullopt;
-  };
   std::vector<std::string> parts;
   for (std::size_t i = 0; inputs.is_array() && i < inputs.size(); ++i) {
-    const auto min = limit("min", i), max = limit("max", i);
+    const auto min = number(element(at(at(model, "domain"), "min"), i)),
+               max = number(element(at(at(model, "domain"), "max"), i));
     const std::string name = text_of(inputs[i]);
     const char* const unit = name == "T" ? " degC" : name == "dTdt" ? " degC/s" : name == "U" ? " V" : "";
     parts.push_back(name + (min && max ? fmt::format(" {:.4g} to {:.4g}{}", *min, *max, unit) : ""));
@@ -210,9 +220,8 @@ std::string recording_text(const json& recording, double block_s) {
   std::string text = fmt::format("{}: {:.0f} means of {:g} s ({:.1f} h)", text_of(at(recording, "name")), blocks,
                                  block_s, blocks * block_s / 3600);
   const json& points = at(recording, "fingerprint");
-  if (points.is_array() && !points.empty() && points.front().is_array() && points.back().is_array() &&
-      !points.front().empty() && !points.back().empty() && points.front()[0].is_number())
-    text += fmt::format(", {} to {}", utc_of(points.front()[0]), utc_of(points.back()[0]));
+  const json &begin = element(element(points, 0), 0), &end = element(element(points, points.size() - 1), 0);
+  if (begin.is_number()) text += fmt::format(", {} to {}", utc_of(begin), utc_of(end));
   if (const std::int64_t gaps = integer_of(at(recording, "gaps")); gaps > 0) text += fmt::format(", {} gaps", gaps);
   return text;
 }
@@ -301,12 +310,11 @@ json with_only_axis(json result) {
 Result<void> choose_axis(json& result, const std::string& axis) {
   if (axis.empty() || !at(result, "axes").is_object()) return {};
   json& axes = result["axes"];
-  if (!axes.contains(axis)) {
-    std::vector<std::string> names;
-    for (const auto& [name, own] : axes.items()) names.push_back(name);
+  std::vector<std::string> names;
+  for (const auto& [name, own] : axes.items()) names.push_back(name);
+  if (!axes.contains(axis))
     return make_error("--axis", fmt::format("found {}, expected one of {}", axis, fmt::join(names, ", ")));
-  }
-  for (auto own = axes.begin(); own != axes.end();) own = own.key() == axis ? std::next(own) : axes.erase(own);
+  axes = {{axis, json(axes[axis])}};
   return {};
 }
 
@@ -327,51 +335,45 @@ std::string values_view(const json& status) {
   return axes.is_object() ? axes_table(axes) : measured(s);
 }
 
-std::string counts_text(const json& status) {
-  const json& line = at(status, "line");
-  return fmt::format("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped",
-                     count_text(at(line, "frames")), count_text(at(line, "bad_check")),
-                     count_text(at(at(status, "timing"), "missing_frames")), count_text(at(line, "resyncs")),
-                     count_text(at(line, "skipped_bytes")));
+std::string frame_counts(const json& status) {
+  json counts = at(status, "line");
+  if (counts.is_object()) counts["missing"] = at(at(status, "timing"), "missing_frames");
+  return counts_text("{} frames good, {} failed their check, {} missing, {} resyncs, {} bytes skipped", counts,
+                     "frames", "bad_check", "missing", "resyncs", "skipped_bytes");
 }
 
 std::string status_view(const json& status) {
   const json s = with_only_axis(status);
-  std::string text =
-      labelled("instance", fmt::format("{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version"))));
+  std::string text = labelled("instance", "{} (prismd {})", text_of(at(s, "name")), text_of(at(s, "version")));
   text += health_lines(at(s, "health"));
-  text += labelled("state", fmt::format("{}, since {}", state_text(s), utc_of(at(s, "state_since_s"))));
+  text += labelled("state", "{}, since {}", state_text(s), utc_of(at(s, "state_since_s")));
   if (const std::string problem = text_of(at(s, "no_rate"), ""); !problem.empty()) text += labelled("no rate", problem);
   if (const std::string problem = text_of(at(s, "clocks_differ"), ""); !problem.empty())
     text += labelled("clock", problem);
   if (at(s, "axes").is_object()) text += labelled("data", age_text(at(s, "age_s")));
   text += values_view(status);
   text += labelled("gyro", text_of(at(s, "gyro_serial"), "serial number not configured"));
-  text += labelled("device", fmt::format("{}, frames {}, clock {}", text_of(at(s, "device"), "none"),
-                                         text_of(at(s, "frames")), text_of(at(s, "clock"))));
-  text += labelled("line", counts_text(s));
+  text += labelled("device", "{}, frames {}, clock {}", text_of(at(s, "device"), "none"), text_of(at(s, "frames")),
+                   text_of(at(s, "clock")));
+  text += labelled("line", frame_counts(s));
   for (const auto& [name, own] : at(s, "sensor_lines").items()) {
     text += labelled(printable(name).c_str(), line_state(own));
-    text += labelled("", fmt::format("{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames"))));
+    text += labelled("", "{}, frames {}", text_of(at(own, "device")), text_of(at(own, "frames")));
   }
   for (std::size_t i = 0; i < at(s, "out").size(); ++i) {
     const json& own = at(s, "out")[i];
     text += labelled(i == 0 ? "outputs" : "", text_of(at(own, "device")) + ": " + state_text(own));
-    text += labelled("", fmt::format("{} frames: {} corrected, {} fading, {} held, {} raw; {} dropped; latency {}",
-                                     count_text(at(own, "frames")), count_text(at(own, "corrected")),
-                                     count_text(at(own, "fading")), count_text(at(own, "held")),
-                                     count_text(at(own, "raw")), count_text(at(own, "dropped")), latency_text(own)));
+    text += labelled("", counts_text("{} frames: {} corrected, {} fading, {} held, {} raw; {} dropped; latency ", own,
+                                     "frames", "corrected", "fading", "held", "raw", "dropped") +
+                             latency_text(own));
   }
   text += values_text("sensors", at(s, "sensors"));
-  if (const json& log = at(s, "log"); log.is_object()) {
-    text += labelled("log", fmt::format("{}: {} rows, {} dropped", text_of(at(log, "directory")),
-                                        count_text(at(log, "rows")), count_text(at(log, "dropped"))));
-  }
-  text += deletions_text(s);
-  const json& clients = at(s, "clients");
-  return text +
-         labelled("clients", fmt::format("{} connected, {} rows lost by slow clients",
-                                         count_text(at(clients, "connected")), count_text(at(clients, "lost_rows"))));
+  if (const json& log = at(s, "log"); log.is_object())
+    text +=
+        labelled("log", text_of(at(log, "directory")) + counts_text(": {} rows, {} dropped", log, "rows", "dropped"));
+  return text + deletions_text(s) +
+         labelled("clients", counts_text("{} connected, {} rows lost by slow clients", at(s, "clients"), "connected",
+                                         "lost_rows"));
 }
 
 std::string bias_view(const json& result) {
@@ -379,16 +381,13 @@ std::string bias_view(const json& result) {
   for (json& axis : status["axes"]) {
     if (!axis.is_object()) continue;
     json window = axis;
-    for (const auto& [key, of_bias] : {std::pair("rate_deg_per_h", "second_rate_deg_per_h"),
-                                       {"corrected_deg_per_h", "second_corrected_deg_per_h"},
-                                       {"mean_temperature_degc", "temperature_degc"},
-                                       {"mean_uhfo_v", "uhfo_v"}})
-      window[key] = at(axis, of_bias);
+    window["rate_deg_per_h"] = at(axis, "second_rate_deg_per_h");
+    window["corrected_deg_per_h"] = at(axis, "second_corrected_deg_per_h");
     axis["window"] = window;
   }
   const json& axes = status["axes"];
   const json first = axes.is_object() && !axes.empty() ? axes.front() : json();
-  std::string text = labelled("time", fmt::format("{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s"))));
+  std::string text = labelled("time", "{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s")));
   text += values_view(status);
   if (axes.size() > 1) return text;
   json others = at(first, "inputs");  // of the model, besides those shown
@@ -404,28 +403,22 @@ std::string by_arrival(const json& timing) {
   return count.is_number() && count > 0 ? fmt::format(" ({} of them by arrival times)", json_text(count)) : "";
 }
 
-std::string n(const json& value) { return value.is_number() ? json_text(value) : std::string("-"); }
-
 std::string decoder_text(const json& d) {
   return labelled("frames",
-                  fmt::format("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body; {} refused",
-                              n(at(d, "frames")), n(at(d, "bytes")), n(at(d, "bad_check")), n(at(d, "bad_length")),
-                              n(at(d, "bad_body")), n(at(d, "refused")))) +
-         labelled("", fmt::format("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range",
-                                  n(at(d, "skipped_bytes")), n(at(d, "resyncs")), n(at(d, "timeouts")),
-                                  n(at(d, "out_of_range"))));
+                  counts_text("{} good of {} bytes; rejected: {} by checksum, {} by length, {} by body; {} refused", d,
+                              "frames", "bytes", "bad_check", "bad_length", "bad_body", "refused")) +
+         labelled("", counts_text("{} bytes skipped, {} resyncs, {} time-outs, {} values out of range", d,
+                                  "skipped_bytes", "resyncs", "timeouts", "out_of_range"));
 }
 
 std::string hardware_text(const json& h) {
   if (!h.is_object()) return "this device does not count errors";
-  return fmt::format("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks",
-                     n(at(h, "parity_errors")), n(at(h, "framing_errors")), n(at(h, "overruns")),
-                     n(at(h, "buffer_overruns")), n(at(h, "breaks")));
+  return counts_text("{} parity, {} framing, {} overrun, {} buffer overrun errors, {} breaks", h, "parity_errors",
+                     "framing_errors", "overruns", "buffer_overruns", "breaks");
 }
 
 std::string line_text(const json& l, const std::string& state) {
-  std::string text =
-      labelled("device", fmt::format("{} at {} baud", text_of(at(l, "device"), "none"), n(at(l, "baud"))));
+  std::string text = labelled("device", "{} at {} baud", text_of(at(l, "device"), "none"), count_text(at(l, "baud")));
   text += labelled("state", state);
   for (const json& note : at(l, "notes")) text += labelled("note", text_of(note));
   return text + decoder_text(at(l, "decoder"));
@@ -434,12 +427,11 @@ std::string line_text(const json& l, const std::string& state) {
 std::string line_view(const json& l) {
   std::string text = line_text(l, state_text(l));
   const json& t = at(l, "timing");
-  text += labelled("counter", fmt::format("{} frames missing{}, {} duplicates, {} resets", n(at(t, "missing_frames")),
-                                          by_arrival(t), n(at(t, "duplicates")), n(at(t, "resets"))));
+  text += labelled("counter", "{} frames missing{}, {} duplicates, {} resets", count_text(at(t, "missing_frames")),
+                   by_arrival(t), count_text(at(t, "duplicates")), count_text(at(t, "resets")));
   const bool estimated = at(t, "period_is_estimated") == true;
-  text +=
-      labelled("period", fmt::format("{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
-                                     estimated ? "estimated" : "nominal", 1e3 * number_member(l, "nominal_period_s")));
+  text += labelled("period", "{:.6f} ms ({}), nominal {:.6f} ms", 1e3 * number_member(t, "period_s"),
+                   estimated ? "estimated" : "nominal", 1e3 * number_member(l, "nominal_period_s"));
   text += labelled("hardware", hardware_text(at(l, "hardware")));
   for (const auto& [name, own] : at(l, "sensor_lines").items())
     text += '\n' + labelled("line", printable(name)) + line_text(own, line_state(own)) +
@@ -463,11 +455,10 @@ std::string model_view(const json& m) {
   if (!m.is_object()) return "no model is loaded: rates are not corrected\n";
   const json& provenance = at(m, "provenance");
   const json& window = at(m, "window");
-  std::string text =
-      labelled("model", fmt::format("{} ({})", text_of(at(m, "name"), "unnamed"), text_of(at(m, "kind"))));
+  std::string text = labelled("model", "{} ({})", text_of(at(m, "name"), "unnamed"), text_of(at(m, "kind")));
   text += labelled("id", text_of(at(m, "id"))) + labelled("file", text_of(at(m, "file"))) +
           labelled("in use since", utc_of(at(m, "loaded_s"))) + labelled("gyro", text_of(at(m, "gyro_serial"), "any"));
-  text += labelled("made", fmt::format("{} by {}", text_of(at(provenance, "made")), text_of(at(provenance, "tool"))));
+  text += labelled("made", "{} by {}", text_of(at(provenance, "made")), text_of(at(provenance, "tool")));
   text += recordings_text(provenance, number(at(window, "length_s")).value_or(0));
   text += labelled("range", ranges_text(m));
   text += labelled("expect", expected_text(at(provenance, "training")));
@@ -482,7 +473,7 @@ std::string stability_view(const json& s) {
   const auto gain = number(at(s, "improvement"));
   text += labelled("improvement", (gain ? fmt::format("{:.1f} %: ", 100 * *gain) : "- : ") + conclusion(s));
   const std::int64_t more = integer_of(at(at(s, "all"), "blocks")) - integer_of(at(at(s, "raw"), "blocks"));
-  if (more > 0) text += labelled("uncorrected", fmt::format("{} means more", more));
+  if (more > 0) text += labelled("uncorrected", "{} means more", more);
   return text + labelled("model", model_name(at(s, "model")));
 }
 

@@ -26,7 +26,7 @@ std::string bias_view(const nlohmann::json& result);
 /// heading. The first line of an axis has its quality after the label.
 std::string values_view(const nlohmann::json& status);
 /// "172 frames good, 5 failed their check, …" of a status.
-std::string counts_text(const nlohmann::json& status);
+std::string frame_counts(const nlohmann::json& status);
 /// Of a result without axes.
 std::string line_view(const nlohmann::json& line);
 std::string event_line(const nlohmann::json& event);

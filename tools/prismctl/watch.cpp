@@ -42,14 +42,7 @@ void print_notification(const std::string& method, const json& params, bool as_j
   if (method == "event") return print_text("# " + event_line(params));
   if (method == "lost")
     return print_text(fmt::format("# {} rows lost: this client read too slowly\n", count_text(at(params, "rows"))));
-  json row = params;
-  if (method == "sample" && row.is_object()) {
-    row["mean_rate_deg_per_h"] = at(params, "rate_deg_per_h");
-    row["corrected_mean_deg_per_h"] = at(params, "corrected_deg_per_h");
-    row["mean_temperature_degc"] = at(params, "temperature_degc");
-    row["mean_uhfo_v"] = at(params, "uhfo_v");
-  }
-  print_text((several ? fmt::format("{:<5}", text_of(at(row, "axis"), "")) : "") + window_line(row));
+  print_text((several ? fmt::format("{:<5}", text_of(at(params, "axis"), "")) : "") + window_line(params));
 }
 
 asio::awaitable<Result<void>> watch_lines(client::Client& client, const WatchSettings& settings) {
@@ -100,33 +93,8 @@ void print_screen(const std::vector<Line>& lines) {
   std::fflush(stdout);
 }
 
-/// Reads keys without a line end, and does not show them; Ctrl-C and Ctrl-Z stay signals.
-class Keyboard {
- public:
-  Keyboard() {
-    termios keys = before_;
-    keys.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-    keys.c_cc[VMIN] = keys.c_cc[VTIME] = 0;
-    if (exists_) ::tcsetattr(STDIN_FILENO, TCSANOW, &keys);
-  }
-  ~Keyboard() {
-    if (exists_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-  }
-  Keyboard(const Keyboard&) = delete;
-  Keyboard& operator=(const Keyboard&) = delete;
-
-  /// Returns a key that was pressed, or '\0', without waiting.
-  char key() const {
-    char key = '\0';
-    return exists_ && ::read(STDIN_FILENO, &key, 1) == 1 ? key : '\0';
-  }
-
- private:
-  termios before_{};
-  const bool exists_ = ::tcgetattr(STDIN_FILENO, &before_) == 0;
-};
-
-/// The live screen. After its end the last values remain on the terminal.
+/// The live screen. Keys are read without a line end and not shown; Ctrl-C and Ctrl-Z stay signals. After the end the
+/// last values remain on the terminal.
 class ScreenWatch {
  public:
   ScreenWatch(const std::string& socket, const WatchSettings& settings)
@@ -140,7 +108,16 @@ class ScreenWatch {
     client_.on_end = [this](client::State, const std::string& reason) {
       screen_.gone(Error{client_.socket(), reason}.text());
     };
+    termios keys = before_;
+    keys.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    keys.c_cc[VMIN] = keys.c_cc[VTIME] = 0;
+    if (has_keys_) ::tcsetattr(STDIN_FILENO, TCSANOW, &keys);
   }
+  ~ScreenWatch() {
+    if (has_keys_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  }
+  ScreenWatch(const ScreenWatch&) = delete;
+  ScreenWatch& operator=(const ScreenWatch&) = delete;
 
   Result<void> run() {
     asio::co_spawn(io_, client_.run([this] { return ask(); }, true), asio::detached);
@@ -185,7 +162,8 @@ class ScreenWatch {
     constexpr int kTicks = 10;
     asio::steady_timer tick(io_);
     for (int ticks = 0;; ++ticks) {
-      const char key = keyboard_.key();
+      char key = '\0';
+      if (has_keys_ && ::read(STDIN_FILENO, &key, 1) != 1) key = '\0';
       if (key == 'q') co_return io_.stop();
       screen_.key(key);
       if (key != '\0' || ticks % kTicks == 0) {
@@ -200,7 +178,8 @@ class ScreenWatch {
   asio::io_context io_;
   client::Client client_;
   const WatchSettings& settings_;
-  const Keyboard keyboard_;
+  termios before_{};
+  const bool has_keys_ = ::tcgetattr(STDIN_FILENO, &before_) == 0;
   Screen screen_;
   Result<void> result_;
 };

@@ -38,7 +38,7 @@ std::string value_text(const json& value, int decimals, const char* unit) {
   return fmt::format("{:.{}f}{}", value.get<double>(), decimals, unit);
 }
 
-std::string count_text(const json& value) { return value.is_number() ? json_text(value) : "0"; }
+std::string count_text(const json& value) { return value.is_number() ? json_text(value) : "-"; }
 
 std::string span_text(double seconds) {
   constexpr std::int64_t kMinute = 60, kHour = 60 * kMinute, kDay = 24 * kHour;
@@ -62,8 +62,6 @@ int seconds_of(const json& value, int otherwise) {
 }
 
 int window_length_s(const json& answer) { return seconds_of(at(answer, "window_s"), kUsualWindowS); }
-
-std::string labelled(const char* label, const std::string& value) { return fmt::format("{:<12} {}\n", label, value); }
 
 std::string utc_of(const json& seconds) { return seconds.is_number() ? utc_text(integer_of(seconds)) : "-"; }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
@@ -25,8 +26,14 @@ std::string text_of(const nlohmann::json& value, const std::string& otherwise = 
 /// Returns a number with `decimals` and its unit, or "-" if it is null.
 std::string value_text(const nlohmann::json& value, int decimals, const char* unit = "");
 
-/// Returns a count; "0" if it is missing.
+/// Returns a count; "-" if it is missing.
 std::string count_text(const nlohmann::json& value);
+
+/// Returns the members of `object` that are counts in a format with a {} for each.
+template <class... Keys>
+std::string counts_text(std::string_view format, const nlohmann::json& object, Keys... keys) {
+  return fmt::format(fmt::runtime(format), count_text(at(object, keys))...);
+}
 
 /// Returns the integer part of a number, limited to ±9e15; `otherwise` if the value is not a number.
 std::int64_t integer_of(const nlohmann::json& value, std::int64_t otherwise = 0);
@@ -43,8 +50,14 @@ int seconds_of(const nlohmann::json& value, int otherwise);
 /// Length of the window of the long means, s.
 int window_length_s(const nlohmann::json& answer);
 
-/// A line of a view: the label in 12 columns, and the value.
-std::string labelled(const char* label, const std::string& value);
+/// A line of a view: the label in 12 columns, and the value or the arguments in a format.
+inline std::string labelled(std::string_view label, std::string_view value) {
+  return fmt::format("{:<12} {}\n", label, value);
+}
+template <class... Args>
+std::string labelled(std::string_view label, fmt::format_string<Args...> format, Args&&... args) {
+  return labelled(label, fmt::format(format, std::forward<Args>(args)...));
+}
 
 /// UTC of seconds since 1970, or "-" if it is not a number.
 std::string utc_of(const nlohmann::json& seconds);
