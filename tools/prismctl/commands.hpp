@@ -33,11 +33,6 @@ struct ExportSettings : AxisSettings {
 /// appear at once.
 int export_log(const std::string& socket, const ExportSettings& settings);
 
-/// Writes the metrics of the given socket ($PRISM_SOCKET, too) or instance, else of all sockets in the socket
-/// directories. An instance that does not respond, or that a connection would start, has prism_up 0. `file`: empty for
-/// standard output.
-int metrics(const std::string& socket, const std::string& name, const std::string& file);
-
 struct WatchSettings : AxisSettings {
   bool samples = false;     ///< lines and JSON: samples instead of one row a second
   std::uint64_t count = 0;  ///< stop after this number of rows; 0: never

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -20,6 +22,8 @@
 #include "tools/client/client.hpp"
 #include "tools/client/instances.hpp"
 #include "tools/command_line.hpp"
+#include "tools/metrics/exposition.hpp"
+#include "tools/metrics/gyro_metrics.hpp"
 #include "tools/prismctl/commands.hpp"
 #include "tools/prismctl/views.hpp"
 #include "tools/prismctl/words.hpp"
@@ -107,6 +111,51 @@ int ask(const Choice& choice, const std::string& method, json params, View view)
   return 0;
 }
 
+boost::asio::awaitable<Result<void>> request(client::Client& client, metrics::GyroAnswers& answers) {
+  const std::array<std::pair<const char*, nlohmann::json*>, 3> all = {
+      {{"status", &answers.status}, {"line", &answers.line}, {"stability", &answers.stability}}};
+  for (const auto& [method, answer] : all) {
+    auto response = co_await client.ask(method);
+    if (!response && response.error().code != config::kGone)
+      fmt::print(stderr, "prismctl: {}: {}\n", printable(client.name()), response.error().text());
+    if (!response) break;
+    *answer = std::move(*response);
+  }
+  co_return Result<void>();
+}
+
+// Writes the metrics of the given socket ($PRISM_SOCKET, too) or instance, else of all sockets in the socket
+// directories. An instance that does not respond, or that a connection would start, has prism_up 0. `file`: empty for
+// standard output.
+int metrics(const Choice& choice, const std::string& file) {
+  std::vector<std::string> sockets, invalid;
+  const char* const environment = std::getenv("PRISM_SOCKET");
+  if (choice.socket.empty() && choice.name.empty() && (environment == nullptr || *environment == '\0')) {
+    sockets = client::running_sockets(&invalid);
+  } else {
+    const auto found = client::find_socket(choice.socket, choice.name);
+    if (!found) return fail(found.error());
+    sockets = {*found};
+  }
+  for (const std::string& path : invalid)
+    fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
+  metrics::Exposition exposition;
+  for (const std::string& path : sockets) {
+    metrics::GyroAnswers answers;
+    const client::Work work = [&](client::Client& client) { return request(client, answers); };
+    if (!config::would_start(path)) (void)client::connected(path, work);  // without an answer, it is down
+    metrics::add_gyro(exposition, config::instance_name(path), answers);
+  }
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  metrics::add_time(exposition, std::chrono::duration<double>(now).count());
+  if (file.empty()) {
+    fmt::print("{}", exposition.text());
+    return 0;
+  }
+  const auto written = metrics::write_exposition(file, exposition.text());
+  return written ? 0 : fail(written.error());
+}
+
 // The bytes of a text in hex. In the text, `\r`, `\n`, `\t`, `\\` and `\xHH` are one byte each.
 std::string hex_of_escaped(std::string_view text) {
   std::string hex;
@@ -127,21 +176,6 @@ std::string hex_of_escaped(std::string_view text) {
     }
   }
   return hex;
-}
-
-struct SendSettings {
-  std::vector<std::string> words;
-  std::string line;
-  bool hex = false;
-};
-
-int send(Choice choice, const SendSettings& settings) {
-  if (settings.words.size() == 2) choice.name = settings.words.front();
-  const std::string& given = settings.words.back();
-  json params = {{"hex", settings.hex ? given : hex_of_escaped(given)}};
-  if (!settings.line.empty()) params["line"] = settings.line;
-  return ask(choice, "send", params,
-             [](const json& r) { return fmt::format("sent {} bytes\n", json_text(at(r, "sent"))); });
 }
 
 std::string help_of(std::string_view method) { return std::string(config::find_method(method)->help); }
@@ -219,18 +253,26 @@ int run(int argc, char** argv) {
                          "write to this file, atomically: a .prom file in node_exporter's textfile directory");
   tools::add_examples(*exposition,
                       {"prismctl metrics", "prismctl metrics --file /var/lib/prometheus/node-exporter/prism.prom"});
-  exposition->callback([&] { code = metrics(choice.socket, choice.name, file); });
-  SendSettings sent;
+  exposition->callback([&] { code = metrics(choice, file); });
+  std::vector<std::string> words;
+  std::string line;
+  bool hex = false;
   auto* bytes = app.add_subcommand("send", help_of("send") + ", if its configuration has \"allow_send\": true");
-  bytes->add_option("TEXT", sent.words, "the text; before it, the instance as with --name; \\r \\n \\t \\xHH are bytes")
+  bytes->add_option("TEXT", words, "the text; before it, the instance as with --name; \\r \\n \\t \\xHH are bytes")
       ->required()
       ->expected(1, 2)
       ->type_name("");
-  bytes->add_option("--line", sent.line, "sensor line (default: the gyro's)")
+  bytes->add_option("--line", line, "sensor line (default: the gyro's)")
       ->check(tools::following(TextRule::kSensorName));
-  bytes->add_flag("--hex", sent.hex, "TEXT is bytes in hex: \"55 AA\"");
+  bytes->add_flag("--hex", hex, "TEXT is bytes in hex: \"55 AA\"");
   tools::add_examples(*bytes, {"prismctl send gyro1 '=config,0\\r\\n'", "prismctl send --hex 'FA FF 10 00 F1'"});
-  bytes->callback([&] { code = send(choice, sent); });
+  bytes->callback([&] {
+    if (words.size() == 2) choice.name = words.front();
+    json params = {{"hex", hex ? words.back() : hex_of_escaped(words.back())}};
+    if (!line.empty()) params["line"] = line;
+    code = ask(choice, "send", params,
+               [](const json& r) { return fmt::format("sent {} bytes\n", json_text(at(r, "sent"))); });
+  });
   WatchSettings watched;
   auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");
   live->add_flag("--samples", watched.samples, "print every sample instead of one row a second");

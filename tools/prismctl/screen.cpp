@@ -20,15 +20,10 @@ using nlohmann::json;
 constexpr double kStatusTimeoutS = 3;  ///< status is requested each second
 constexpr int kNameColumns = 9, kScaleColumns = 10, kLeftColumns = kNameColumns + kScaleColumns + 2;
 
-struct Span {
-  double seconds;
-  const char *name, *half;
-};
-constexpr std::array<Span, 5> kSpans = {{{60, "1 min", "30 s"},
-                                         {600, "10 min", "5 min"},
-                                         {3600, "1 h", "30 min"},
-                                         {21600, "6 h", "3 h"},
-                                         {86400, "24 h", "12 h"}}};
+// The time spans of the traces.
+constexpr std::array<double, 5> kSpansS = {60, 600, 3600, 21600, 86400};
+constexpr std::array<const char*, 5> kSpans = {"1 min", "10 min", "1 h", "6 h", "24 h"},
+                                     kHalfSpans = {"30 s", "5 min", "30 min", "3 h", "12 h"};
 
 std::size_t columns_of(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(
@@ -212,18 +207,17 @@ std::vector<Line> Screen::head(const json& status, const std::string& utc, int c
 // differ from this machine's clock.
 std::vector<Line> Screen::traces(int columns, int rows, double steady_s) const {
   if (traces_.empty() || columns <= kLeftColumns) return {};
-  const Span& span = kSpans[span_];
   const double now_s = row_time_s_ + std::max(steady_s - row_steady_s_, 0.0);
   const int each = std::max((rows - 1) / static_cast<int>(traces_.size()), 2), half = (columns - kLeftColumns) / 2;
   std::vector<Line> lines;
   int window_s = 0;
   for (const auto& [axis, trace] : traces_) {
     window_s = window_length_s(at(at(status_, "axes"), axis));
-    for (const std::string& line : trace.lines(axis, now_s, span.seconds, window_s, columns, each))
+    for (const std::string& line : trace.lines(axis, now_s, kSpansS[span_], window_s, columns, each))
       lines.push_back({line, Colour::kCurve});
   }
   lines.push_back({fmt::format("{:<{}}-{:<{}}-{:<{}}now", fmt::format("{} s mean, deg/h", window_s), kLeftColumns,
-                               span.name, half, span.half, std::max(columns - kLeftColumns - half - 5, 0)),
+                               kSpans[span_], half, kHalfSpans[span_], std::max(columns - kLeftColumns - half - 5, 0)),
                    Colour::kFaint});
   return lines;
 }
@@ -244,7 +238,7 @@ std::vector<Line> Screen::lines(const Size& size, double steady_s, const std::st
     lines.back().text.pop_back();
   }
   lines.resize(static_cast<std::size_t>(std::max(size.rows - 1, 0)));  // with few rows: the top and the keys
-  lines.push_back({fmt::format("q quit   1-5 time span: {}", kSpans[span_].name), Colour::kFaint});
+  lines.push_back({fmt::format("q quit   1-5 time span: {}", kSpans[span_]), Colour::kFaint});
   for (Line& line : lines) line.text = fitted(line.text, static_cast<std::size_t>(size.columns));
   return lines;
 }
