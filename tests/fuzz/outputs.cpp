@@ -69,9 +69,10 @@ void require_batch(const std::string& folder) {
   require(page.has_value());
   const auto json = nlohmann::json::parse(page->json + "}", nullptr, false);
   require(json.is_object());
-  prismrelay::Batch batch;
-  require(batch.add_page({"lab/g", "z"}, "earliest", json).has_value());
-  for (std::size_t i = 0; i < prismrelay::kTables; ++i) require_csv(batch.text(prismrelay::Table(i)));
+  const auto item = prismrelay::page_item({"lab/g", "z"}, "earliest", {{"axes", {{"z", json}}}});
+  require(item.has_value());
+  for (const std::string& text : (*item)->texts) require_csv(text);
+  require_csv(prismrelay::place_line(**item));
 }
 
 /// Returns an empty directory; each call empties it.

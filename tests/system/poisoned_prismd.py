@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # Fake prismd with a log that grows by 5 rows/s; the number of each row is in its column "samples".
-# poisoned_prismd.py SOCKET [ROWS] [missing|position|rounding|axis]: begins with ROWS rows. "missing": the first page reports 2^64-1
-# deleted rows. "position": the numbers of its rows exceed 32 bits. "rounding": PostgreSQL rounds the times into the next day. "axis":
-# the name of its axis has 1 MB.
+# poisoned_prismd.py SOCKET [ROWS] [missing|position|rounding|axis|events|late]: begins with ROWS rows. "missing": the first page reports
+# 2^64-1 deleted rows. "position": the numbers of its rows exceed 32 bits. "rounding": PostgreSQL rounds the times into the next day.
+# "axis": the name of its axis has 1 MB. "events": it has the events one, two and three. "late": most rows are not read if a request is
+# for one row.
 import json, os, socketserver, sys, time
 
 ID = "%032x" % abs(hash(sys.argv[1]))
@@ -10,6 +11,8 @@ stored = int(sys.argv[2]) if len(sys.argv) > 2 else 0
 kind = sys.argv[3] if len(sys.argv) > 3 else ""
 start = time.time()
 status = {"state": "receiving", "axes": {"z" * 2**20 if kind == "axis" else "z": {"quality": "good"}}, "log": {"rows": 5}}
+
+events = [{"time_s": start, "severity": "info", "kind": name, "text": name} for name in ("one", "two", "three")]
 
 
 def available():
@@ -29,14 +32,15 @@ def page(params):
     segment = {"segment": 1, "file": "log.csv", "metadata": {"model": "m"}, "columns": "time_s,samples,rate_deg_per_h,quality,arrival_s",
                "first": first, "rows": rows}
     return {"log": ID, "segments": [segment] if rows else [], "after": f"{ID}-{end}", "more": end < available(),
-            "missing": 2**64 - 1 if kind == "missing" and begin == 0 else 0}
+            "missing": 2**64 - 1 if kind == "missing" and begin == 0 else 0, "kept": 100, "deleted": 7,
+            "behind": 51 if kind == "late" and params["limit"] == 1 else 0}
 
 
 class Client(socketserver.StreamRequestHandler):
     def handle(self):
         for line in self.rfile:
             request = json.loads(line)
-            results = {"status": lambda: status, "events": lambda: [], "subscribe": lambda: {"axes": ["z"]},
+            results = {"status": lambda: status, "events": lambda: events if kind == "events" else [], "subscribe": lambda: {"axes": ["z"]},
                        "rows": lambda: {"axes": {"z": page(request["params"])}}}
             answer = {"jsonrpc": "2.0", "id": request["id"], "result": results[request["method"]]()}
             self.wfile.write((json.dumps(answer) + "\n").encode())

@@ -5,34 +5,154 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <iterator>
+#include <optional>
 #include <utility>
 
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
-#include "tools/prismrelay/row_converter.hpp"
-#include "tools/prismrelay/sql_text.hpp"
+#include "base/text_number.hpp"
+#include "compensation/compensated_text.hpp"
+#include "compensation/sensors.hpp"
+#include "tools/client/response.hpp"
 
 namespace prism::prismrelay {
 namespace {
 
+using compensation::ColumnInfo;
+using compensation::ColumnType;
+using compensation::kColumnInfo;
 using nlohmann::json;
 
 constexpr std::size_t kMaxNameBytes = 128;
 constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or an invalid line
+constexpr double kMaxTime_s = 9.2e9;          // the year 2261
+constexpr std::size_t kTime = compensation::column_index("time_s"), kArrival = compensation::column_index("arrival_s");
 
-bool is_log_id(const json& id) {
-  if (!id.is_string()) return false;
-  const auto& text = id.get_ref<const std::string&>();
-  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+// The times are converted; all other columns have the same name in the log and in prism.rows.
+bool is_copied(const ColumnInfo& column) { return column.type != ColumnType::kTime; }
+
+// Replaces what PostgreSQL cannot store.
+std::string database_text(std::string_view text) {
+  std::string valid = valid_utf8(text);
+  for (std::size_t at = 0; (at = valid.find('\0', at)) != std::string::npos;) valid.replace(at, 1, "\xef\xbf\xbd");
+  return valid;
 }
 
-// Limits the length of a cursor, because it is part of a key.
-bool is_cursor(const json& cursor) {
-  const auto* text = cursor.get_ptr<const std::string*>();
-  return text != nullptr && !text->empty() && follows(TextRule::kText, *text);
+json database_json(const json& value) {
+  if (value.is_string()) return database_text(value.get_ref<const std::string&>());
+  if (!value.is_structured()) return value;
+  json result = value.is_object() ? json::object() : json::array();
+  if (value.is_object()) {
+    for (const auto& [name, element] : value.items()) result[database_text(name)] = database_json(element);
+  } else {
+    for (const json& element : value) result.push_back(database_json(element));
+  }
+  return result;
 }
+
+// Fields of a line. Empty lines have one field.
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (std::size_t comma; (comma = line.find(',')) != std::string_view::npos; line.remove_prefix(comma + 1))
+    fields.push_back(line.substr(0, comma));
+  fields.push_back(line);
+  return fields;
+}
+
+bool is_integer(std::string_view text, std::int64_t max) {
+  const auto value = parse_number<std::int64_t>(text);
+  return value && *value >= -max && *value <= max;
+}
+
+// The types are those of the columns in schema/*.sql.
+bool is_valid(ColumnType type, std::string_view text) {
+  switch (type) {
+    case ColumnType::kReal:
+      return parse_number<double>(text).has_value();
+    case ColumnType::kInteger:
+      return is_integer(text, INT32_MAX);
+    case ColumnType::kUnsigned:
+      return is_integer(text, INT64_MAX);
+    case ColumnType::kFlag:
+      return is_integer(text, INT16_MAX);
+    case ColumnType::kTime:
+    case ColumnType::kText:
+      break;
+  }
+  return text.size() <= 200 && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_+") == std::string_view::npos;
+}
+
+// The day of to_timestamp(arrival_s): PostgreSQL rounds to microseconds since 2000, ties to even.
+std::int64_t stored_day(double arrival_s) {
+  constexpr std::int64_t kEpoch_s = 946'684'800, kDay_us = 86'400'000'000;
+  const auto since_2000_us = static_cast<std::int64_t>(std::rint((arrival_s - kEpoch_s) * 1e6));
+  return (since_2000_us + kEpoch_s * 1'000'000) / kDay_us;
+}
+
+std::string in_quotes(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }
+
+/// Converts the rows of one segment. Checks every value, so that the server refuses few.
+class RowConverter {
+ public:
+  /// `columns`: the header line of the segment. Columns are identified by name; unknown ones are skipped.
+  explicit RowConverter(std::string_view columns) {
+    field_of_.fill(-1);
+    const auto names = split(columns);
+    sensors_.resize(names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const bool is_plain = std::all_of(names[i].begin(), names[i].end(),
+                                        [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; });
+      if (const std::size_t column = compensation::column_index(names[i]); column < kColumnInfo.size()) {
+        field_of_[column] = static_cast<int>(i);
+      } else if (is_plain && sensor_of_column(names[i])) {
+        sensors_[i] = names[i];
+      }
+    }
+  }
+
+  /// Appends record.line to `csv`, and sets record.arrival_s. Returns an error and appends nothing if a field is
+  /// invalid for the type of its column.
+  std::optional<std::string> append(std::string& csv, std::string_view prefix, Record& record) const {
+    const auto fields = split(record.line);
+    if (fields.size() != sensors_.size())
+      return fmt::format("found {} fields, expected {}", fields.size(), sensors_.size());
+    const auto at = [&](std::size_t column) {
+      return field_of_[column] < 0 ? std::string_view() : fields[field_of_[column]];
+    };
+    const auto time_s = parse_number<double>(at(kTime));
+    if (!time_s || std::abs(*time_s) > kMaxTime_s) return "time_s: found " + in_quotes(at(kTime));
+    const std::string_view arrival_text = at(at(kArrival).empty() ? kTime : kArrival);  // logs of 0.1 have no arrival
+    const auto arrival_s = parse_number<double>(arrival_text);
+    if (!arrival_s || !(*arrival_s >= 0 && *arrival_s < kMaxTime_s))
+      return "arrival_s: found " + in_quotes(arrival_text);
+    for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
+      if (is_copied(kColumnInfo[c]) && !at(c).empty() && !is_valid(kColumnInfo[c].type, at(c)))
+        return fmt::format("{}: found {}", kColumnInfo[c].name, in_quotes(at(c)));
+    }
+    std::string sensors;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (sensors_[i].empty() || fields[i].empty()) continue;
+      const auto value = parse_number<double>(fields[i]);
+      if (!value) return fmt::format("{}: found {}", sensors_[i], in_quotes(fields[i]));
+      // Formats the value again, because JSON does not allow .5.
+      fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], *value);
+    }
+    record.arrival_s = *arrival_s;
+    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, arrival_text, at(kTime));
+    if (!sensors.empty()) ((csv += "\"{") += sensors) += "}\"";
+    for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
+      if (is_copied(kColumnInfo[c])) (csv += ',') += at(c);
+    }
+    csv += '\n';
+    return std::nullopt;
+  }
+
+ private:
+  std::array<int, kColumnInfo.size()> field_of_;  ///< index of the line's field, −1: absent
+  std::vector<std::string> sensors_;              ///< by index of the line's field; empty: not a sensor
+};
 
 bool is_segment(const json& segment) {
   const auto number = [&](const char* key) {
@@ -47,171 +167,152 @@ bool is_segment(const json& segment) {
 }
 
 bool is_page(const json& page) {
+  const std::string log = text_member(page, "log"), after = text_member(page, "after");
   const json& segments = member(page, "segments");
-  return is_log_id(member(page, "log")) && is_cursor(member(page, "after")) && member(page, "more").is_boolean() &&
+  return log.size() == 32 && log.find_first_not_of("0123456789abcdef") == std::string::npos && !after.empty() &&
+         follows(TextRule::kText, after) && member(page, "more").is_boolean() &&
          member(page, "missing").is_number_unsigned() && segments.is_array() &&
          std::all_of(segments.begin(), segments.end(), is_segment);
 }
 
-// A record of refused_rows.
-void append_refused_row(std::string& csv, const RowPosition& position, const std::string& reason,
-                        std::string_view line) {
-  csv += fmt::format("{}{},{},", position.prefix, position.segment, position.row);
-  append_quoted(csv, reason, kMaxFieldBytes);
-  csv += ',';
-  append_quoted(csv, line, kMaxFieldBytes);
-  csv += '\n';
-}
-
-std::string gyro_and_axis(const LogKey& log) {
+// Gyro and axis as CSV fields, each followed by a comma.
+std::string key_fields(const LogKey& log) {
   std::string fields;
   append_quoted(fields, log.gyro);
-  fields += ',';
-  append_quoted(fields, log.axis);
-  return fields;
+  append_quoted(fields += ',', log.axis);
+  return fields += ',';
+}
+
+void add_gap(BatchItem& item, const char* kind, const std::string& cursor) {
+  std::string& text = item.text(Table::kGaps);
+  append_quoted(text += key_fields(item.log) + kind + ',', cursor);
+  text += fmt::format(",{}\n", item.missing);
+  item.of(Table::kGaps).emplace_back();
+}
+
+void add_refused(BatchItem& item, const Record& record, const std::string& reason) {
+  std::string& text = item.text(Table::kRefused);
+  text += fmt::format("{}{},{},{},", key_fields(item.log), item.log_id, record.segment, record.row);
+  append_quoted(text, reason, kMaxFieldBytes);
+  append_quoted(text += ',', record.line, kMaxFieldBytes);
+  text += '\n';
+}
+
+void add_segment(BatchItem& item, const json& segment) {
+  Record record;
+  record.segment = count_member(segment, "segment"), record.row = count_member(segment, "first");
+  const std::string prefix = fmt::format("{}{},{},", key_fields(item.log), item.log_id, record.segment);
+  const json& metadata = member(segment, "metadata");
+  std::string& text = item.text(Table::kSegments);
+  append_quoted(text += prefix, printable(text_member(segment, "file")), kMaxFieldBytes);
+  text += ',';
+  if (member(metadata, "model").is_string()) append_quoted(text, text_member(metadata, "model"), kMaxFieldBytes);
+  append_quoted(text += ',', metadata.is_object() ? json_text(database_json(metadata)) : "{}");
+  text += '\n';
+  item.of(Table::kSegments)
+      .push_back({.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>()});
+  const RowConverter converter(member(segment, "columns").get_ref<const std::string&>());
+  for (const json& row : member(segment, "rows")) {
+    record.line = row.get_ref<const std::string&>();
+    if (const auto error = converter.append(item.text(Table::kRows), prefix, record)) {
+      ++item.invalid;
+      item.error = fmt::format("row {} of segment {}: {}", record.row, record.segment, shortened(*error, 200));
+      add_refused(item, record, *error);
+    } else {
+      item.days.insert(stored_day(record.arrival_s));
+      item.of(Table::kRows).push_back(record);
+    }
+    ++record.row;
+  }
 }
 
 }  // namespace
 
-Record& BatchItem::add(Table table, std::size_t begin) {
-  Record record;
-  record.table = table;
-  record.csv = begin;
-  record.csv_bytes = csv.size() - begin;
-  return records.emplace_back(record);
+void BatchItem::refuse(Table table, Record& record, const std::string& reason) {
+  record.is_refused = true;
+  const bool is_row = table == Table::kRows, is_segment = table == Table::kSegments;
+  if (is_row || is_segment) add_refused(*this, record, reason);
+  if (!refusal.empty()) return;
+  refusal = is_row       ? fmt::format("row {} of segment {}", record.row, record.segment)
+            : is_segment ? fmt::format("metadata of segment {}", record.segment)
+                         : std::string(table == Table::kGaps ? "a gap" : "an event");
+  refusal += ": " + shortened(reason, 300);
 }
 
-void append_place(CopyTexts& texts, const BatchItem& item, const std::vector<const Record*>& rows) {
-  std::string& places = texts[static_cast<std::size_t>(Table::kPlaces)];
-  places += item.key + ",";
-  append_quoted(places, item.cursor);
-  if (rows.empty()) {
-    places += ",,,,,0\n";
-  } else {
-    const Record& last = *rows.back();
-    places += fmt::format(",{},{},{},{:.6f},{}\n", item.log_id, last.segment, last.row, last.arrival_s, rows.size());
-  }
+std::size_t BatchItem::refused_rows() const {
+  const auto& rows = records[static_cast<std::size_t>(Table::kRows)];
+  return static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.is_refused; }));
 }
 
-void append_refused(CopyTexts& texts, const BatchItem& item, const Record& record, const std::string& reason) {
-  std::string_view line = record.table == Table::kRows ? item.line_of(record) : item.csv_of(record);
-  if (line.ends_with('\n')) line.remove_suffix(1);
-  const std::string prefix = fmt::format("{},{},", item.key, item.log_id);
-  append_refused_row(texts[static_cast<std::size_t>(Table::kRefused)], {prefix, record.segment, record.row}, reason,
-                     line);
-}
-
-Result<PageSummary> Batch::add_page(const LogKey& log, const std::string& cursor, const json& page) {
+Result<std::shared_ptr<BatchItem>> page_item(const LogKey& log, const std::string& cursor, json response) {
+  auto item = std::make_shared<BatchItem>();
+  item->source = std::move(response);
+  const json& page = client::of_axis(item->source, log.axis);
   if (!is_page(page))
     return make_error(log.gyro, "invalid response to rows; expected log, segments, after, more and missing");
-  BatchItem item{log, gyro_and_axis(log), text_member(page, "log"), text_member(page, "after"), {}, {}, {}};
-  PageSummary summary;
-  summary.cursor = item.cursor;
-  summary.more = flag_member(page, "more");
-  summary.missing = std::min<std::uint64_t>(count_member(page, "missing"), INT64_MAX);  // the column is a bigint
-  for (const json& segment : member(page, "segments")) add_segment(item, segment, summary);
-  if (summary.missing > 0) {
-    const std::size_t begin = item.csv.size();
-    item.csv += item.key + ",deleted,";
-    append_quoted(item.csv, cursor);
-    item.csv += fmt::format(",{}\n", summary.missing);
-    item.add(Table::kGaps, begin);
-  }
-  bytes_ += item.csv.size() + item.cursor.size();
-  items_.push_back(std::move(item));
-  return summary;
+  item->log = log;
+  item->log_id = text_member(page, "log");
+  item->cursor = text_member(page, "after");
+  item->more = flag_member(page, "more");
+  item->missing = std::min<std::uint64_t>(count_member(page, "missing"), INT64_MAX);  // the column is a bigint
+  for (const json& segment : member(page, "segments")) add_segment(*item, segment);
+  if (item->missing > 0) add_gap(*item, "deleted", cursor);
+  return item;
 }
 
-void Batch::add_segment(BatchItem& item, const json& segment, PageSummary& summary) {
-  const std::string prefix = fmt::format("{},{},", item.key, item.log_id);
-  RowPosition position{prefix, count_member(segment, "segment"), count_member(segment, "first")};
-  const json& metadata = member(segment, "metadata");
-  std::string& csv = item.csv;
-  std::size_t begin = csv.size();
-  csv += fmt::format("{}{},", prefix, position.segment);
-  append_quoted(csv, printable(text_member(segment, "file")), kMaxFieldBytes);
-  csv += ',';
-  if (member(metadata, "model").is_string()) append_quoted(csv, text_member(metadata, "model"), kMaxFieldBytes);
-  csv += ',';
-  append_quoted(csv, metadata.is_object() ? jsonb_text(metadata) : "{}");
-  csv += '\n';
-  item.add(Table::kSegments, begin).segment = position.segment;
-  const std::string columns = text_member(segment, "columns");
-  const RowConverter converter(columns);
-  for (const json& row : member(segment, "rows")) {
-    const std::string& line = row.get_ref<const std::string&>();
-    Record read;
-    begin = csv.size();
-    const std::string error = converter.append(csv, position, line, read.day, read.arrival_s);
-    if (error.empty()) {
-      ++summary.rows;
-      summary.arrival_s = read.arrival_s;
-      Record& record = item.add(Table::kRows, begin);
-      record.line = item.lines.size(), record.line_bytes = std::min(line.size(), kMaxFieldBytes);
-      record.segment = position.segment, record.row = position.row;
-      record.arrival_s = read.arrival_s, record.day = read.day;
-      item.lines.append(line, 0, kMaxFieldBytes);
-    } else {
-      ++summary.invalid;
-      summary.error = fmt::format("row {} of segment {}: {}", position.row, position.segment, shortened(error, 200));
-      append_refused_row(csv, position, error, line);
-      item.add(Table::kRefused, begin);
-    }
-    ++position.row;
-  }
+std::shared_ptr<BatchItem> change_item(const LogKey& log, const std::string& cursor) {
+  auto item = std::make_shared<BatchItem>();
+  item->log = log;
+  add_gap(*item, "log_changed", cursor);
+  return item;
 }
 
-void Batch::add_change_of_log(const LogKey& log, const std::string& cursor) {
-  BatchItem item{log, gyro_and_axis(log), {}, {}, {}, {}, {}};
-  item.csv = item.key + ",log_changed,";
-  append_quoted(item.csv, cursor);
-  item.csv += ",0\n";
-  item.add(Table::kGaps, 0);
-  bytes_ += item.csv.size();
-  items_.push_back(std::move(item));
-}
-
-void Batch::add_event(const std::string& gyro, const json& event) {
+std::shared_ptr<BatchItem> event_item(const std::string& gyro, const json& event) {
   const json& time = member(event, "time_s");
-  if (!time.is_number() || !(std::abs(time.get<double>()) < 9.2e9)) return;
-  BatchItem item{{gyro, ""}, {}, {}, {}, {}, {}, {}};
-  append_quoted(item.csv, gyro);
-  item.csv += fmt::format(",{:.6f}", time.get<double>());
-  const auto add = [&](const char* name, std::size_t max) {
-    item.csv += ',';
-    append_quoted(item.csv, text_member(event, name, "-"), max);
-  };
-  add("severity", kMaxNameBytes);  // kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes
-  add("kind", kMaxNameBytes);
-  add("text", kMaxFieldBytes);
-  item.csv += '\n';
-  item.add(Table::kEvents, 0);
-  bytes_ += item.csv.size();
-  items_.push_back(std::move(item));
+  if (!time.is_number() || !(std::abs(time.get<double>()) < kMaxTime_s)) return nullptr;
+  auto item = std::make_shared<BatchItem>();
+  item->log.gyro = gyro;
+  std::string& text = item->text(Table::kEvents);
+  append_quoted(text, gyro);
+  text += fmt::format(",{:.6f}", time.get<double>());
+  // Kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes.
+  append_quoted(text += ',', text_member(event, "severity", "-"), kMaxNameBytes);
+  append_quoted(text += ',', text_member(event, "kind", "-"), kMaxNameBytes);
+  append_quoted(text += ',', text_member(event, "text", "-"), kMaxFieldBytes);
+  text += '\n';
+  item->of(Table::kEvents).emplace_back();
+  return item;
 }
 
-CopyTexts Batch::texts(std::size_t first, std::size_t last) const {
-  CopyTexts texts;
-  for (std::size_t i = first; i < last; ++i) {
-    const BatchItem& item = items_[i];
-    std::vector<const Record*> rows;
-    for (const Record& record : item.records) {
-      texts[static_cast<std::size_t>(record.table)] += item.csv_of(record);
-      if (record.table == Table::kRows) rows.push_back(&record);
-    }
-    if (!item.cursor.empty()) append_place(texts, item, rows);
+std::string place_line(const BatchItem& item) {
+  if (item.cursor.empty()) return "";
+  const Record* last = nullptr;
+  std::size_t count = 0;
+  for (const Record& row : item.records[static_cast<std::size_t>(Table::kRows)]) {
+    if (!row.is_refused) last = &row, ++count;
   }
-  return texts;
+  std::string line = key_fields(item.log);
+  append_quoted(line, item.cursor);
+  if (last == nullptr) return line + ",,,,,0\n";
+  return line + fmt::format(",{},{},{},{:.6f},{}\n", item.log_id, last->segment, last->row, last->arrival_s, count);
 }
 
-std::set<std::int64_t> Batch::days() const {
-  std::set<std::int64_t> days;
-  for (const BatchItem& item : items_) {
-    for (const Record& record : item.records) {
-      if (record.table == Table::kRows) days.insert(record.day);
-    }
+std::string row_columns() {
+  std::string text = "gyro, axis, log, segment, row_number, arrival_s, time_s, sensors";
+  for (const ColumnInfo& column : kColumnInfo) {
+    if (is_copied(column)) (text += ", ") += column.name;
   }
-  return days;
+  return text;
+}
+
+void append_quoted(std::string& csv, std::string_view text, std::size_t max) {
+  csv += '"';
+  for (const char c : database_text(utf8_prefix(text, max))) {
+    if (c == '"') csv += '"';
+    csv += c;
+  }
+  csv += '"';
 }
 
 }  // namespace prism::prismrelay

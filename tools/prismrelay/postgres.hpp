@@ -16,40 +16,41 @@ namespace prism::prismrelay {
 
 class Postgres {
  public:
-  using Deadline = std::chrono::steady_clock::time_point;
   struct Clear {
     void operator()(PGresult* result) const { PQclear(result); }
   };
   using QueryResult = std::unique_ptr<PGresult, Clear>;
 
-  /// `connection`: libpq connection string. `password`: empty if not required; no error message contains it.
-  static Result<Postgres> open(const std::string& connection, const std::string& password, Deadline until);
+  /// `connection`: libpq connection string. `password`: empty if not required; no error message contains it. `timeout`:
+  /// of each operation.
+  static Result<Postgres> open(const std::string& connection, const std::string& password,
+                               std::chrono::seconds timeout);
 
-  /// Runs one or more statements and returns the result of the last one. Errors: the server's message in one line.
-  Result<QueryResult> run(const std::string& sql, Deadline until);
-  /// Runs one statement with its parameters, as text.
-  Result<QueryResult> run(const std::string& sql, const std::vector<std::string>& parameters, Deadline until);
-  /// Runs COPY … FROM STDIN with `lines`.
-  Result<void> copy(const std::string& sql, std::string_view lines, Deadline until);
+  /// Runs one or more statements, or one with parameters, and returns the result of the last one. Errors: the server's
+  /// message in one line.
+  Result<QueryResult> run(const std::string& sql, const std::vector<std::string>& parameters = {});
+  /// Runs statements of which one is COPY … FROM STDIN, with `lines`.
+  Result<void> copy(const std::string& sql, std::string_view lines);
 
   /// SQLSTATE of the last failed operation, e.g. "22003"; empty if the server did not send one, e.g. because the
   /// connection was lost.
   const std::string& sqlstate() const { return sqlstate_; }
 
-  int socket() const { return PQsocket(connection_.get()); }
-
  private:
+  using Clock = std::chrono::steady_clock;
   struct Finish {
     void operator()(PGconn* connection) const { PQfinish(connection); }
   };
-  explicit Postgres(PGconn* connection) : connection_(connection) {}
-  Result<void> flush(Deadline until);
-  Result<QueryResult> next_result(Deadline until);
-  Result<QueryResult> last_result(Deadline until);
+  Postgres(PGconn* connection, std::chrono::seconds timeout) : connection_(connection), timeout_(timeout) {}
+  bool wait(short events) const;
+  Result<void> flush();
+  Result<QueryResult> last_result();
   /// libpq's message, or `fallback` if it has none.
   tl::unexpected<Error> connection_error(std::string_view fallback = "connection lost") const;
 
   std::unique_ptr<PGconn, Finish> connection_;
+  std::chrono::seconds timeout_;
+  Clock::time_point until_ = Clock::now() + timeout_;  ///< end of this operation
   std::string sqlstate_;
 };
 

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: MIT
--- The database of prismrelay: each row of each gyro's log once. See docs/fleet.md. Creates only what is missing.
-BEGIN;
-DO $$ BEGIN PERFORM pg_advisory_xact_lock(hashtext('prism.version')); END $$;  -- one --init at a time
+-- Version 1 of the database of prismrelay: each row of each gyro's log once. See docs/fleet.md. Creates only what is missing.
+-- prismrelay --init runs the files of this directory above the database's version, in one transaction. A change of the tables is a
+-- further file, which ends with the new version: this one never changes, because databases have its tables.
 CREATE SCHEMA IF NOT EXISTS prism;
 
 CREATE TABLE IF NOT EXISTS prism.version (version integer PRIMARY KEY);
@@ -17,7 +17,24 @@ CREATE TABLE IF NOT EXISTS prism.rows (
   row_number integer NOT NULL,    -- in the segment, from 1
   arrival timestamptz NOT NULL,   -- host time of the last frame of the second
   time timestamptz NOT NULL,      -- end of the second, in data time
-  LOG_COLUMNS
+  samples integer,
+  missing bigint,
+  rate_deg_per_h double precision,
+  temperature_degc double precision,
+  uhfo_v double precision,
+  status bigint,
+  mean_rate_deg_per_h double precision,
+  mean_temperature_degc double precision,
+  slope_degc_per_s double precision,
+  mean_uhfo_v double precision,
+  bias_deg_per_h double precision,
+  sd_deg_per_h double precision,
+  corrected_deg_per_h double precision,
+  corrected_mean_deg_per_h double precision,
+  quality text,
+  sd_mean_deg_per_h double precision,
+  sent_deg_per_h double precision,
+  partial smallint,
   sensors jsonb,                  -- values by column name
   PRIMARY KEY (gyro, axis, log, segment, row_number, arrival)
 ) PARTITION BY RANGE (arrival);
@@ -117,4 +134,3 @@ CREATE OR REPLACE VIEW prism.days AS
 SELECT to_date(right(c.relname, 8), 'YYYYMMDD') AS day, c.reltuples::bigint AS rows_about, pg_total_relation_size(c.oid) AS bytes
 FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid
 WHERE i.inhparent = 'prism.rows'::regclass AND c.relname ~ '^rows_[0-9]{8}$';
-COMMIT;

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The database: its schema, and rows stored once each, because the cursor of the log is in the same transaction.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "tools/prismrelay/batch.hpp"
+#include "tools/prismrelay/postgres.hpp"
+#include "tools/prismrelay/settings.hpp"
+
+namespace prism::prismrelay {
+
+/// The SQL of `prismrelay --init` for a new database: all files of schema/, one transaction.
+std::string schema_sql();
+
+/// `prismrelay --init`: runs the files of schema/ above the version of the database, in one transaction. Waits while
+/// another one runs. Returns a line for the user. Errors: a later version, or that of the server.
+Result<std::string> init_schema(const PostgresSettings& settings);
+
+/// Each operation may wait for the server, at most 20 s for a response. After an error the connection is closed:
+/// connect() must follow.
+class Database {
+ public:
+  Database(const PostgresSettings& settings, std::string site) : settings_(settings), site_(std::move(site)) {}
+
+  /// Connects, checks the version of the schema, and returns the cursor after the last stored row of each log of the
+  /// site.
+  Result<std::map<LogKey, std::string>> connect();
+
+  /// Stores the batch in one transaction. If the server refuses some of the data, repeats it row by row with
+  /// savepoints: refused rows are stored in refused_rows; what else is refused, and why, is in the items. After an
+  /// error nothing is stored, or all, if the response was lost.
+  Result<void> commit(const Batch& batch);
+
+  /// Checks the connection.
+  Result<void> ping();
+
+  /// Creates the partitions of today and the next two days; drops those older than keep_days. Returns a line for each
+  /// dropped partition.
+  Result<std::vector<std::string>> keep_days();
+
+ private:
+  template <class T>
+  Result<T> keep(Result<T> done);
+  Result<std::map<LogKey, std::string>> read_cursors();
+  Result<void> read_days();
+  Result<void> make_partitions(const std::set<std::int64_t>& days);
+  Result<std::vector<std::string>> drop_days();
+  Result<void> store(const Batch& batch);
+  Result<void> store_texts(const Texts& texts);
+  Result<void> store_items(const Batch& batch);
+  Result<void> store_lines(BatchItem& item);
+  Result<void> store_lines(BatchItem& item, Table table);
+  Result<void> run(const std::string& sql);
+  bool is_refused(const Result<void>& done) const;
+
+  const PostgresSettings settings_;
+  const std::string site_;
+  std::optional<Postgres> connection_;
+  std::set<std::int64_t> days_;  ///< with a partition, since 1970 UTC
+};
+
+}  // namespace prism::prismrelay
