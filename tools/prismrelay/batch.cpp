@@ -28,6 +28,7 @@ using nlohmann::json;
 constexpr std::size_t kMaxNameBytes = 128;
 constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or an invalid line
 constexpr double kMaxTime_s = 9.2e9;          // the year 2261
+constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 constexpr std::size_t kTime = compensation::column_index("time_s"), kArrival = compensation::column_index("arrival_s");
 
 // The times are converted; all other columns have the same name in the log and in prism.rows.
@@ -40,16 +41,13 @@ std::string database_text(std::string_view text) {
   return valid;
 }
 
-json database_json(const json& value) {
-  if (value.is_string()) return database_text(value.get_ref<const std::string&>());
-  if (!value.is_structured()) return value;
-  json result = value.is_object() ? json::object() : json::array();
-  if (value.is_object()) {
-    for (const auto& [name, element] : value.items()) result[database_text(name)] = database_json(element);
-  } else {
-    for (const json& element : value) result.push_back(database_json(element));
+// JSON whose texts PostgreSQL can store.
+std::string database_json(const json& value) {
+  std::string text = json_text(value);  // without invalid UTF-8
+  for (std::size_t at = 0; (at = text.find('\\', at)) != std::string::npos; at += 2) {
+    if (text.compare(at, 6, "\\u0000") == 0) text.replace(at, 6, "\xef\xbf\xbd");
   }
-  return result;
+  return text;
 }
 
 // Fields of a line. Empty lines have one field.
@@ -61,35 +59,23 @@ std::vector<std::string_view> split(std::string_view line) {
   return fields;
 }
 
-bool is_integer(std::string_view text, std::int64_t max) {
+// The types are those of the columns in schema/*.sql.
+bool is_valid(ColumnType type, std::string_view text) {
+  if (type == ColumnType::kText)
+    return text.size() <= 200 && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_+") == std::string_view::npos;
+  if (type == ColumnType::kReal) return parse_number<double>(text).has_value();
+  const std::int64_t max = type == ColumnType::kInteger ? INT32_MAX : type == ColumnType::kFlag ? INT16_MAX : INT64_MAX;
   const auto value = parse_number<std::int64_t>(text);
   return value && *value >= -max && *value <= max;
 }
 
-// The types are those of the columns in schema/*.sql.
-bool is_valid(ColumnType type, std::string_view text) {
-  switch (type) {
-    case ColumnType::kReal:
-      return parse_number<double>(text).has_value();
-    case ColumnType::kInteger:
-      return is_integer(text, INT32_MAX);
-    case ColumnType::kUnsigned:
-      return is_integer(text, INT64_MAX);
-    case ColumnType::kFlag:
-      return is_integer(text, INT16_MAX);
-    case ColumnType::kTime:
-    case ColumnType::kText:
-      break;
-  }
-  return text.size() <= 200 && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_+") == std::string_view::npos;
+// Rounded as to_timestamp() does: earlier versions stored the times with it, and the arrival is part of a key.
+std::int64_t rounded_ns(double time_s) {
+  constexpr std::int64_t kEpoch_s = 946'684'800;  // of PostgreSQL: 2000
+  return (static_cast<std::int64_t>(std::rint((time_s - kEpoch_s) * 1e6)) + kEpoch_s * 1'000'000) * 1000;
 }
 
-// The day of to_timestamp(arrival_s): PostgreSQL rounds to microseconds since 2000, ties to even.
-std::int64_t stored_day(double arrival_s) {
-  constexpr std::int64_t kEpoch_s = 946'684'800, kDay_us = 86'400'000'000;
-  const auto since_2000_us = static_cast<std::int64_t>(std::rint((arrival_s - kEpoch_s) * 1e6));
-  return (since_2000_us + kEpoch_s * 1'000'000) / kDay_us;
-}
+std::string time_text(double time_s) { return utc_nano_text(rounded_ns(time_s)); }
 
 std::string in_quotes(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }
 
@@ -140,7 +126,8 @@ class RowConverter {
       fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], *value);
     }
     record.arrival_s = *arrival_s;
-    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, arrival_text, at(kTime));
+    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, time_text(*arrival_s),
+                   time_text(*time_s));
     if (!sensors.empty()) ((csv += "\"{") += sensors) += "}\"";
     for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
       if (is_copied(kColumnInfo[c])) (csv += ',') += at(c);
@@ -207,7 +194,7 @@ void add_segment(BatchItem& item, const json& segment) {
   append_quoted(text += prefix, printable(text_member(segment, "file")), kMaxFieldBytes);
   text += ',';
   if (member(metadata, "model").is_string()) append_quoted(text, text_member(metadata, "model"), kMaxFieldBytes);
-  append_quoted(text += ',', metadata.is_object() ? json_text(database_json(metadata)) : "{}");
+  append_quoted(text += ',', metadata.is_object() ? database_json(metadata) : "{}");
   text += '\n';
   item.of(Table::kSegments)
       .push_back({.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>()});
@@ -219,7 +206,7 @@ void add_segment(BatchItem& item, const json& segment) {
       item.error = fmt::format("row {} of segment {}: {}", record.row, record.segment, shortened(*error, 200));
       add_refused(item, record, *error);
     } else {
-      item.days.insert(stored_day(record.arrival_s));
+      item.days.insert(rounded_ns(record.arrival_s) / kDay_ns);
       item.of(Table::kRows).push_back(record);
     }
     ++record.row;
@@ -240,9 +227,7 @@ void BatchItem::refuse(Table table, Record& record, const std::string& reason) {
 }
 
 std::size_t BatchItem::refused_rows() const {
-  const auto& rows = records[static_cast<std::size_t>(Table::kRows)];
-  return static_cast<std::size_t>(
-      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.is_refused; }));
+  return static_cast<std::size_t>(std::ranges::count_if(of(Table::kRows), &Record::is_refused));
 }
 
 Result<std::shared_ptr<BatchItem>> page_item(const LogKey& log, const std::string& cursor, json response) {
@@ -275,7 +260,7 @@ std::shared_ptr<BatchItem> event_item(const std::string& gyro, const json& event
   item->log.gyro = gyro;
   std::string& text = item->text(Table::kEvents);
   append_quoted(text, gyro);
-  text += fmt::format(",{:.6f}", time.get<double>());
+  text += fmt::format(",{}", time_text(time.get<double>()));
   // Kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes.
   append_quoted(text += ',', text_member(event, "severity", "-"), kMaxNameBytes);
   append_quoted(text += ',', text_member(event, "kind", "-"), kMaxNameBytes);
@@ -289,17 +274,18 @@ std::string place_line(const BatchItem& item) {
   if (item.cursor.empty()) return "";
   const Record* last = nullptr;
   std::size_t count = 0;
-  for (const Record& row : item.records[static_cast<std::size_t>(Table::kRows)]) {
+  for (const Record& row : item.of(Table::kRows)) {
     if (!row.is_refused) last = &row, ++count;
   }
   std::string line = key_fields(item.log);
   append_quoted(line, item.cursor);
   if (last == nullptr) return line + ",,,,,0\n";
-  return line + fmt::format(",{},{},{},{:.6f},{}\n", item.log_id, last->segment, last->row, last->arrival_s, count);
+  return line +
+         fmt::format(",{},{},{},{},{}\n", item.log_id, last->segment, last->row, time_text(last->arrival_s), count);
 }
 
 std::string row_columns() {
-  std::string text = "gyro, axis, log, segment, row_number, arrival_s, time_s, sensors";
+  std::string text = "gyro, axis, log, segment, row_number, arrival, time, sensors";
   for (const ColumnInfo& column : kColumnInfo) {
     if (is_copied(column)) (text += ", ") += column.name;
   }

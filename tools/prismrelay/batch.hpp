@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is stored in the database: pages of logs and events, converted to lines of COPY.
+// Pages of logs and events, converted to lines of COPY.
 #pragma once
 
 #include <algorithm>
@@ -60,6 +60,7 @@ struct BatchItem {
 
   std::string& text(Table table) { return texts[static_cast<std::size_t>(table)]; }
   std::vector<Record>& of(Table table) { return records[static_cast<std::size_t>(table)]; }
+  const std::vector<Record>& of(Table table) const { return records[static_cast<std::size_t>(table)]; }
   /// The server refused a record.
   void refuse(Table table, Record& record, const std::string& reason);
   /// No rows and no gap.

@@ -2,9 +2,15 @@
 #include "tools/prismrelay/database.hpp"
 
 #include <fmt/format.h>
+#include <libpq-fe.h>
+#include <poll.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -13,7 +19,7 @@
 namespace prism::prismrelay {
 namespace {
 
-constexpr const char* kWhere = "postgresql";
+constexpr const char* kServer = "postgresql";
 constexpr std::chrono::seconds kTimeout{20};
 constexpr std::chrono::seconds kInitTimeout{60};  // another --init, or an index of a large table
 
@@ -23,56 +29,35 @@ constexpr const char* kSchemaFiles[] = {
 };
 constexpr int kSchemaVersion = std::size(kSchemaFiles);
 
-/// A temporary table that COPY fills, and the statement that inserts its rows into the final table: all, or `where`
-/// they are of a Record.
-struct StagingTable {
-  std::string name, definition, columns, insert, conflict, where;
-  std::string copy = "COPY " + name + " (" + columns + ") FROM STDIN (FORMAT csv); ";
+/// A table of the schema. COPY fills in_NAME, a temporary table with the same columns; then its rows are inserted: all,
+/// or `where` they are of a Record.
+struct Destination {
+  Destination(const char* name, const std::string& columns, const char* of_record, const char* conflict = "DO NOTHING")
+      : create(fmt::format("CREATE TEMPORARY TABLE in_{0} ON COMMIT DELETE ROWS AS SELECT {1} FROM prism.{0} LIMIT 0;",
+                           name, columns)),
+        empty(fmt::format("DELETE FROM in_{};", name)),
+        copy(fmt::format("COPY in_{} FROM STDIN (FORMAT csv);", name)),
+        insert(fmt::format("INSERT INTO prism.{0} AS old ({1}) SELECT {1} FROM in_{0}", name, columns)),
+        where(of_record),
+        on_conflict(fmt::format(" ON CONFLICT {};", conflict)) {}
+  std::string create, empty, copy, insert, where, on_conflict;
 };
 
-// In the order of Table. in_rows has the columns of prism.rows, and the times as numbers.
-const std::array<StagingTable, kTables>& staging_tables() {
-  static const auto kStagingTables = [] {
-    const std::string skip = " ON CONFLICT DO NOTHING";
-    const std::string columns = row_columns();
-    std::string names = columns, values = columns;
-    for (const std::string time : {"arrival", "time"}) {
-      names.replace(names.find(time + "_s"), time.size() + 2, time);
-      values.replace(values.find(time + "_s"), time.size() + 2, "to_timestamp(" + time + "_s)");
-    }
-    return std::array<StagingTable, kTables>{{
-        {"in_segments", "(gyro text, axis text, log uuid, segment integer, file text, model text, metadata jsonb)",
-         "gyro, axis, log, segment, file, model, metadata",
-         "INSERT INTO prism.segments (gyro, axis, log, segment, file, model, metadata) SELECT * FROM in_segments", skip,
-         " WHERE segment = {}"},
-        {"in_rows", "", columns, "INSERT INTO prism.rows (" + names + ") SELECT " + values + " FROM in_rows", skip,
-         " WHERE (segment, row_number) = ({}, {})"},
-        {"in_gaps", "(gyro text, axis text, kind text, behind text, missing bigint)",
-         "gyro, axis, kind, behind, missing",
-         "INSERT INTO prism.gaps (gyro, axis, kind, behind, missing) SELECT * FROM in_gaps", skip, ""},
-        {"in_events", "(gyro text, time_s double precision, severity text, kind text, text text)",
-         "gyro, time_s, severity, kind, text",
-         "INSERT INTO prism.events (gyro, time, severity, kind, text) "
-         "SELECT gyro, to_timestamp(time_s), severity, kind, text FROM in_events",
-         skip, ""},
-        {"in_refused", "(gyro text, axis text, log uuid, segment integer, row_number integer, why text, line text)",
-         "gyro, axis, log, segment, row_number, why, line",
-         "INSERT INTO prism.refused_rows (gyro, axis, log, segment, row_number, why, line) SELECT * FROM in_refused",
-         skip, ""},
-        {"in_places",
-         "(gyro text, axis text, cursor text, log uuid, segment integer, row_number integer, arrival_s double "
-         "precision, rows bigint)",
-         "gyro, axis, cursor, log, segment, row_number, arrival_s, rows",
-         "INSERT INTO prism.places AS p (gyro, axis, cursor, log, segment, row_number, arrival, rows) "
-         "SELECT gyro, axis, cursor, log, segment, row_number, to_timestamp(arrival_s), rows FROM in_places",
-         " ON CONFLICT (gyro, axis) DO UPDATE SET cursor = excluded.cursor, log = coalesce(excluded.log, p.log), "
-         "segment = coalesce(excluded.segment, p.segment), "
-         "row_number = coalesce(excluded.row_number, p.row_number), arrival = coalesce(excluded.arrival, p.arrival), "
-         "rows = p.rows + excluded.rows, updated = now()",
-         ""},
-    }};
-  }();
-  return kStagingTables;
+// In the order of Table.
+const std::array<Destination, kTables>& destinations() {
+  static const std::array<Destination, kTables> kDestinations = {{
+      {"segments", "gyro, axis, log, segment, file, model, metadata", " WHERE segment = {}"},
+      {"rows", row_columns(), " WHERE (segment, row_number) = ({}, {})"},
+      {"gaps", "gyro, axis, kind, behind, missing", ""},
+      {"events", "gyro, time, severity, kind, text", ""},
+      {"refused_rows", "gyro, axis, log, segment, row_number, why, line", ""},
+      {"places", "gyro, axis, cursor, log, segment, row_number, arrival, rows", "",
+       "(gyro, axis) DO UPDATE SET cursor = excluded.cursor, log = coalesce(excluded.log, old.log), "
+       "segment = coalesce(excluded.segment, old.segment), "
+       "row_number = coalesce(excluded.row_number, old.row_number), "
+       "arrival = coalesce(excluded.arrival, old.arrival), rows = old.rows + excluded.rows, updated = now()"},
+  }};
+  return kDestinations;
 }
 
 // The timeouts end a session whose client is gone: it would keep locks on the rows of prism.places.
@@ -80,20 +65,183 @@ std::string session_sql() {
   std::string sql =
       "SET idle_in_transaction_session_timeout = '30s'; SET tcp_keepalives_idle = 10; "
       "SET tcp_keepalives_interval = 5; SET tcp_keepalives_count = 3; SET synchronous_commit = on;";
-  for (const StagingTable& table : staging_tables()) {
-    const std::string definition = !table.definition.empty()
-                                       ? table.definition + " ON COMMIT DELETE ROWS"
-                                       : " ON COMMIT DELETE ROWS AS SELECT *, 0::double precision AS arrival_s, "
-                                         "0::double precision AS time_s FROM prism.rows LIMIT 0";
-    sql += fmt::format("CREATE TEMPORARY TABLE {} {};", table.name, definition);
-  }
+  for (const Destination& table : destinations()) sql += table.create;
   return sql;
+}
+
+// Joins the lines of a message of libpq. It may quote data: Error::text() makes it printable.
+std::string one_line(std::string_view text) {
+  constexpr std::string_view kError = "ERROR:  ";
+  std::string line(text.substr(text.starts_with(kError) ? kError.size() : 0));
+  for (char& c : line) c = c == '\n' || c == '\t' ? ' ' : c;
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line.size() > 1000 ? shortened(line, 1000) : line;
 }
 
 template <class T>
 tl::unexpected<Error> error_of(const Result<T>& result) {
   return tl::unexpected<Error>(result.error());
 }
+
+struct Clear {
+  void operator()(PGresult* result) const { PQclear(result); }
+};
+using QueryResult = std::unique_ptr<PGresult, Clear>;
+
+// A field as text; empty if it is null.
+std::string field(const QueryResult& result, int row, int column) {
+  return PQgetisnull(result.get(), row, column) != 0 ? "" : PQgetvalue(result.get(), row, column);
+}
+
+}  // namespace
+
+/// Connection to the server. Each operation has a deadline.
+class Session {
+ public:
+  std::set<std::int64_t> days = {};  ///< with a partition, since 1970 UTC
+
+  static Result<std::unique_ptr<Session>> open(const PostgresSettings& settings, std::chrono::seconds timeout) {
+    std::string password;  // no error message contains it
+    if (!settings.password_file.empty()) {
+      auto read = read_password(settings.password_file);
+      if (!read) return error_of(read);
+      password = std::move(*read);
+    }
+    const std::array keys = {"dbname", "password", "fallback_application_name", "client_encoding",
+                             static_cast<const char*>(nullptr)};
+    const std::array values = {settings.connection.c_str(), password.empty() ? nullptr : password.c_str(), "prismrelay",
+                               "UTF8", static_cast<const char*>(nullptr)};
+    std::unique_ptr<Session> opened(new Session(PQconnectStartParams(keys.data(), values.data(), 1), timeout));
+    PGconn* const handle = opened->connection_.get();
+    if (handle == nullptr) return make_error(kServer, "out of memory");
+    for (PostgresPollingStatusType state = PGRES_POLLING_WRITING; state != PGRES_POLLING_OK;) {
+      if (state == PGRES_POLLING_FAILED || PQstatus(handle) == CONNECTION_BAD)
+        return opened->connection_error("cannot connect");
+      if (!opened->wait(state == PGRES_POLLING_READING ? POLLIN : POLLOUT))
+        return make_error(kServer, "connection timed out");
+      state = PQconnectPoll(handle);
+    }
+    const std::string_view encoding = PQparameterStatus(handle, "server_encoding");
+    if (encoding != "UTF8" && encoding != "SQL_ASCII")
+      return make_error(kServer, fmt::format("the database has the encoding {}, expected UTF8", encoding));
+    PQsetnonblocking(handle, 1);
+    PQsetNoticeProcessor(
+        handle, [](void*, const char*) {}, nullptr);  // e.g. "relation exists, skipping"
+    return opened;
+  }
+
+  /// Runs one or more statements and returns the result of the last one. Errors: the server's message in one line.
+  Result<QueryResult> query(const std::string& sql) {
+    until_ = Clock::now() + timeout_;
+    sqlstate_.clear();
+    if (PQsendQuery(connection_.get(), sql.c_str()) == 0) return connection_error();
+    return last_result();
+  }
+  Result<void> run(const std::string& sql) {
+    if (const auto done = query(sql); !done) return error_of(done);
+    return {};
+  }
+
+  /// Runs statements of which one is COPY … FROM STDIN, with `lines`.
+  Result<void> copy(const std::string& sql, std::string_view lines) {
+    if (auto begun = run(sql); !begun) return begun;
+    while (!lines.empty()) {
+      const std::string_view part = lines.substr(0, 64 << 10);
+      const int queued = PQputCopyData(connection_.get(), part.data(), static_cast<int>(part.size()));
+      if (queued < 0) return connection_error();
+      if (queued > 0) lines.remove_prefix(part.size());
+      if (auto sent = flush(); !sent) return sent;
+    }
+    while (PQputCopyEnd(connection_.get(), nullptr) == 0) {
+      if (auto sent = flush(); !sent) return sent;
+    }
+    if (const auto done = last_result(); !done) return error_of(done);
+    return {};
+  }
+
+  /// True if the data are the fault: data exception, integrity constraint violation, program limit exceeded (size of an
+  /// index entry). Other errors, e.g. a full disk or an exception of a trigger (P0001), may end without a change of the
+  /// data.
+  bool is_refused(const Result<void>& done) const {
+    const std::string kind = done ? "" : sqlstate_.substr(0, 2);
+    return kind == "22" || kind == "23" || kind == "54";
+  }
+
+  /// Text as a literal in SQL.
+  std::string quoted(const std::string& text) const {
+    const std::unique_ptr<char, decltype(&PQfreemem)> literal(
+        PQescapeLiteral(connection_.get(), text.data(), text.size()), PQfreemem);
+    return literal ? literal.get() : "''";
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Finish {
+    void operator()(PGconn* connection) const { PQfinish(connection); }
+  };
+  Session(PGconn* connection, std::chrono::seconds timeout) : connection_(connection), timeout_(timeout) {}
+
+  // libpq's message, or `fallback` if it has none.
+  tl::unexpected<Error> connection_error(const char* fallback = "connection lost") const {
+    const std::string message = one_line(PQerrorMessage(connection_.get()));
+    return make_error(kServer, message.empty() ? fallback : message);
+  }
+
+  // Waits until the socket is ready. Returns false at the end of the operation's time, or if poll() fails.
+  bool wait(short events) const {
+    for (;;) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until_ - Clock::now()).count();
+      if (left < 0) return false;
+      pollfd socket{PQsocket(connection_.get()), events, 0};
+      const int ready = ::poll(&socket, 1, static_cast<int>(left) + 1);
+      if (ready > 0) return true;
+      if (ready < 0 && errno != EINTR) return false;
+    }
+  }
+
+  Result<void> flush() {
+    for (;;) {
+      const int left = PQflush(connection_.get());
+      if (left == 0) return {};
+      if (left < 0) return connection_error();
+      if (!wait(POLLIN | POLLOUT)) return make_error(kServer, "write timed out");
+      if (PQconsumeInput(connection_.get()) == 0) return connection_error();
+    }
+  }
+
+  // Returns the last result, the first error, or the begin of COPY.
+  Result<QueryResult> last_result() {
+    if (auto sent = flush(); !sent) return error_of(sent);
+    QueryResult last;
+    Result<QueryResult> error = QueryResult();
+    for (;;) {
+      while (PQisBusy(connection_.get()) != 0) {
+        if (!wait(POLLIN)) return make_error(kServer, "response timed out");
+        if (PQconsumeInput(connection_.get()) == 0) return connection_error();
+      }
+      QueryResult result(PQgetResult(connection_.get()));
+      if (!result) break;
+      const ExecStatusType state = PQresultStatus(result.get());
+      if (state == PGRES_COPY_IN) return result;
+      if (state != PGRES_COMMAND_OK && state != PGRES_TUPLES_OK && error) {
+        error = make_error(kServer, one_line(PQresultErrorMessage(result.get())));
+        const char* const code = PQresultErrorField(result.get(), PG_DIAG_SQLSTATE);
+        sqlstate_ = code != nullptr ? code : "";
+      }
+      last = std::move(result);
+    }
+    if (!error) return error;
+    if (!last) return connection_error();
+    return last;
+  }
+
+  std::unique_ptr<PGconn, Finish> connection_;
+  std::chrono::seconds timeout_;
+  Clock::time_point until_ = Clock::now() + timeout_;  // end of this operation
+  std::string sqlstate_;                               // of the last failed operation; empty: not of the server
+};
+
+namespace {
 
 std::int64_t today() {
   return std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()).time_since_epoch().count();
@@ -109,29 +257,167 @@ std::string partition_name(std::int64_t day) {
   return "rows_" + name;
 }
 
-Result<Postgres> open_database(const PostgresSettings& settings, std::chrono::seconds timeout) {
-  std::string password;
-  if (!settings.password_file.empty()) {
-    auto read = read_password(settings.password_file);
-    if (!read) return error_of(read);
-    password = std::move(*read);
-  }
-  return Postgres::open(settings.connection, password, timeout);
-}
-
 // The version of the schema, 0 if it does not exist. Errors: a later one.
-Result<int> schema_version(Postgres& connection) {
-  const auto table = connection.run("SELECT to_regclass('prism.version')");
+Result<int> schema_version(Session& session) {
+  const auto table = session.query("SELECT to_regclass('prism.version')");
   if (!table) return error_of(table);
   if (field(*table, 0, 0).empty()) return 0;
-  const auto row = connection.run("SELECT coalesce(max(version), 0) FROM prism.version");
+  const auto row = session.query("SELECT coalesce(max(version), 0) FROM prism.version");
   if (!row) return error_of(row);
   const int version = std::stoi(field(*row, 0, 0));
   if (version > kSchemaVersion)
-    return make_error(kWhere, fmt::format("found version {} of the schema prism, expected {}: created by a later "
-                                          "prismrelay",
-                                          version, kSchemaVersion));
+    return make_error(kServer, fmt::format("found version {} of the schema prism, expected {}: created by a later "
+                                           "prismrelay",
+                                           version, kSchemaVersion));
   return version;
+}
+
+Result<void> read_days(Session& session) {
+  const auto days = session.query("SELECT day - '1970-01-01'::date FROM prism.days");
+  if (!days) return error_of(days);
+  session.days.clear();
+  for (int i = 0; i < PQntuples(days->get()); ++i) session.days.insert(std::stoll(field(*days, i, 0)));
+  return {};
+}
+
+Result<std::map<LogKey, std::string>> read_cursors(Session& session, const std::string& site) {
+  const auto version = schema_version(session);
+  if (!version) return error_of(version);
+  if (*version == 0) return make_error(kServer, "has no schema prism; create it with prismrelay --init");
+  if (*version != kSchemaVersion)
+    return make_error(kServer, fmt::format("found version {} of the schema prism, expected {}; update it with "
+                                           "prismrelay --init",
+                                           *version, kSchemaVersion));
+  if (const auto done = session.run(session_sql()); !done) return error_of(done);
+  if (const auto done = read_days(session); !done) return error_of(done);
+  const auto places = session.query("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, " +
+                                    session.quoted(site + "/") + ") FOR UPDATE");  // waits for an earlier connection
+  if (!places) return error_of(places);
+  std::map<LogKey, std::string> cursors;
+  for (int i = 0; i < PQntuples(places->get()); ++i)
+    cursors[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
+  return cursors;
+}
+
+// Separate transactions, because a new partition locks the table. The advisory lock serialises them over all relays.
+Result<void> make_partitions(Session& session, const std::set<std::int64_t>& days) {
+  for (const std::int64_t day : days) {
+    if (session.days.contains(day)) continue;
+    if (auto done =
+            session.run(fmt::format("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); CREATE TABLE IF NOT "
+                                    "EXISTS prism.{} PARTITION "
+                                    "OF prism.rows FOR VALUES FROM ('{} 00:00:00+00') TO ('{} 00:00:00+00'); COMMIT",
+                                    partition_name(day), day_text(day), day_text(day + 1)));
+        !done)
+      return done;
+    if (auto done = read_days(session); !done) return done;
+    if (!session.days.contains(day))
+      return make_error(kServer, fmt::format("prism.{} exists, but is not a partition of prism.rows; rename or drop it",
+                                             partition_name(day)));
+  }
+  return {};
+}
+
+Result<void> store_texts(Session& session, const Texts& texts) {
+  for (std::size_t i = 0; i < kTables; ++i) {
+    const Destination& to = destinations()[i];
+    if (texts[i].empty()) continue;
+    if (auto done = session.copy(to.copy + to.insert + to.on_conflict, texts[i]); !done) return done;
+  }
+  return {};
+}
+
+Result<void> store_lines(Session& session, BatchItem& item, Table table) {
+  const Destination& to = destinations()[static_cast<std::size_t>(table)];
+  if (item.text(table).empty()) return {};
+  if (auto copied = session.copy(to.copy, item.text(table)); !copied) return copied;
+  for (Record& record : item.of(table)) {
+    const std::string where = fmt::format(fmt::runtime(to.where), record.segment, record.row);
+    const auto stored = session.run("SAVEPOINT line;" + to.insert + where + to.on_conflict + "RELEASE line");
+    if (stored) continue;
+    if (!session.is_refused(stored)) return stored;
+    item.refuse(table, record, stored.error().what);
+    if (auto ended = session.run("ROLLBACK TO line; RELEASE line"); !ended) return ended;
+  }
+  return {};
+}
+
+// Row by row. Refused rows and segments get a line in refused_rows; refused gaps and events are only reported.
+Result<void> store_lines(Session& session, BatchItem& item) {
+  for (const Table table : {Table::kSegments, Table::kRows, Table::kGaps, Table::kEvents}) {
+    if (auto stored = store_lines(session, item, table); !stored) return stored;
+  }
+  Texts texts;
+  texts[static_cast<std::size_t>(Table::kRefused)] = item.text(Table::kRefused);
+  texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(item);
+  return store_texts(session, texts);
+}
+
+// SET CONSTRAINTS: a deferred constraint would refuse the complete transaction.
+Result<void> store_items(Session& session, const Batch& batch) {
+  std::string begin;  // empties the tables before the savepoint, because ROLLBACK TO would fill them again
+  for (const Destination& table : destinations()) begin += table.empty;
+  begin += "SAVEPOINT item";
+  if (auto begun = session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE"); !begun) return begun;
+  for (const auto& item : batch) {
+    Texts texts = item->texts;
+    texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(*item);
+    if (auto begun = session.run(begin); !begun) return begun;
+    auto stored = store_texts(session, texts);
+    if (session.is_refused(stored)) {
+      if (auto ended = session.run("ROLLBACK TO item"); !ended) return ended;
+      stored = store_lines(session, *item);
+    }
+    if (!stored && !session.is_refused(stored)) return stored;
+    if (!stored) item->cursor_error = stored.error().what;
+    if (auto ended = session.run(stored ? "RELEASE item" : "ROLLBACK TO item; RELEASE item"); !ended) return ended;
+  }
+  return session.run("COMMIT");
+}
+
+Result<void> store(Session& session, const Batch& batch) {
+  std::set<std::int64_t> days;
+  Texts texts;
+  for (const auto& item : batch) {
+    days.insert(item->days.begin(), item->days.end());
+    for (std::size_t i = 0; i < kTables; ++i) texts[i] += item->texts[i];
+    texts[static_cast<std::size_t>(Table::kPlaces)] += place_line(*item);
+  }
+  if (auto made = make_partitions(session, days); !made) return made;
+  auto done = session.run("BEGIN");
+  if (done) done = store_texts(session, texts);
+  if (done) done = session.run("COMMIT");
+  if (!session.is_refused(done)) return done;
+  if (auto ended = session.run("ROLLBACK"); !ended) return ended;
+  if (auto read = read_days(session); !read) return read;  // another program may have dropped a partition
+  if (auto made = make_partitions(session, days); !made) return made;
+  return store_items(session, batch);
+}
+
+Result<std::vector<std::string>> drop_days(Session& session, const std::optional<int>& keep_days) {
+  std::vector<std::string> dropped;
+  if (const auto made = make_partitions(session, {today(), today() + 1, today() + 2}); !made) return error_of(made);
+  if (!keep_days) return dropped;
+  const auto old =
+      session.query(fmt::format("SELECT day - '1970-01-01'::date, rows_about, pg_size_pretty(bytes) FROM prism.days "
+                                "WHERE day < (now() AT TIME ZONE 'UTC')::date - {} ORDER BY day",
+                                *keep_days));
+  if (!old) return error_of(old);
+  for (int i = 0; i < PQntuples(old->get()); ++i) {
+    const std::int64_t day = std::stoll(field(*old, i, 0));
+    if (const auto done = session.run("DROP TABLE prism." + partition_name(day)); !done) return error_of(done);
+    session.days.erase(day);
+    dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", partition_name(day),
+                                  field(*old, i, 1), field(*old, i, 2), *keep_days));
+  }
+  return dropped;
+}
+
+// Closes the connection after an error.
+template <class T>
+Result<T> keep(std::unique_ptr<Session>& session, Result<T> done) {
+  if (!done) session.reset();
+  return done;
 }
 
 }  // namespace
@@ -143,193 +429,38 @@ std::string schema_sql() {
 }
 
 Result<std::string> init_schema(const PostgresSettings& settings) {
-  auto connection = open_database(settings, kInitTimeout);
-  if (!connection) return error_of(connection);
-  const auto locked = connection->run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.version'))");
+  const auto opened = Session::open(settings, kInitTimeout);
+  if (!opened) return error_of(opened);
+  Session& session = **opened;
+  const auto locked = session.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.version'))");
   if (!locked) return error_of(locked);
-  const auto version = schema_version(*connection);
+  const auto version = schema_version(session);
   if (!version) return error_of(version);
   if (*version == kSchemaVersion) return fmt::format("schema prism exists, version {}", kSchemaVersion);
   std::string sql;
   for (int file = *version; file < kSchemaVersion; ++file) sql += kSchemaFiles[file];
-  if (const auto done = connection->run(sql + "COMMIT"); !done) return error_of(done);
+  if (const auto done = session.run(sql + "COMMIT"); !done) return error_of(done);
   return *version == 0 ? fmt::format("created schema prism, version {}", kSchemaVersion)
                        : fmt::format("updated schema prism from version {} to {}", *version, kSchemaVersion);
 }
 
-// Closes the connection after an error.
-template <class T>
-Result<T> Database::keep(Result<T> done) {
-  if (!done) connection_.reset();
-  return done;
-}
-
-Result<void> Database::run(const std::string& sql) {
-  if (const auto done = connection_->run(sql); !done) return error_of(done);
-  return {};
-}
-
-// The data are the fault: data exception, integrity constraint violation, program limit exceeded (size of an index
-// entry). Others, e.g. a full disk or an exception of a trigger (P0001), may end without a change of the data.
-bool Database::is_refused(const Result<void>& done) const {
-  const std::string kind = done ? "" : connection_->sqlstate().substr(0, 2);
-  return kind == "22" || kind == "23" || kind == "54";
-}
+Database::Database(const PostgresSettings& settings, const std::string& site) : settings_(settings), site_(site) {}
+Database::~Database() = default;
 
 Result<std::map<LogKey, std::string>> Database::connect() {
-  connection_.reset();
-  auto opened = open_database(settings_, kTimeout);
+  session_.reset();
+  auto opened = Session::open(settings_, kTimeout);
   if (!opened) return error_of(opened);
-  connection_ = std::move(*opened);
-  return keep(read_cursors());
+  session_ = std::move(*opened);
+  return keep(session_, read_cursors(*session_, site_));
 }
 
-Result<std::map<LogKey, std::string>> Database::read_cursors() {
-  const auto version = schema_version(*connection_);
-  if (!version) return error_of(version);
-  if (*version == 0) return make_error(kWhere, "has no schema prism; create it with prismrelay --init");
-  if (*version != kSchemaVersion)
-    return make_error(kWhere, fmt::format("found version {} of the schema prism, expected {}; update it with "
-                                          "prismrelay --init",
-                                          *version, kSchemaVersion));
-  if (const auto done = run(session_sql()); !done) return error_of(done);
-  if (const auto done = read_days(); !done) return error_of(done);
-  const auto places =
-      connection_->run("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, $1) FOR UPDATE",
-                       {site_ + "/"});  // FOR UPDATE waits for a commit of a previous connection
-  if (!places) return error_of(places);
-  std::map<LogKey, std::string> cursors;
-  for (int i = 0; i < PQntuples(places->get()); ++i)
-    cursors[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
-  return cursors;
-}
+Result<void> Database::commit(const Batch& batch) { return keep(session_, store(*session_, batch)); }
 
-Result<void> Database::read_days() {
-  const auto days = connection_->run("SELECT day - '1970-01-01'::date FROM prism.days");
-  if (!days) return error_of(days);
-  days_.clear();
-  for (int i = 0; i < PQntuples(days->get()); ++i) days_.insert(std::stoll(field(*days, i, 0)));
-  return {};
-}
+Result<void> Database::ping() { return keep(session_, session_->run("SELECT 1")); }
 
-// Separate transactions, because a new partition locks the table. The advisory lock serialises them over all relays.
-Result<void> Database::make_partitions(const std::set<std::int64_t>& days) {
-  for (const std::int64_t day : days) {
-    if (days_.contains(day)) continue;
-    if (auto done = run(fmt::format("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); CREATE TABLE IF NOT "
-                                    "EXISTS prism.{} PARTITION "
-                                    "OF prism.rows FOR VALUES FROM ('{} 00:00:00+00') TO ('{} 00:00:00+00'); COMMIT",
-                                    partition_name(day), day_text(day), day_text(day + 1)));
-        !done)
-      return done;
-    if (auto done = read_days(); !done) return done;
-    if (!days_.contains(day))
-      return make_error(kWhere, fmt::format("prism.{} exists, but is not a partition of prism.rows; rename or drop it",
-                                            partition_name(day)));
-  }
-  return {};
-}
-
-Result<void> Database::commit(const Batch& batch) { return keep(store(batch)); }
-
-Result<void> Database::store(const Batch& batch) {
-  std::set<std::int64_t> days;
-  Texts texts;
-  for (const auto& item : batch) {
-    days.insert(item->days.begin(), item->days.end());
-    for (std::size_t i = 0; i < kTables; ++i) texts[i] += item->texts[i];
-    texts[static_cast<std::size_t>(Table::kPlaces)] += place_line(*item);
-  }
-  if (auto made = make_partitions(days); !made) return made;
-  auto done = run("BEGIN");
-  if (done) done = store_texts(texts);
-  if (done) done = run("COMMIT");
-  if (!is_refused(done)) return done;
-  if (auto ended = run("ROLLBACK"); !ended) return ended;
-  if (auto read = read_days(); !read) return read;  // another program may have dropped a partition
-  if (auto made = make_partitions(days); !made) return made;
-  return store_items(batch);
-}
-
-Result<void> Database::store_texts(const Texts& texts) {
-  for (std::size_t i = 0; i < kTables; ++i) {
-    const StagingTable& staging = staging_tables()[i];
-    if (texts[i].empty()) continue;
-    if (auto done = connection_->copy(staging.copy + staging.insert + staging.conflict, texts[i]); !done) return done;
-  }
-  return {};
-}
-
-// SET CONSTRAINTS: a deferred constraint would refuse the complete transaction.
-Result<void> Database::store_items(const Batch& batch) {
-  std::string begin;  // empties the tables before the savepoint, because ROLLBACK TO would fill them again
-  for (const StagingTable& staging : staging_tables()) begin += "DELETE FROM " + staging.name + ";";
-  begin += "SAVEPOINT item";
-  if (auto begun = run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE"); !begun) return begun;
-  for (const auto& item : batch) {
-    Texts texts = item->texts;
-    texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(*item);
-    if (auto begun = run(begin); !begun) return begun;
-    auto stored = store_texts(texts);
-    if (is_refused(stored)) {
-      if (auto ended = run("ROLLBACK TO item"); !ended) return ended;
-      stored = store_lines(*item);
-    }
-    if (!stored && !is_refused(stored)) return stored;
-    if (!stored) item->cursor_error = stored.error().what;
-    if (auto ended = run(stored ? "RELEASE item" : "ROLLBACK TO item; RELEASE item"); !ended) return ended;
-  }
-  return run("COMMIT");
-}
-
-// Row by row. Refused rows and segments get a line in refused_rows; refused gaps and events are only reported.
-Result<void> Database::store_lines(BatchItem& item) {
-  for (const Table table : {Table::kSegments, Table::kRows, Table::kGaps, Table::kEvents}) {
-    if (auto stored = store_lines(item, table); !stored) return stored;
-  }
-  Texts texts;
-  texts[static_cast<std::size_t>(Table::kRefused)] = item.text(Table::kRefused);
-  texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(item);
-  return store_texts(texts);
-}
-
-Result<void> Database::store_lines(BatchItem& item, Table table) {
-  const StagingTable& staging = staging_tables()[static_cast<std::size_t>(table)];
-  if (item.text(table).empty()) return {};
-  if (auto copied = connection_->copy(staging.copy, item.text(table)); !copied) return copied;
-  for (Record& record : item.of(table)) {
-    const auto stored =
-        run(fmt::format("SAVEPOINT line; {}{}{}; RELEASE line", staging.insert,
-                        fmt::format(fmt::runtime(staging.where), record.segment, record.row), staging.conflict));
-    if (stored) continue;
-    if (!is_refused(stored)) return stored;
-    item.refuse(table, record, stored.error().what);
-    if (auto ended = run("ROLLBACK TO line; RELEASE line"); !ended) return ended;
-  }
-  return {};
-}
-
-Result<void> Database::ping() { return keep(run("SELECT 1")); }
-
-Result<std::vector<std::string>> Database::keep_days() { return keep(drop_days()); }
-
-Result<std::vector<std::string>> Database::drop_days() {
-  std::vector<std::string> dropped;
-  if (const auto made = make_partitions({today(), today() + 1, today() + 2}); !made) return error_of(made);
-  if (!settings_.keep_days) return dropped;
-  const auto old = connection_->run(
-      "SELECT day - '1970-01-01'::date, rows_about, pg_size_pretty(bytes) FROM prism.days "
-      "WHERE day < (now() AT TIME ZONE 'UTC')::date - $1::integer ORDER BY day",
-      {std::to_string(*settings_.keep_days)});
-  if (!old) return error_of(old);
-  for (int i = 0; i < PQntuples(old->get()); ++i) {
-    const std::int64_t day = std::stoll(field(*old, i, 0));
-    if (const auto done = run("DROP TABLE prism." + partition_name(day)); !done) return error_of(done);
-    days_.erase(day);
-    dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", partition_name(day),
-                                  field(*old, i, 1), field(*old, i, 2), *settings_.keep_days));
-  }
-  return dropped;
+Result<std::vector<std::string>> Database::keep_days() {
+  return keep(session_, drop_days(*session_, settings_.keep_days));
 }
 
 }  // namespace prism::prismrelay

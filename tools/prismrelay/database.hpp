@@ -2,16 +2,13 @@
 // The database: its schema, and rows stored once each, because the cursor of the log is in the same transaction.
 #pragma once
 
-#include <cstdint>
 #include <map>
-#include <optional>
-#include <set>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
 #include "tools/prismrelay/batch.hpp"
-#include "tools/prismrelay/postgres.hpp"
 #include "tools/prismrelay/settings.hpp"
 
 namespace prism::prismrelay {
@@ -23,11 +20,14 @@ std::string schema_sql();
 /// another one runs. Returns a line for the user. Errors: a later version, or that of the server.
 Result<std::string> init_schema(const PostgresSettings& settings);
 
-/// Each operation may wait for the server, at most 20 s for a response. After an error the connection is closed:
+class Session;
+
+/// Each operation may wait for the server, 20 s for each of its responses. After an error the connection is closed:
 /// connect() must follow.
 class Database {
  public:
-  Database(const PostgresSettings& settings, std::string site) : settings_(settings), site_(std::move(site)) {}
+  Database(const PostgresSettings& settings, const std::string& site);
+  ~Database();
 
   /// Connects, checks the version of the schema, and returns the cursor after the last stored row of each log of the
   /// site.
@@ -46,24 +46,9 @@ class Database {
   Result<std::vector<std::string>> keep_days();
 
  private:
-  template <class T>
-  Result<T> keep(Result<T> done);
-  Result<std::map<LogKey, std::string>> read_cursors();
-  Result<void> read_days();
-  Result<void> make_partitions(const std::set<std::int64_t>& days);
-  Result<std::vector<std::string>> drop_days();
-  Result<void> store(const Batch& batch);
-  Result<void> store_texts(const Texts& texts);
-  Result<void> store_items(const Batch& batch);
-  Result<void> store_lines(BatchItem& item);
-  Result<void> store_lines(BatchItem& item, Table table);
-  Result<void> run(const std::string& sql);
-  bool is_refused(const Result<void>& done) const;
-
   const PostgresSettings settings_;
   const std::string site_;
-  std::optional<Postgres> connection_;
-  std::set<std::int64_t> days_;  ///< with a partition, since 1970 UTC
+  std::unique_ptr<Session> session_;
 };
 
 }  // namespace prism::prismrelay

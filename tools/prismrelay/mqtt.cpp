@@ -78,7 +78,7 @@ asio::awaitable<void> Mqtt::run() {
 // has a new client: libmosquitto would store unacknowledged messages of lost connections without limit.
 asio::awaitable<std::string> Mqtt::run_connection() {
   using namespace asio::experimental::awaitable_operators;
-  if (std::string error = prepare(); !error.empty()) co_return error;
+  if (std::string failure = prepare(); !failure.empty()) co_return failure;
   const std::string broker = fmt::format("{}:{}: ", settings_.host, settings_.port);
   // libmosquitto waits for the name server: it is called only after that had an answer.
   asio::ip::tcp::resolver resolver(io_);
@@ -87,7 +87,9 @@ asio::awaitable<std::string> Mqtt::run_connection() {
   mosquitto* const client = client_.get();
   int code = mosquitto_connect_async(client, settings_.host.c_str(), settings_.port, kKeepAlive_s);
   asio::posix::stream_descriptor socket(io_);
-  if (code == MOSQ_ERR_SUCCESS) socket.assign(::dup(mosquitto_socket(client)));
+  boost::system::error_code error;
+  if (code == MOSQ_ERR_SUCCESS) socket.assign(::dup(mosquitto_socket(client)), error);
+  if (error) co_return broker + error.message();
   Clock::time_point end = Clock::time_point::max();
   while (code == MOSQ_ERR_SUCCESS) {
     pause_.expires_after(up_ && !stopping_ && !mosquitto_want_write(client) ? 1000ms : 50ms);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/thread_pool.hpp>
@@ -63,8 +62,36 @@ constexpr std::size_t kMaxWarnings = 1000;
 
 class Relay {
  public:
-  explicit Relay(const Settings& settings);
-  void run();
+  explicit Relay(const Settings& settings)
+      : settings_(settings), problems_([](bool begins, const std::string&, const std::string& text) {
+          log_line(begins ? Level::kWarning : Level::kInfo, text);
+        }) {
+    report_.site = settings.site;
+    if (settings.postgresql) {
+      report_.targets[kDatabase].name = kDatabase;
+      database_.emplace(*settings.postgresql, settings.site);
+    }
+    if (settings.mqtt) {
+      Target& broker = report_.targets[kBroker];
+      broker.name = kBroker;
+      mqtt_.emplace(io_, *settings.mqtt, settings.site, broker);
+    }
+  }
+
+  void run() {
+    signals_.async_wait([this](boost::system::error_code, int) { stop(); });
+    if (mqtt_) start(publish());
+    if (database_) start(store_rows());
+    start(look_for_gyros());
+    start(write_reports());
+    notify_ready("looking for gyros");
+    log_line(Level::kInfo,
+             fmt::format("sending the rows of {} as site {}", fmt::join(settings_.instances, ", "), settings_.site));
+    io_.run();
+    database_thread_.join();
+    file_thread_.join();
+    log_line(Level::kInfo, "stopped");
+  }
 
  private:
   /// The log of one axis. At most one page is in progress, from its request to its commit.
@@ -99,36 +126,434 @@ class Relay {
     int& used;
   };
 
-  asio::awaitable<void> look_for_gyros();
-  void update_gyros();
-  void add_gyro(const std::string& name, const std::string& socket);
-  asio::awaitable<void> follow(std::shared_ptr<Gyro> gyro);
-  asio::awaitable<std::string> watch(Gyro& gyro);
-  void on_notification(const Gyro& gyro, std::string_view line);
-  void on_status(Gyro& gyro, json status);
-  void change_state(Gyro& gyro, const std::string& state, const std::string& error);
-  void publish_gone(const Gyro& gyro, const std::string& axis);
+  asio::awaitable<void> publish() {
+    co_await mqtt_->run();  // until stop()
+    io_.stop();
+  }
 
-  asio::awaitable<void> follow_log(std::shared_ptr<Log> log);
-  asio::awaitable<std::string> read_rows(Log& log);
-  asio::awaitable<void> wait(Log& log, Clock::duration time);
-  void report_log(const LogKey& key);
-  void watch_retention(const Log& log, const json& page);
-  template <class Action>
-  void for_each_log(Action&& action);
+  void stop() {
+    notify_stopping();
+    if (!mqtt_) return io_.stop();
+    for (const auto& [name, gyro] : gyros_) {
+      for (const std::string& axis : gyro->axes) publish_gone(*gyro, axis);
+    }
+    mqtt_->finish();
+  }
 
-  asio::awaitable<void> store_rows();
-  asio::awaitable<Error> store_batches(std::chrono::milliseconds& pause);
-  asio::awaitable<void> gather();
-  void add(std::shared_ptr<BatchItem> item);
-  void on_stored(const BatchItem& item);
+  void warn_once(const std::string& text) {
+    if (warnings_.size() < kMaxWarnings && warnings_.insert(text).second) log_line(Level::kWarning, text);
+  }
 
-  asio::awaitable<void> write_reports();
-  asio::awaitable<void> write(const char* what, std::string path, std::string text, bool is_metrics);
+  // Runs `work` in the thread and returns its result in the loop.
   template <class Work>
-  asio::awaitable<std::invoke_result_t<Work>> in_thread(asio::thread_pool& thread, Work work);
-  void warn_once(const std::string& text);
-  void stop();
+  asio::awaitable<std::invoke_result_t<Work>> in_thread(asio::thread_pool& thread, Work work) {
+    std::optional<std::invoke_result_t<Work>> result;
+    asio::steady_timer done(io_, Clock::time_point::max());
+    asio::post(thread, [&] {
+      result.emplace(work());
+      asio::post(io_, [&] { done.cancel(); });
+    });
+    co_await done.async_wait(kUse);
+    co_return std::move(*result);
+  }
+
+  asio::awaitable<void> sleep(Clock::duration time) {
+    asio::steady_timer timer(io_, scaled(time));
+    co_await timer.async_wait(kUse);
+  }
+
+  // An exception is a bug: it ends the program.
+  void start(asio::awaitable<void> work) {
+    asio::co_spawn(io_, std::move(work), [](const std::exception_ptr& bug) {
+      if (bug) std::rethrow_exception(bug);
+    });
+  }
+
+  asio::awaitable<void> look_for_gyros() {
+    const bool has_watchdog = watchdog_half_us() > 0;
+    for (;;) {
+      update_gyros();
+      if (has_watchdog) notify_watchdog();
+      co_await sleep(kLookEvery);
+    }
+  }
+
+  // Removes those that are neither configured nor running.
+  void update_gyros() {
+    std::vector<std::string> invalid;
+    std::map<std::string, std::string> found;  // the first of equal names
+    for (const auto& [name, path] : client::list_instances(settings_.instances, &invalid))
+      found.try_emplace(name, path);
+    for (const std::string& path : invalid)
+      warn_once(fmt::format("{}: skipped: expected a name of {}", path, rule_text(TextRule::kName)));
+    for (const auto& [name, socket] : found) {
+      if (!gyros_.contains(name)) add_gyro(name, socket);
+    }
+    std::erase_if(gyros_, [&](const auto& entry) {
+      Gyro& gyro = *entry.second;
+      if (found.contains(gyro.name) || gyro.state.state == "running") return false;
+      gyro.client.close();
+      for (const auto& [axis, log] : gyro.logs) log->client.close();
+      log_line(Level::kInfo, gyro.key + ": socket removed, gyro no longer followed");
+      report_.gyros.erase(gyro.key);
+      return true;
+    });
+  }
+
+  void add_gyro(const std::string& name, const std::string& socket) {
+    const std::string key = settings_.site + "/" + name;
+    GyroState& state = report_.gyros[key];
+    state.socket = socket;
+    const auto gyro = std::make_shared<Gyro>(io_, name, socket, state);
+    gyro->key = key;
+    gyro->is_published = mqtt_ && is_topic_part(name);
+    if (mqtt_ && !gyro->is_published)
+      warn_once(
+          fmt::format("mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT "
+                      "reserves in topics",
+                      name));
+    gyros_[name] = gyro;
+    start(follow(gyro));
+  }
+
+  asio::awaitable<void> follow(std::shared_ptr<Gyro> gyro) {
+    gyro->client.on_notification = [this, &gyro](std::string_view line) { on_notification(*gyro, line); };
+    gyro->client.on_end = [this, &gyro](client::State state, const std::string& reason) {
+      const bool is_stopped = state == client::State::kStopped;
+      change_state(*gyro, is_stopped ? "stopped" : "gone", is_stopped ? "" : reason);
+    };
+    const Client::Session session = [this, &gyro] { return watch(*gyro); };
+    co_await gyro->client.run(session);
+  }
+
+  // A connection for short requests and notifications.
+  asio::awaitable<std::string> watch(Gyro& gyro) {
+    const json streams = {{"streams", mqtt_ ? json{"window", "event"} : json{"event"}}};
+    const json count = {{"count", kEvents}};
+    gyro.events_generation = 0;
+    for (;;) {
+      const bool is_first = gyro.state.state != "running";
+      if (is_first || mqtt_ || settings_.metrics) {
+        auto status = co_await gyro.client.ask("status");
+        if (!status) co_return status.error().error.what;
+        on_status(gyro, std::move(*status));
+      }
+      if (is_first) {
+        const auto subscribed = co_await gyro.client.ask("subscribe", streams);
+        if (!subscribed) co_return subscribed.error().error.what;
+      }
+      // The stored events of prismd, including those before the connection. The table ignores duplicates.
+      if (database_up_ && gyro.events_generation != generation_) {
+        const auto events = co_await gyro.client.ask("events", count);
+        gyro.events_generation = generation_;
+        if (events && events->is_array()) {
+          for (const json& event : *events) add(event_item(gyro.key, event));
+        }
+      }
+      co_await sleep(kStatusEvery);
+    }
+  }
+
+  void on_notification(const Gyro& gyro, std::string_view line) {
+    const auto message = parse_json_line(line);
+    if (!message) return;
+    const std::string method = text_member(*message, "method");
+    const json& params = member(*message, "params");
+    const std::string axis = text_member(params, "axis");
+    if (method == "event") add(event_item(gyro.key, params));
+    if (!gyro.is_published) return;
+    if (method == "event") mqtt_->publish_once(gyro.name + "/event", json_text(params));
+    if (method == "window" && gyro.axes.contains(axis))
+      mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), json_text(params), false);
+    if (method == "lost") report_.targets[kBroker].dropped += count_member(params, "rows");
+  }
+
+  void on_status(Gyro& gyro, json status) {
+    const std::set<std::string> before = std::exchange(gyro.axes, {});
+    for (const auto& [axis, members] : member(status, "axes").items()) {
+      if (follows(TextRule::kAxisName, axis)) {
+        gyro.axes.insert(axis);
+      } else {
+        warn_once(
+            fmt::format("{} axis {}: skipped: expected {}", gyro.key, shortened(axis), rule_text(TextRule::kAxisName)));
+      }
+    }
+    change_state(gyro, "running", "");
+    for (const std::string& axis : gyro.axes) {
+      if (gyro.is_published) {
+        json axis_status = client::with_axis(status, axis);
+        axis_status["state"] = "running";
+        mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), json_text(axis_status), true);
+      }
+      if (!database_ || gyro.logs.contains(axis)) continue;
+      const auto log = std::make_shared<Log>(io_, gyro.client.socket(), LogKey{gyro.key, axis});
+      gyro.logs[axis] = log;
+      start(follow_log(log));
+    }
+    for (const std::string& axis : before) {
+      if (gyro.axes.contains(axis)) continue;
+      publish_gone(gyro, axis);
+      if (const auto log = gyro.logs.extract(axis)) log.mapped()->client.close();
+    }
+    gyro.state.status = std::move(status);
+  }
+
+  void change_state(Gyro& gyro, const std::string& state, const std::string& error) {
+    GyroState& current = gyro.state;
+    const std::string before = std::exchange(current.state, state), shown = printable(error);
+    const bool changed = before != state || (current.error != shown && !shown.empty());
+    current.error = shown;
+    if (state != "running") current.status = nullptr;
+    if (before == "running" && state != "running") {
+      for (const std::string& axis : gyro.axes) publish_gone(gyro, axis);
+    }
+    if (changed)
+      log_line(state == "gone" && before != "new" ? Level::kWarning : Level::kInfo,
+               fmt::format("{}: {}{}{}", gyro.key, state, error.empty() ? "" : ": ", error));
+  }
+
+  // Replaces the retained status, which is no longer true. A broker keeps it until the next message.
+  void publish_gone(const Gyro& gyro, const std::string& axis) {
+    if (!gyro.is_published) return;
+    const std::string text = gone_text(axis);
+    mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), text, true);
+    mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), text, false);
+  }
+
+  asio::awaitable<void> follow_log(std::shared_ptr<Log> log) {
+    report_.logs[log->key];
+    const Client::Session session = [this, &log] { return read_rows(*log); };
+    co_await log->client.run(session);
+  }
+
+  asio::awaitable<void> wait(Log& log, Clock::duration time) {
+    log.wake.expires_after(time);
+    co_await log.wake.async_wait(kUse);
+  }
+
+  // Requests rows only after the cursor in the database. While the database is down, it asks how far the log is behind.
+  asio::awaitable<std::string> read_rows(Log& log) {
+    for (;;) {
+      while (log.item && !log.item->is_done) co_await wait(log, 1h);
+      if (log.item && !log.item->cursor_error.empty()) co_await sleep(kErrorDelay);
+      while (generation_ == 0 || (database_up_ && log.is_behind && large_pages_ >= kMaxLarge))
+        co_await wait(log, scaled(1s));
+      const bool up = database_up_, is_large = up && log.is_behind;
+      const std::uint64_t generation = generation_;
+      const auto known = cursors_.find(log.key);
+      const std::string cursor = known == cursors_.end() ? "earliest" : known->second;
+      const bool had_refusals = log.item && log.item->refused_rows() > 0;
+      const json params = {{"after", cursor},
+                           {"limit", !up                         ? 1
+                                     : is_large && !had_refusals ? kLargePage
+                                                                 : kSmallPage},
+                           {"wait_s", up && !log.is_behind ? kWait_s : 0},
+                           {"axis", log.key.axis}};
+      const auto slot = is_large ? std::make_unique<Slot>(large_pages_) : nullptr;
+      auto response = co_await log.client.ask("rows", params);
+      if (log.client.state() != client::State::kConnected) co_return "";
+      if (response) watch_retention(log, client::of_axis(*response, log.key.axis));
+      if (!up && !database_up_) co_await wait(log, scaled(kRetentionEvery));
+      if (!up || !database_up_ || generation != generation_) continue;  // the cursor may be another one now
+      std::string error;
+      if (response) {
+        auto page = page_item(log.key, cursor, std::move(*response));
+        if (!page) error = page.error().text();
+        if (page) log.item = std::move(*page);
+      } else if (response.error().code == config::kUnknownCursor && cursor != "earliest") {
+        // The log directory was emptied: prismd has a new log.
+        log_line(Level::kWarning, fmt::format("{}: {}; reading the current log from its start", log.name,
+                                              printable(response.error().error.what)));
+        cursors_[log.key] = "earliest";
+        add(change_item(log.key, cursor));
+        continue;
+      } else {
+        error = printable(response.error().error.what);
+      }
+      LogState& state = report_.logs[log.key];
+      state.error = error;
+      if (!error.empty()) {
+        report_log(log.key);
+        co_await sleep(kErrorDelay);
+        continue;
+      }
+      log.is_behind = log.item->more;
+      if (log.item->is_empty()) {  // the cursor is unchanged
+        log.item = nullptr;
+        state.caught_up = state.caught_up || !log.is_behind;
+        report_log(log.key);
+        continue;
+      }
+      add(log.item);
+      while (!log.item->is_done) co_await wait(log, 1h);
+    }
+  }
+
+  void report_log(const LogKey& key) {
+    const std::string name = key.gyro + " " + key.axis, fault = report_.logs[key].fault();
+    if (fault.empty()) return problems_.clear(name, name + ": rows are sent again", kCalmPages);
+    problems_.set(name, {.text = name + ": " + fault});
+  }
+
+  // Warns if more than half of the rows that prismd keeps are not in the database, and it deletes rows.
+  void watch_retention(const Log& log, const json& page) {
+    const std::uint64_t behind = count_member(page, "behind"), kept = count_member(page, "kept");
+    const std::string key = "late " + log.name;
+    if (count_member(page, "deleted") == 0 || 2 * behind <= kept)
+      return problems_.clear(key, log.name + ": less than half of the kept rows behind again");
+    problems_.set(key, {.text = fmt::format("{}: {} behind, more than half of those that prismd keeps (log/keep_mib, "
+                                            "log/keep_days): it will delete rows that the database does not have",
+                                            log.name, counted(behind, "row"))});
+  }
+
+  // After a commit, a connection or its loss.
+  void wake_logs() {
+    for (const auto& [name, gyro] : gyros_) {
+      for (const auto& [axis, log] : gyro->logs) log->wake.cancel();
+    }
+  }
+
+  // Connects to the database and stores the batches, again after each error. connect() reads the cursors: rows that were
+  // not stored are requested again.
+  asio::awaitable<void> store_rows() {
+    Target& target = report_.targets[kDatabase];
+    const auto connect = [this] { return database_->connect(); };
+    std::chrono::milliseconds pause = kFirstRetry;
+    for (;;) {
+      auto cursors = co_await in_thread(database_thread_, connect);
+      if (cursors) {
+        if (!commit_failed_) target.up();
+        cursors_ = std::move(*cursors);
+        ++generation_;
+        database_up_ = true;
+        wake_logs();
+        const Error error = co_await store_batches(pause);
+        database_up_ = false;
+        for (const auto& item : std::exchange(batch_, {})) item->is_done = true;
+        batch_bytes_ = 0;
+        wake_logs();
+        target.down(error.text());
+      } else {
+        target.down(cursors.error().text());
+      }
+      co_await sleep(pause);
+      pause = std::min<std::chrono::milliseconds>(2 * pause, kLongestRetry);
+    }
+  }
+
+  // Returns the error that ends the connection. `pause` grows until a commit.
+  asio::awaitable<Error> store_batches(std::chrono::milliseconds& pause) {
+    Target& target = report_.targets[kDatabase];
+    Batch batch;
+    const auto keep_days = [this] { return database_->keep_days(); };
+    const auto commit = [this, &batch] { return database_->commit(batch); };
+    const auto ping = [this] { return database_->ping(); };
+    for (Clock::time_point partitions_due;;) {
+      if (Clock::now() >= partitions_due) {
+        const auto dropped = co_await in_thread(database_thread_, keep_days);
+        if (!dropped) co_return dropped.error();
+        for (const std::string& line : *dropped) log_line(Level::kWarning, line);
+        partitions_due = Clock::now() + kPartitionsEvery;
+      }
+      co_await gather();
+      if (batch_.empty()) {
+        const auto alive = co_await in_thread(database_thread_, ping);
+        if (!alive) co_return alive.error();
+        commit_failed_ = commit_failed_ && !batch_.empty();  // else the refused rows are no longer offered
+        if (!commit_failed_) target.up();
+        continue;
+      }
+      batch = std::exchange(batch_, {});
+      batch_bytes_ = 0;
+      const auto done = co_await in_thread(database_thread_, commit);
+      commit_failed_ = !done;
+      for (const auto& item : batch) {
+        item->is_done = true;
+        if (done) on_stored(*item);
+      }
+      if (!done) co_return done.error();
+      wake_logs();
+      pause = kFirstRetry;
+      target.up();
+      target.last_s = host_time_s();
+    }
+  }
+
+  // Returns gather_s after the first item of the batch, as soon as it is large, or without an item after kIdle.
+  asio::awaitable<void> gather() {
+    if (batch_.empty()) batch_timer_.expires_after(scaled(kIdle));
+    while (batch_bytes_ < kLargeBatch) {
+      const auto [interrupted] = co_await batch_timer_.async_wait(kUse);  // by add()
+      if (!interrupted) break;
+    }
+  }
+
+  void add(std::shared_ptr<BatchItem> item) {
+    if (!item) return;
+    if (!database_up_) return void(item->is_done = true);  // requested again
+    if (batch_.empty())
+      batch_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));
+    for (const std::string& text : item->texts) batch_bytes_ += text.size();
+    if (batch_bytes_ >= kLargeBatch) batch_timer_.cancel();
+    batch_.push_back(std::move(item));
+  }
+
+  void on_stored(const BatchItem& item) {
+    const std::string name = item.log.gyro + (item.log.axis.empty() ? "" : " " + item.log.axis);
+    const std::size_t refused = item.refused_rows(), read = item.of(Table::kRows).size();
+    if (!item.refusal.empty()) {
+      problems_.set("refused " + name,
+                    {.text = fmt::format("{}: PostgreSQL refused {}; {}", name, item.refusal,
+                                         item.cursor.empty() ? "it is not stored" : "see prism.refused_rows")});
+    } else {
+      problems_.clear("refused " + name, name + ": PostgreSQL accepts the rows again", kCalmPages);
+    }
+    if (item.cursor.empty()) return;
+    LogState& state = report_.logs[item.log];
+    if (!item.cursor_error.empty()) {
+      state.error = "PostgreSQL refused the cursor: " + item.cursor_error;
+      return report_log(item.log);
+    }
+    cursors_[item.log] = item.cursor;
+    if (read > refused) state.rows_error.clear();
+    if (read == refused && item.invalid + refused > 0)
+      state.rows_error = "no valid row; last error: " + (item.error.empty() ? item.refusal : item.error);
+    state.rows += read - refused;
+    state.invalid += item.invalid + refused;
+    state.missing += item.missing;
+    state.caught_up = !item.more;
+    if (read > 0) {
+      state.arrival_s = item.of(Table::kRows).back().arrival_s;
+      state.lag_s = host_time_s() - state.arrival_s;
+    }
+    report_log(item.log);
+  }
+
+  asio::awaitable<void> write_reports() {
+    double metrics_s = 0;
+    std::string notified;
+    for (;;) {
+      const json status = status_json(report_);
+      if (std::string line = summary(status); line != notified) notify_status(notified = std::move(line));
+      co_await write("status", settings_.status_file, json_text(status, 2) + "\n", false);
+      if (settings_.metrics && host_time_s() - metrics_s >= settings_.metrics->every_s) {
+        metrics_s = host_time_s();
+        metrics::Exposition out;
+        metrics::add_time(out, metrics_s);
+        metrics::add_relay(out, status);
+        for (const auto& [gyro, state] : report_.gyros) metrics::add_gyro(out, gyro, {state.status, {}, {}});
+        co_await write("metrics", settings_.metrics->file, out.text(), true);
+      }
+      co_await sleep(kReportEvery);
+    }
+  }
+
+  asio::awaitable<void> write(const char* what, std::string path, std::string text, bool is_metrics) {
+    const auto work = [&] { return is_metrics ? metrics::write_exposition(path, text) : write_text_file(path, text); };
+    const auto written = co_await in_thread(file_thread_, work);
+    if (written) problems_.clear(what, fmt::format("the {} is written again", what));
+    if (!written) problems_.set(what, {.text = fmt::format("cannot write the {}: {}", what, written.error().text())});
+  }
 
   const Settings& settings_;
   Report report_;
@@ -151,472 +576,6 @@ class Relay {
 
   asio::thread_pool database_thread_{1}, file_thread_{1};
 };
-
-Relay::Relay(const Settings& settings)
-    : settings_(settings), problems_([](bool begins, const std::string&, const std::string& text) {
-        log_line(begins ? Level::kWarning : Level::kInfo, text);
-      }) {
-  report_.site = settings.site;
-  if (settings.postgresql) {
-    report_.targets[kDatabase].name = kDatabase;
-    database_.emplace(*settings.postgresql, settings.site);
-  }
-  if (settings.mqtt) {
-    Target& broker = report_.targets[kBroker];
-    broker.name = kBroker;
-    mqtt_.emplace(io_, *settings.mqtt, settings.site, broker);
-  }
-}
-
-void Relay::run() {
-  signals_.async_wait([this](boost::system::error_code, int) { stop(); });
-  if (mqtt_) asio::co_spawn(io_, mqtt_->run(), [this](const std::exception_ptr&) { io_.stop(); });
-  if (database_) asio::co_spawn(io_, store_rows(), asio::detached);
-  asio::co_spawn(io_, look_for_gyros(), asio::detached);
-  asio::co_spawn(io_, write_reports(), asio::detached);
-  notify_ready("looking for gyros");
-  log_line(Level::kInfo,
-           fmt::format("sending the rows of {} as site {}", fmt::join(settings_.instances, ", "), settings_.site));
-  io_.run();
-  database_thread_.join();
-  file_thread_.join();
-  log_line(Level::kInfo, "stopped");
-}
-
-void Relay::stop() {
-  notify_stopping();
-  if (!mqtt_) return io_.stop();
-  for (const auto& [name, gyro] : gyros_) {
-    for (const std::string& axis : gyro->axes) publish_gone(*gyro, axis);
-  }
-  mqtt_->finish();
-}
-
-void Relay::warn_once(const std::string& text) {
-  if (warnings_.size() < kMaxWarnings && warnings_.insert(text).second) log_line(Level::kWarning, text);
-}
-
-// Runs `work` in the thread and returns its result in the loop.
-template <class Work>
-asio::awaitable<std::invoke_result_t<Work>> Relay::in_thread(asio::thread_pool& thread, Work work) {
-  std::optional<std::invoke_result_t<Work>> result;
-  asio::steady_timer done(io_, Clock::time_point::max());
-  asio::post(thread, [&] {
-    result.emplace(work());
-    asio::post(io_, [&] { done.cancel(); });
-  });
-  co_await done.async_wait(kUse);
-  co_return std::move(*result);
-}
-
-asio::awaitable<void> Relay::look_for_gyros() {
-  const bool has_watchdog = watchdog_half_us() > 0;
-  for (asio::steady_timer pause(io_);;) {
-    update_gyros();
-    if (has_watchdog) notify_watchdog();
-    pause.expires_after(scaled(kLookEvery));
-    co_await pause.async_wait(kUse);
-  }
-}
-
-// Removes those that are neither configured nor running.
-void Relay::update_gyros() {
-  std::vector<std::string> invalid;
-  std::map<std::string, std::string> found;  // the first of equal names
-  for (const auto& [name, path] : client::list_instances(settings_.instances, &invalid)) found.try_emplace(name, path);
-  for (const std::string& path : invalid)
-    warn_once(fmt::format("{}: skipped: expected a name of {}", path, rule_text(TextRule::kName)));
-  for (const auto& [name, socket] : found) {
-    if (!gyros_.contains(name)) add_gyro(name, socket);
-  }
-  std::erase_if(gyros_, [&](const auto& entry) {
-    Gyro& gyro = *entry.second;
-    if (found.contains(gyro.name) || gyro.state.state == "running") return false;
-    gyro.client.close();
-    for (const auto& [axis, log] : gyro.logs) log->client.close();
-    log_line(Level::kInfo, gyro.key + ": socket removed, gyro no longer followed");
-    report_.gyros.erase(gyro.key);
-    return true;
-  });
-}
-
-void Relay::add_gyro(const std::string& name, const std::string& socket) {
-  const std::string key = settings_.site + "/" + name;
-  GyroState& state = report_.gyros[key];
-  state.socket = socket;
-  const auto gyro = std::make_shared<Gyro>(io_, name, socket, state);
-  gyro->key = key;
-  gyro->is_published = mqtt_ && is_topic_part(name);
-  if (mqtt_ && !gyro->is_published)
-    warn_once(
-        fmt::format("mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT "
-                    "reserves in topics",
-                    name));
-  gyros_[name] = gyro;
-  asio::co_spawn(io_, follow(gyro), asio::detached);
-}
-
-asio::awaitable<void> Relay::follow(std::shared_ptr<Gyro> gyro) {
-  gyro->client.on_notification = [this, &gyro](std::string_view line) { on_notification(*gyro, line); };
-  gyro->client.on_end = [this, &gyro](client::State state, const std::string& reason) {
-    const bool is_stopped = state == client::State::kStopped;
-    change_state(*gyro, is_stopped ? "stopped" : "gone", is_stopped ? "" : reason);
-  };
-  const Client::Session session = [this, &gyro] { return watch(*gyro); };
-  co_await gyro->client.run(session);
-}
-
-// A connection for short requests and notifications.
-asio::awaitable<std::string> Relay::watch(Gyro& gyro) {
-  const json streams = {{"streams", mqtt_ ? json{"window", "event"} : json{"event"}}};
-  const json count = {{"count", kEvents}};
-  gyro.events_generation = 0;
-  for (asio::steady_timer pause(io_);;) {
-    const bool is_first = gyro.state.state != "running";
-    if (is_first || mqtt_ || settings_.metrics) {
-      auto status = co_await gyro.client.ask("status");
-      if (!status) co_return status.error().error.what;
-      on_status(gyro, std::move(*status));
-    }
-    if (is_first) {
-      const auto subscribed = co_await gyro.client.ask("subscribe", streams);
-      if (!subscribed) co_return subscribed.error().error.what;
-    }
-    // The stored events of prismd, including those before the connection. The table ignores duplicates.
-    if (database_up_ && gyro.events_generation != generation_) {
-      const auto events = co_await gyro.client.ask("events", count);
-      gyro.events_generation = generation_;
-      if (events && events->is_array()) {
-        for (const json& event : *events) add(event_item(gyro.key, event));
-      }
-    }
-    pause.expires_after(scaled(kStatusEvery));
-    co_await pause.async_wait(kUse);
-  }
-}
-
-void Relay::on_notification(const Gyro& gyro, std::string_view line) {
-  const auto message = parse_json_line(line);
-  if (!message) return;
-  const std::string method = text_member(*message, "method");
-  const json& params = member(*message, "params");
-  const std::string axis = text_member(params, "axis");
-  if (method == "event") add(event_item(gyro.key, params));
-  if (!gyro.is_published) return;
-  if (method == "event") mqtt_->publish_once(gyro.name + "/event", json_text(params));
-  if (method == "window" && gyro.axes.contains(axis))
-    mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), json_text(params), false);
-  if (method == "lost") report_.targets[kBroker].dropped += count_member(params, "rows");
-}
-
-void Relay::on_status(Gyro& gyro, json status) {
-  const std::set<std::string> before = std::exchange(gyro.axes, {});
-  for (const auto& [axis, members] : member(status, "axes").items()) {
-    if (follows(TextRule::kAxisName, axis)) {
-      gyro.axes.insert(axis);
-    } else {
-      warn_once(
-          fmt::format("{} axis {}: skipped: expected {}", gyro.key, shortened(axis), rule_text(TextRule::kAxisName)));
-    }
-  }
-  change_state(gyro, "running", "");
-  for (const std::string& axis : gyro.axes) {
-    if (gyro.is_published) {
-      json axis_status = client::with_axis(status, axis);
-      axis_status["state"] = "running";
-      mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), json_text(axis_status), true);
-    }
-    if (!database_ || gyro.logs.contains(axis)) continue;
-    const auto log = std::make_shared<Log>(io_, gyro.client.socket(), LogKey{gyro.key, axis});
-    gyro.logs[axis] = log;
-    asio::co_spawn(io_, follow_log(log), asio::detached);
-  }
-  for (const std::string& axis : before) {
-    if (gyro.axes.contains(axis)) continue;
-    publish_gone(gyro, axis);
-    if (const auto log = gyro.logs.extract(axis)) log.mapped()->client.close();
-  }
-  gyro.state.status = std::move(status);
-}
-
-void Relay::change_state(Gyro& gyro, const std::string& state, const std::string& error) {
-  GyroState& current = gyro.state;
-  const std::string before = std::exchange(current.state, state), shown = printable(error);
-  const bool changed = before != state || (current.error != shown && !shown.empty());
-  current.error = shown;
-  if (state != "running") current.status = nullptr;
-  if (before == "running" && state != "running") {
-    for (const std::string& axis : gyro.axes) publish_gone(gyro, axis);
-  }
-  if (changed)
-    log_line(state == "gone" && before != "new" ? Level::kWarning : Level::kInfo,
-             fmt::format("{}: {}{}{}", gyro.key, state, error.empty() ? "" : ": ", error));
-}
-
-// Replaces the retained status, which is no longer true. A broker keeps it until the next message.
-void Relay::publish_gone(const Gyro& gyro, const std::string& axis) {
-  if (!gyro.is_published) return;
-  const std::string text = gone_text(axis);
-  mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), text, true);
-  mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), text, false);
-}
-
-asio::awaitable<void> Relay::follow_log(std::shared_ptr<Log> log) {
-  report_.logs[log->key];
-  const Client::Session session = [this, &log] { return read_rows(*log); };
-  co_await log->client.run(session);
-}
-
-asio::awaitable<void> Relay::wait(Log& log, Clock::duration time) {
-  log.wake.expires_after(time);
-  co_await log.wake.async_wait(kUse);
-}
-
-// Requests rows only after the cursor in the database. While the database is down, it asks how far the log is behind.
-asio::awaitable<std::string> Relay::read_rows(Log& log) {
-  for (;;) {
-    while (log.item && !log.item->is_done) co_await wait(log, 1h);
-    if (log.item && !log.item->cursor_error.empty()) co_await wait(log, scaled(kErrorDelay));
-    while (generation_ == 0 || (database_up_ && log.is_behind && large_pages_ >= kMaxLarge))
-      co_await wait(log, scaled(1s));
-    const bool up = database_up_, is_large = up && log.is_behind;
-    const std::uint64_t generation = generation_;
-    const auto known = cursors_.find(log.key);
-    const std::string cursor = known == cursors_.end() ? "earliest" : known->second;
-    const bool had_refusals = log.item && log.item->refused_rows() > 0;
-    const json params = {{"after", cursor},
-                         {"limit", !up                         ? 1
-                                   : is_large && !had_refusals ? kLargePage
-                                                               : kSmallPage},
-                         {"wait_s", up && !log.is_behind ? kWait_s : 0},
-                         {"axis", log.key.axis}};
-    const auto slot = is_large ? std::make_unique<Slot>(large_pages_) : nullptr;
-    auto response = co_await log.client.ask("rows", params);
-    if (log.client.state() != client::State::kConnected) co_return "";
-    if (response) watch_retention(log, client::of_axis(*response, log.key.axis));
-    if (!up && !database_up_) co_await wait(log, scaled(kRetentionEvery));
-    if (!up || !database_up_ || generation != generation_) continue;  // the cursor may be another one now
-    std::string error;
-    if (response) {
-      auto page = page_item(log.key, cursor, std::move(*response));
-      if (!page) error = page.error().text();
-      if (page) log.item = std::move(*page);
-    } else if (response.error().code == config::kUnknownCursor && cursor != "earliest") {
-      // The log directory was emptied: prismd has a new log.
-      log_line(Level::kWarning, fmt::format("{}: {}; reading the current log from its start", log.name,
-                                            printable(response.error().error.what)));
-      cursors_[log.key] = "earliest";
-      add(change_item(log.key, cursor));
-      continue;
-    } else {
-      error = printable(response.error().error.what);
-    }
-    LogState& state = report_.logs[log.key];
-    state.error = error;
-    if (!error.empty()) {
-      report_log(log.key);
-      co_await wait(log, scaled(kErrorDelay));
-      continue;
-    }
-    log.is_behind = log.item->more;
-    if (log.item->is_empty()) {  // the cursor is unchanged
-      log.item = nullptr;
-      state.caught_up = state.caught_up || !log.is_behind;
-      report_log(log.key);
-      continue;
-    }
-    add(log.item);
-    while (!log.item->is_done) co_await wait(log, 1h);
-  }
-}
-
-void Relay::report_log(const LogKey& key) {
-  const std::string name = key.gyro + " " + key.axis, fault = report_.logs[key].fault();
-  if (fault.empty()) return problems_.clear(name, name + ": rows are sent again", kCalmPages);
-  Problem problem;
-  problem.text = name + ": " + fault;
-  problems_.set(name, std::move(problem));
-}
-
-// Warns if more than half of the rows that prismd keeps are not in the database, and it deletes rows.
-void Relay::watch_retention(const Log& log, const json& page) {
-  const std::uint64_t behind = count_member(page, "behind"), kept = count_member(page, "kept");
-  const std::string key = "late " + log.name;
-  if (count_member(page, "deleted") == 0 || 2 * behind <= kept)
-    return problems_.clear(key, log.name + ": less than half of the kept rows behind again");
-  Problem late;
-  late.text = fmt::format(
-      "{}: {} behind, more than half of those that prismd keeps (log/keep_mib, log/keep_days): it "
-      "will delete rows that the database does not have",
-      log.name, counted(behind, "row"));
-  problems_.set(key, std::move(late));
-}
-
-template <class Action>
-void Relay::for_each_log(Action&& action) {
-  for (const auto& [name, gyro] : gyros_) {
-    for (const auto& [axis, log] : gyro->logs) action(*log);
-  }
-}
-
-// Connects to the database and stores the batches, again after each error. connect() reads the position of each log:
-// what was not stored is requested again.
-asio::awaitable<void> Relay::store_rows() {
-  Target& target = report_.targets[kDatabase];
-  const auto wake_logs = [this] { for_each_log([](Log& log) { log.wake.cancel(); }); };
-  const auto connect = [this] { return database_->connect(); };
-  std::chrono::milliseconds pause = kFirstRetry;
-  for (asio::steady_timer timer(io_);;) {
-    auto cursors = co_await in_thread(database_thread_, connect);
-    if (cursors) {
-      if (!commit_failed_) target.up();
-      cursors_ = std::move(*cursors);
-      ++generation_;
-      database_up_ = true;
-      wake_logs();
-      const Error error = co_await store_batches(pause);
-      database_up_ = false;
-      for (const auto& item : std::exchange(batch_, {})) item->is_done = true;
-      batch_bytes_ = 0;
-      wake_logs();
-      target.down(error.text());
-    } else {
-      target.down(cursors.error().text());
-    }
-    timer.expires_after(scaled(pause));
-    co_await timer.async_wait(kUse);
-    pause = std::min<std::chrono::milliseconds>(2 * pause, kLongestRetry);
-  }
-}
-
-// Returns the error that ends the connection. `pause` grows until a commit.
-asio::awaitable<Error> Relay::store_batches(std::chrono::milliseconds& pause) {
-  Target& target = report_.targets[kDatabase];
-  Batch batch;
-  const auto keep_days = [this] { return database_->keep_days(); };
-  const auto commit = [this, &batch] { return database_->commit(batch); };
-  const auto ping = [this] { return database_->ping(); };
-  for (Clock::time_point partitions_due;;) {
-    if (Clock::now() >= partitions_due) {
-      const auto dropped = co_await in_thread(database_thread_, keep_days);
-      if (!dropped) co_return dropped.error();
-      for (const std::string& line : *dropped) log_line(Level::kWarning, line);
-      partitions_due = Clock::now() + kPartitionsEvery;
-    }
-    co_await gather();
-    if (batch_.empty()) {
-      const auto alive = co_await in_thread(database_thread_, ping);
-      if (!alive) co_return alive.error();
-      commit_failed_ = commit_failed_ && !batch_.empty();  // else the refused rows are no longer offered
-      if (!commit_failed_) target.up();
-      continue;
-    }
-    batch = std::exchange(batch_, {});
-    batch_bytes_ = 0;
-    const auto done = co_await in_thread(database_thread_, commit);
-    commit_failed_ = !done;
-    for (const auto& item : batch) {
-      item->is_done = true;
-      if (done) on_stored(*item);
-    }
-    if (!done) co_return done.error();
-    for_each_log([](Log& log) { log.wake.cancel(); });
-    pause = kFirstRetry;
-    target.up();
-    target.last_s = host_time_s();
-  }
-}
-
-// Returns gather_s after the first item of the batch, as soon as it is large, or without an item after kIdle.
-asio::awaitable<void> Relay::gather() {
-  if (batch_.empty()) batch_timer_.expires_after(scaled(kIdle));
-  while (batch_bytes_ < kLargeBatch) {
-    const auto [interrupted] = co_await batch_timer_.async_wait(kUse);  // by add()
-    if (!interrupted) break;
-  }
-}
-
-void Relay::add(std::shared_ptr<BatchItem> item) {
-  if (!item) return;
-  if (!database_up_) {
-    item->is_done = true;  // requested again
-    return;
-  }
-  if (batch_.empty())
-    batch_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));
-  for (const std::string& text : item->texts) batch_bytes_ += text.size();
-  if (batch_bytes_ >= kLargeBatch) batch_timer_.cancel();
-  batch_.push_back(std::move(item));
-}
-
-void Relay::on_stored(const BatchItem& item) {
-  const std::string name = item.log.gyro + (item.log.axis.empty() ? "" : " " + item.log.axis);
-  const std::size_t refused = item.refused_rows(), read = item.records[static_cast<std::size_t>(Table::kRows)].size();
-  if (!item.refusal.empty()) {
-    Problem problem;
-    problem.text = fmt::format("{}: PostgreSQL refused {}; {}", name, item.refusal,
-                               item.cursor.empty() ? "it is not stored" : "see prism.refused_rows");
-    problem.unit = "rows", problem.count = refused;
-    problems_.set("refused " + name, std::move(problem));
-  } else {
-    problems_.clear("refused " + name, name + ": PostgreSQL accepts the rows again", kCalmPages);
-  }
-  if (item.cursor.empty()) return;
-  LogState& state = report_.logs[item.log];
-  if (!item.cursor_error.empty()) {
-    state.error = "PostgreSQL refused the cursor: " + item.cursor_error;
-    return report_log(item.log);
-  }
-  cursors_[item.log] = item.cursor;
-  if (read > refused) state.rows_error.clear();
-  if (read == refused && item.invalid + refused > 0)
-    state.rows_error = "no valid row; last error: " + (item.error.empty() ? item.refusal : item.error);
-  state.rows += read - refused;
-  state.invalid += item.invalid + refused;
-  state.missing += item.missing;
-  state.caught_up = !item.more;
-  if (read > 0) {
-    state.arrival_s = item.records[static_cast<std::size_t>(Table::kRows)].back().arrival_s;
-    state.lag_s = host_time_s() - state.arrival_s;
-  }
-  report_log(item.log);
-}
-
-asio::awaitable<void> Relay::write_reports() {
-  double metrics_s = 0;
-  std::string notified;
-  for (asio::steady_timer pause(io_);;) {
-    const json status = status_json(report_);
-    if (std::string line = summary(status); line != notified) notify_status(notified = std::move(line));
-    co_await write("status", settings_.status_file, json_text(status, 2) + "\n", false);
-    if (settings_.metrics && host_time_s() - metrics_s >= settings_.metrics->every_s) {
-      metrics_s = host_time_s();
-      metrics::Exposition out;
-      metrics::add_time(out, metrics_s);
-      metrics::add_relay(out, status);
-      for (const auto& [gyro, state] : report_.gyros) {
-        metrics::GyroAnswers answers;
-        answers.status = state.status;
-        metrics::add_gyro(out, gyro, answers);
-      }
-      co_await write("metrics", settings_.metrics->file, out.text(), true);
-    }
-    pause.expires_after(scaled(kReportEvery));
-    co_await pause.async_wait(kUse);
-  }
-}
-
-asio::awaitable<void> Relay::write(const char* what, std::string path, std::string text, bool is_metrics) {
-  const auto work = [&] { return is_metrics ? metrics::write_exposition(path, text) : write_text_file(path, text); };
-  const auto written = co_await in_thread(file_thread_, work);
-  if (written) {
-    problems_.clear(what, fmt::format("the {} is written again", what));
-    co_return;
-  }
-  Problem problem;
-  problem.text = fmt::format("cannot write the {}: {}", what, written.error().text());
-  problems_.set(what, std::move(problem));
-}
 
 }  // namespace
 

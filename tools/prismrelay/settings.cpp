@@ -22,23 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A name without '/' is a systemd credential (LoadCredential=relay:DIRECTORY gives relay_NAME) if that exists, else a
-// file next to the configuration.
-std::string secret_path(const std::string& name, const fs::path& base) {
-  if (name.empty()) return "";
-  const char* const credentials = std::getenv("CREDENTIALS_DIRECTORY");
-  if (name.find('/') == std::string::npos && credentials != nullptr) {
-    const fs::path path = fs::path(credentials) / ("relay_" + name);
-    std::error_code error;
-    if (fs::exists(path, error)) return path.string();
-  }
-  return (base / name).lexically_normal().string();
-}
-
-std::string path_of(const std::string& text, const fs::path& base) {
-  return text.empty() ? text : (base / text).lexically_normal().string();
-}
-
 // The text is a level of topics, and in keys it precedes a '/'.
 void check_topic_part(const Section& section, const char* key, const std::string& text) {
   if (text.size() > 64 || !follows(TextRule::kName, text) || text.find_first_of(" +#") != std::string::npos ||
@@ -161,31 +144,42 @@ JsonTable<Settings> keys() {
       });
 }
 
+// $RUNTIME_DIRECTORY/status.json under systemd; /run/prismrelay/status.json for root or without $XDG_RUNTIME_DIR; else
+// $XDG_RUNTIME_DIR/prismrelay.json.
+std::string default_status_file() {
+  const char *const runtime = std::getenv("RUNTIME_DIRECTORY"), *const user = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && *runtime != '\0') return std::string(runtime) + "/status.json";
+  if (::geteuid() == 0 || user == nullptr || *user == '\0') return "/run/prismrelay/status.json";
+  return std::string(user) + "/prismrelay.json";
+}
+
 void find_files(Settings& settings, const fs::path& base) {
-  settings.status_file = path_of(settings.status_file, base);
+  const auto find = [&](std::string& file) {
+    if (!file.empty()) file = (base / file).lexically_normal().string();
+  };
+  // A name without '/' is a systemd credential (LoadCredential=relay:DIRECTORY gives relay_NAME) if that exists, else a
+  // file next to the configuration.
+  const auto find_secret = [&](std::string& name) {
+    const char* const credentials = std::getenv("CREDENTIALS_DIRECTORY");
+    std::error_code error;
+    if (!name.empty() && name.find('/') == std::string::npos && credentials != nullptr) {
+      const fs::path path = fs::path(credentials) / ("relay_" + name);
+      if (fs::exists(path, error)) name = path.string();
+    }
+    find(name);
+  };
   if (settings.status_file.empty()) settings.status_file = default_status_file();
-  if (auto& database = settings.postgresql) database->password_file = secret_path(database->password_file, base);
-  if (auto& metrics = settings.metrics) metrics->file = path_of(metrics->file, base);
+  find(settings.status_file);
+  if (settings.postgresql) find_secret(settings.postgresql->password_file);
+  if (settings.metrics) find(settings.metrics->file);
   if (!settings.mqtt) return;
-  settings.mqtt->password_file = secret_path(settings.mqtt->password_file, base);
+  find_secret(settings.mqtt->password_file);
   if (!settings.mqtt->tls) return;
-  for (std::string* file : {&settings.mqtt->tls->ca, &settings.mqtt->tls->certificate, &settings.mqtt->tls->key})
-    *file = path_of(*file, base);
+  for (std::string TlsFiles::*file : {&TlsFiles::ca, &TlsFiles::certificate, &TlsFiles::key})
+    find((*settings.mqtt->tls).*file);
 }
 
 }  // namespace
-
-std::string default_status_file() {
-  const auto variable = [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string(value != nullptr ? value : "");
-  };
-  if (const std::string directory = variable("RUNTIME_DIRECTORY"); !directory.empty())
-    return directory + "/status.json";
-  const std::string user = variable("XDG_RUNTIME_DIR");
-  if (::geteuid() == 0 || user.empty()) return "/run/prismrelay/status.json";
-  return user + "/prismrelay.json";
-}
 
 Result<Settings> parse_settings(std::string_view text, const std::string& path) {
   const auto document = parse_json_object(text, path);

@@ -17,14 +17,10 @@ struct PostgresSettings {
   std::string password_file;     ///< path; empty: no password
   std::optional<int> keep_days;  ///< older partitions are dropped; absent: no limit
   double gather_s = 0.25;        ///< rows within this time are committed together
-
-  bool operator==(const PostgresSettings&) const = default;
 };
 
 struct TlsFiles {
   std::string ca, certificate, key;  ///< the last two: empty without a client certificate
-
-  bool operator==(const TlsFiles&) const = default;
 };
 
 struct MqttSettings {
@@ -34,15 +30,11 @@ struct MqttSettings {
   std::string client_id;  ///< default: prismrelay-SITE
   std::string prefix = "prism";
   std::optional<TlsFiles> tls = std::nullopt;  ///< then the default port is 8883
-
-  bool operator==(const MqttSettings&) const = default;
 };
 
 struct MetricsSettings {
   std::string file;  ///< in node_exporter's textfile directory, or the target of a link there
   double every_s = 15;
-
-  bool operator==(const MetricsSettings&) const = default;
 };
 
 struct Settings {
@@ -55,13 +47,7 @@ struct Settings {
   std::optional<MqttSettings> mqtt;
   std::optional<MetricsSettings> metrics;
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
-
-  bool operator==(const Settings&) const = default;
 };
-
-/// $RUNTIME_DIRECTORY/status.json under systemd; /run/prismrelay/status.json for root or without $XDG_RUNTIME_DIR; else
-/// $XDG_RUNTIME_DIR/prismrelay.json.
-std::string default_status_file();
 
 /// Errors have the form file:/pointer: found, expected.
 Result<Settings> parse_settings(std::string_view text, const std::string& path);

@@ -58,14 +58,17 @@ TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
   EXPECT_EQ(page.error, "row 6 of segment 2: found 1 fields, expected 2");
   EXPECT_TRUE(page.more);
   EXPECT_EQ(page.days, (std::set<std::int64_t>{0, 1}));
-  EXPECT_THAT(page.text(Table::kRows), HasSubstr("\"lab/g\",\"z\"," + kLog + ",2,5,10,10,"));
-  EXPECT_THAT(page.text(Table::kRows), HasSubstr("," + kLog + ",2,7,86411,86411,"));
+  EXPECT_THAT(
+      page.text(Table::kRows),
+      HasSubstr("\"lab/g\",\"z\"," + kLog + ",2,5,1970-01-01T00:00:10.000000000Z,1970-01-01T00:00:10.000000000Z,"));
+  EXPECT_THAT(page.text(Table::kRows), HasSubstr("," + kLog + ",2,7,1970-01-02T00:00:11.000000000Z,"));
   EXPECT_EQ(page.text(Table::kRefused),
             "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 fields, expected 2\",\"truncated\"\n");
   EXPECT_EQ(page.text(Table::kSegments),
             "\"lab/g\",\"z\"," + kLog +
                 ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
-  EXPECT_EQ(place_line(page), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,86411.000000,2\n");
+  EXPECT_EQ(place_line(page),
+            "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,1970-01-02T00:00:11.000000000Z,2\n");
   EXPECT_EQ(page.text(Table::kGaps), "");
 }
 
@@ -75,7 +78,8 @@ TEST(Batch, PlacesTheCursorAfterTheLastStoredRow) {
   page.refuse(Table::kRows, page.of(Table::kRows)[1], "no");
   EXPECT_EQ(page.refused_rows(), 1u);
   EXPECT_EQ(page.refusal, "row 7 of segment 2: no");
-  EXPECT_EQ(place_line(page), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,5,10.000000,1\n");
+  EXPECT_EQ(place_line(page),
+            "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,5,1970-01-01T00:00:10.000000000Z,1\n");
   EXPECT_THAT(page.text(Table::kRefused), HasSubstr(",2,7,\"no\",\"86411,8\"\n"));
   page.refuse(Table::kRows, page.of(Table::kRows)[0], "no");
   EXPECT_EQ(place_line(page), "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\",,,,,0\n");
@@ -120,7 +124,8 @@ TEST(Batch, RejectsAnInvalidResponse) {
 TEST(Batch, DoesNotCutACharacterOfAnEvent) {
   const auto item = event_item(
       "lab/g", {{"time_s", 1.5}, {"severity", "info"}, {"kind", "note"}, {"text", std::string(999, 'a') + "µ"}});
-  EXPECT_EQ(item->text(Table::kEvents), "\"lab/g\",1.500000,\"info\",\"note\",\"" + std::string(999, 'a') + "\"\n");
+  EXPECT_EQ(item->text(Table::kEvents),
+            "\"lab/g\",1970-01-01T00:00:01.500000000Z,\"info\",\"note\",\"" + std::string(999, 'a') + "\"\n");
   EXPECT_FALSE(event_item("lab/g", {{"time_s", "now"}}));
   EXPECT_FALSE(event_item("lab/g", nullptr));
 }
@@ -237,7 +242,8 @@ TEST(RowConverter, IdentifiesColumnsByName) {
   const Converted row = convert(kColumns, kRow);
   EXPECT_EQ(row.error, "");
   EXPECT_EQ(row.csv,
-            "1795425061.004,1795425061,\"{\"\"case_degc\"\":24.5}\",199,1,8.465401,25.01310,5.251000,0,8.465252,"
+            "2026-11-23T09:11:01.004000000Z,2026-11-23T09:11:01.000000000Z,\"{\"\"case_degc\"\":24.5}\",199,1,8.465401,"
+            "25.01310,5.251000,0,8.465252,"
             "25.01250,0.00001000,5.250500,-0.000125,0.008400,8.465526,8.465377,good,,,0\n");
   EXPECT_EQ(row.day, 20780);  // 2026-11-23
   EXPECT_DOUBLE_EQ(row.arrival_s, 1795425061.004);
@@ -245,7 +251,7 @@ TEST(RowConverter, IdentifiesColumnsByName) {
 
 TEST(RowConverter, UsesTheTimeOfALogWithoutArrivals) {
   const Converted row = convert("time_utc,time_s,samples,quality", "x,86400,5,warming");
-  EXPECT_EQ(row.csv, "86400,86400,,5,,,,,,,,,,,,,,warming,,,\n");
+  EXPECT_EQ(row.csv, "1970-01-02T00:00:00.000000000Z,1970-01-02T00:00:00.000000000Z,,5,,,,,,,,,,,,,,warming,,,\n");
   EXPECT_EQ(row.day, 1);
 }
 
