@@ -191,10 +191,10 @@ sleep 0.5  # several attempts
 [ ! -e knocks ] || fail "prismweb connected to a stopped instance"
 mkdir -p held/running/held
 knocked() { [ "$(wc -l <knocks)" = "$1" ]; }
-wait_for 5 knocked 3  # one connection each for short requests, long requests and notifications
+wait_for 5 knocked 2  # one connection each for short and for long requests
 sleep 0.5  # several attempts
-same "connections while the service ends" "$(wc -l <knocks)" 3
+same "connections while the service ends" "$(wc -l <knocks)" 2
 rmdir held/running/held
 wait_for 5 instance_is stopped
 mkdir held/running/held
-wait_for 5 knocked 6
+wait_for 5 knocked 4

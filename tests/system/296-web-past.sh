@@ -53,8 +53,11 @@ same "a view of the far future" "$(range from_s=9e9 | jq -c '[.rows, .to_s >= .f
 # The counter restarts: a short and a long view have the same latest seconds.
 kill -KILL "$sim"; wait "$sim" 2>/dev/null || true
 start_sim --profile fast --speed 4 --seed 8
-back() { [ "$(range seconds=20 | jq .last_s)" -lt $((last - 3600)) ]; }
+# The earlier run is served all the time, also while the store does not have the new rows yet. History: then the view had no rows.
+earlier() { same "rows of the run before" "$(rows $((last - 1000)) $((last - 500)) | jq '.[1] | length')" 500; }
+back() { earlier && [ "$(range seconds=20 | jq .last_s)" -lt $((last - 3600)) ]; }
 wait_for 10 back
+for _ in $(seq 30); do earlier; done
 long_enough() { [ "$(range seconds=20 | jq .last_s)" -gt $((begin + 40)) ]; }
 begin=$(range seconds=20 | jq .last_s)
 wait_for 15 long_enough

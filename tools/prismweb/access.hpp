@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Access checks: Host, Origin, token, cookie.
+// Access control: Host, Origin, token, cookie.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,43 +11,51 @@
 
 namespace prism::prismweb {
 
-/// Returns the host of a Host field or of an origin's authority, in lower case and without port: "[::1]:8467" →
-/// "[::1]". Returns an empty string if the port or the bracket is invalid.
-std::string host_of(std::string_view authority);
-
-/// Names under which browsers may access this server.
-class HostList {
- public:
-  /// Always contains localhost, 127.0.0.1 and [::1]. `address`: where the server listens.
-  HostList(const std::string& address, const std::vector<std::string>& more_names);
-
-  /// True if the Host field has a name of this server. A page under another name that resolves to this address (DNS
-  /// rebinding) sends its own name.
-  bool allows_host(std::string_view host) const;
-  /// True if the Origin field ("http://localhost:8467") has a name of this server or is empty.
-  bool allows_origin(std::string_view origin) const;
-
- private:
-  std::vector<std::string> names_;
+/// The fields of an HTTP request that are used; empty: not sent.
+struct Request {
+  std::string method, target, host, origin, authorization, if_none_match, cookie, sec_fetch_site;
 };
 
-/// True if only this host can reach the address. Errors: not an IP address.
-Result<bool> is_loopback(const std::string& address);
+struct Admission {
+  int status = 0;  ///< HTTP status of the error; 0: admitted
+  /// The client sent a valid token or cookie, or none is required.
+  bool is_authenticated = false;
+};
 
-/// True if a page of this server sent the request; only then its cookie is accepted. Browsers also send the cookie with
-/// requests from pages on other ports of this host. `host`: the Host field. An empty field was not sent.
-bool is_own_page(std::string_view origin, std::string_view sec_fetch_site, std::string_view host);
+/// Access by a token on a loopback address; on a Unix socket the mode of its file decides. Programs send a token from a
+/// file that only this user can read; browsers open an address with a single-use token and get a cookie.
+class Access {
+ public:
+  /// For a Unix socket. `hosts`: names under which browsers may access this server, besides localhost, 127.0.0.1 and
+  /// [::1].
+  explicit Access(std::vector<std::string> hosts);
+  /// Also allows the address listened on, and requires a token. Reads `prismweb-PORT.token` of a previous run from the
+  /// runtime directory ($RUNTIME_DIRECTORY of systemd, else $XDG_RUNTIME_DIR, else /tmp), so that programs and open
+  /// pages continue. Writes a new token unless a valid one exists that only this user can read. Errors: the file cannot
+  /// be written.
+  static Result<Access> with_token(std::vector<std::string> hosts, const std::string& address, int port);
 
-/// Returns the values of a cookie; several if it was set for several paths.
-std::vector<std::string_view> cookie_values(std::string_view field, std::string_view name);
+  /// Checks Host, Origin, and token or cookie. `needs_token`: otherwise the request is admitted without.
+  Admission admit(const Request& request, bool needs_token) const;
 
-/// Returns the token of "Bearer TOKEN", or an empty string for another scheme.
-std::string_view bearer_of(std::string_view authorization);
+  /// True for the token in the file; always without tokens.
+  bool is_program_token(std::string_view given) const;
+  bool has_tokens() const { return !program_token_.empty(); }
 
-/// Compares in constant time. An empty `secret` never matches.
-bool is_secret(std::string_view given, std::string_view secret);
+  /// Token of the printed address; empty after its use.
+  const std::string& address_token() const { return address_token_; }
+  /// Makes a new address token if the last one was used; else returns false.
+  bool renew_address_token();
+  /// Takes the token of the printed address. Returns the Set-Cookie field; nullopt if the token is wrong or was used.
+  std::optional<std::string> begin_session(const Request& request);
 
-/// Returns 32 random bytes in hex, or an empty string if the system has no random numbers.
-std::string make_token();
+ private:
+  bool is_allowed_host(std::string_view authority) const;
+  bool is_authenticated(const Request& request) const;
+
+  std::vector<std::string> hosts_;
+  /// The cookie's value is a hash of the program token: it is valid as long as that, and does not reveal it.
+  std::string cookie_name_, program_token_, cookie_, address_token_;
+};
 
 }  // namespace prism::prismweb

@@ -1,196 +1,417 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismweb/period_store.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sqlite3.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
-#include <initializer_list>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <system_error>
+
+#include "base/file.hpp"
+#include "base/json_member.hpp"
 
 namespace prism::prismweb {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kCursorInterval_s = 3 * 3600;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array<std::int64_t, 18> kSteps = {1,   2,   5,    10,   15,   30,    60,    120,   300,
+                                                 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400};
 
-std::string table_of(const char* name) {
-  std::string columns;
-  for (std::size_t i = 0; i < kPeriodColumns.size(); ++i)
-    columns += fmt::format("{} {}, ", kPeriodColumns[i], i >= kFirstCount ? "INTEGER" : "REAL");
-  return fmt::format("{} (begin_s INTEGER PRIMARY KEY, {}crc INTEGER)", name, columns);
+struct Second {
+  std::int64_t begin_s;
+  double rate, corrected, bias, sd, temperature, slope, uhfo, samples, missing;
+  bool is_good;
+};
+
+Period period_of(const Second& second) {
+  const auto known = [](double value) { return std::isnan(value) ? 0.0 : 1.0; };
+  const auto sum = [](double value) { return std::isnan(value) ? 0.0 : value; };
+  const auto& [begin_s, rate, corrected, bias, sd, temperature, slope, uhfo, samples, missing, is_good] = second;
+  return {begin_s, {rate,
+                    rate,
+                    corrected,
+                    corrected,
+                    bias,
+                    bias,
+                    sd,
+                    temperature,
+                    temperature,
+                    slope,
+                    slope,
+                    uhfo,
+                    uhfo,
+                    sum(rate),
+                    sum(corrected),
+                    samples,
+                    missing,
+                    1,
+                    is_good ? 1.0 : 0.0,
+                    known(rate),
+                    known(corrected)}};
 }
 
-Result<void> remove_all(const std::string& folder, std::initializer_list<const char*> names) {
-  for (const char* const name : names) {
-    std::error_code error;
-    fs::remove(fs::path(folder) / name, error);
-    if (error) return make_error((fs::path(folder) / name).string(), error.message());
+constexpr std::int64_t kStoreVersion = 4, kCursorInterval_s = 3 * 3600;
+// The first three are of prismweb 0.2.
+constexpr std::array<const char*, 5> kOldFiles = {"place.json", "minutes", "hours", "periods.sqlite-wal",
+                                                  "periods.sqlite"};
+
+struct Table {
+  const char* name;
+  std::int64_t length_s;
+};
+constexpr Table kMinutes{"minutes", 60}, kHours{"hours", 3600};
+
+std::string create_sql(const Table& table) {
+  std::string columns;
+  for (const std::string_view column : kColumnNames) columns += fmt::format(", {} REAL", column);
+  return fmt::format("CREATE TABLE {} (begin_s INTEGER PRIMARY KEY{})", table.name, columns);
+}
+
+// Adds a period to the stored one of the same time. SQL's min() and max() are NULL if one of the two values is.
+std::string add_sql(const Table& table) {
+  std::vector<std::string> values(kColumns + 1, "?"), changes;
+  for (const std::string_view name : kColumnNames) {
+    constexpr const char *kSum = "{0} = {0} + excluded.{0}",
+                         *kMin = "{0} = ifnull(min({0}, excluded.{0}), ifnull({0}, excluded.{0}))",
+                         *kMax = "{0} = ifnull(max({0}, excluded.{0}), ifnull({0}, excluded.{0}))";
+    const Join join = join_of(name);
+    const char* const change = join == Join::kSum ? kSum : join == Join::kMin ? kMin : kMax;
+    changes.push_back(fmt::format(fmt::runtime(change), name));
   }
-  return {};
+  return fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT (begin_s) DO UPDATE SET {}", table.name,
+                     fmt::join(values, ", "), fmt::join(changes, ", "));
 }
 
 }  // namespace
 
-Result<void> PeriodStore::remove(const std::string& folder) {
-  return remove_all(folder, {"periods.sqlite-wal", "periods.sqlite"});
+// fmin and fmax ignore NaN.
+void Period::add(const Period& other) {
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const double before = values[i], more = other.values[i];
+    const Join join = join_of(kColumnNames[i]);
+    values[i] = join == Join::kSum   ? before + more
+                : join == Join::kMin ? std::fmin(before, more)
+                                     : std::fmax(before, more);
+  }
 }
 
-// Removes the files of prismweb 0.2; the database is built from the log.
-Result<PeriodStore> PeriodStore::open(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return make_error(folder, error.message());
-  if (const auto removed = remove_all(folder, {"place.json", "minutes", "hours"}); !removed)
-    return tl::unexpected<Error>(removed.error());
-  std::optional<PeriodStore> store(std::in_place);
-  Result<void> loaded = store->load(folder);
-  if (!loaded && store->is_damaged()) {
-    const std::string why = loaded.error().text() + kRebuilt;
-    store.emplace();
-    loaded = remove(folder);
-    if (loaded) loaded = store->load(folder);
-    store->rebuild_reason_ = why;
-  }
-  if (!loaded) return tl::unexpected<Error>(loaded.error());
-  return std::move(*store);
+Period second_of(const compensation::CompensatedWindow& row) {
+  const compensation::SecondMean& mean = row.window.second_mean;
+  return period_of({mean.second, mean.rate_deg_per_h, row.corrected_deg_per_h, row.correction.bias_deg_per_h,
+                    row.correction.sd_deg_per_h, mean.temperature_degc, row.window.slope_degc_per_s, mean.uhfo_v,
+                    static_cast<double>(mean.samples), static_cast<double>(mean.missing_frames),
+                    row.correction.quality == compensation::kGood});
 }
 
-Result<void> PeriodStore::load(const std::string& folder) {
-  std::error_code error;
-  const fs::path real = fs::canonical(folder, error);  // SQLITE_OPEN_NOFOLLOW rejects links in any part
-  if (error) return make_error(folder, error.message());
-  Result<void> done = database_.open((real / "periods.sqlite").string());
-  std::vector<std::string> tables = {
-      "state (id INTEGER PRIMARY KEY, cursor TEXT, first_s INTEGER, last_s INTEGER, crc INTEGER)",
-      "places (id INTEGER PRIMARY KEY, begin_s INTEGER, cursor TEXT, crc INTEGER)"};
-  for (const Table& table : tables_) tables.push_back(table_of(table.name));
-  for (const std::string& table : tables) {
-    if (done) done = database_.run("CREATE TABLE IF NOT EXISTS " + table);
-  }
-  const auto take_state = [&](const Database::Row& row) {
-    cursor_ = row.text(0);
-    first_second_ = row.integer(1);
-    last_second_ = row.integer(2);
+std::optional<Period> second_of(const nlohmann::json& window) {
+  const auto number = [&](const char* key) { return number_member(window, key, kUnknown); };
+  const double end_s = number("time_s");
+  if (!(std::fabs(end_s) < 1e10)) return std::nullopt;
+  return period_of({std::llround(end_s) - 1, number("rate_deg_per_h"), number("corrected_deg_per_h"),
+                    number("bias_deg_per_h"), number("sd_deg_per_h"), number("temperature_degc"),
+                    number("slope_degc_per_s"), number("uhfo_v"), static_cast<double>(count_member(window, "samples")),
+                    static_cast<double>(count_member(window, "missing")), text_member(window, "quality") == "good"});
+}
+
+std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s) {
+  const std::int64_t rest = time_s % length_s;
+  return time_s - (rest < 0 ? rest + length_s : rest);
+}
+
+// Plus 1, because the limits of the range may cut two steps.
+std::int64_t step_for(double length_s, int points, std::int64_t min_s) {
+  const auto fits = [&](std::int64_t step) {
+    return step >= min_s && length_s / static_cast<double>(step) + 1 <= std::max(points, 2);
   };
-  const auto take_cursor = [&](const Database::Row& row) { cursors_.emplace_back(row.integer(0), row.text(1)); };
-  if (done)
-    done = database_.run("SELECT checked(crc, cursor, first_s, last_s), first_s, last_s FROM state", {}, take_state);
-  if (done)
-    done = database_.run("SELECT checked(crc, begin_s, cursor), cursor FROM places ORDER BY id", {}, take_cursor);
-  return done;
+  const auto found = std::find_if(kSteps.begin(), kSteps.end(), fits);
+  if (found != kSteps.end()) return *found;
+  return kSteps.back() *
+         static_cast<std::int64_t>(std::ceil(length_s / static_cast<double>(kSteps.back()) / std::max(points - 1, 1)));
 }
 
-void PeriodStore::push(std::span<const PeriodSummary> seconds, const std::string& cursor) {
-  for (const PeriodSummary& second : seconds) {
-    for (Table& table : tables_) {
-      const std::int64_t begin_s = floor_to(second.begin_s, table.length_s);
-      PeriodSummary& period = table.pushed.try_emplace(begin_s, PeriodSummary{}).first->second;
-      period.begin_s = begin_s;
-      period.add(second);
-    }
-    if (!first_second_) first_second_ = second.begin_s;
-    last_second_ = second.begin_s;
-  }
-  cursor_ = cursor;
-  is_committed_ = false;
-}
-
-// Atomic: after an error the pushed periods remain for the next commit().
-Result<void> PeriodStore::commit() {
-  // The next row follows the last second. A cursor every 3 h finds old seconds in the log.
-  const std::int64_t next_s = last_second_.value_or(INT64_MIN) + 1;
-  const bool with_cursor = last_second_ && (cursors_.empty() || next_s < cursors_.back().first ||
-                                            next_s - cursors_.back().first >= kCursorInterval_s);
-  Result<void> done = database_.run("BEGIN");
-  if (done) done = write_all(with_cursor);
-  if (done) done = database_.run("COMMIT");
-  if (!done) {
-    database_.roll_back();
-    return done;
-  }
-  for (Table& table : tables_) table.pushed.clear();
-  if (with_cursor) cursors_.emplace_back(next_s, cursor_);
-  is_committed_ = true;
-  return done;
-}
-
-Result<void> PeriodStore::write_all(bool with_cursor) {
-  Result<void> done;
-  for (const Table& table : tables_) {
-    if (done) done = write(table);
-  }
-  if (!last_second_) return done;
-  if (done)
-    done = database_.run("REPLACE INTO state VALUES (1, ?1, ?2, ?3, crc(?1, ?2, ?3))",
-                         {cursor_, *first_second_, *last_second_});
-  if (done && with_cursor)
-    done = database_.run("INSERT INTO places VALUES (NULL, ?1, ?2, crc(?1, ?2))", {*last_second_ + 1, cursor_});
-  return done;
-}
-
-Result<void> PeriodStore::write(const Table& table) {
-  std::vector<std::string> placeholders;
-  for (std::size_t i = 0; i <= kPeriodColumns.size(); ++i) placeholders.push_back(fmt::format("?{}", i + 1));
-  const std::string sql =
-      fmt::format("REPLACE INTO {0} VALUES ({1}, crc({1}))", table.name, fmt::join(placeholders, ", "));
-  for (const auto& [begin_s, pushed] : table.pushed) {
-    const auto stored = read(table, begin_s, begin_s + 1);
-    if (!stored) return tl::unexpected<Error>(stored.error());
-    PeriodSummary period = pushed;
-    for (const PeriodSummary& part : *stored) period.add(part);
-    std::vector<Database::Value> values = {begin_s};
-    for (const double value : values_of(period)) values.emplace_back(value);
-    if (Result<void> done = database_.run(sql, values); !done) return done;
-  }
-  return {};
-}
-
-Result<std::vector<PeriodSummary>> PeriodStore::read(const Table& table, std::int64_t from_s, std::int64_t to_s) {
-  std::vector<PeriodSummary> found;
-  const auto take = [&](const Database::Row& row) {
-    if (row.integer(0) < from_s || row.integer(0) >= to_s) return;
-    PeriodValues values;
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = row.number(static_cast<int>(i) + 1);
-    found.push_back(period_of(row.integer(0), values));
-  };
-  // Includes one record before and one after: a damaged begin is still between its neighbours, but maybe not in the
-  // range.
-  const std::string sql = fmt::format(
-      "SELECT checked(crc, begin_s, {0}), {0} FROM {1}"
-      " WHERE begin_s >= coalesce((SELECT max(begin_s) FROM {1} WHERE begin_s < ?1), ?1)"
-      " AND begin_s <= coalesce((SELECT min(begin_s) FROM {1} WHERE begin_s >= ?2), ?2) ORDER BY begin_s",
-      fmt::join(kPeriodColumns, ", "), table.name);
-  const Result<void> done = database_.run(sql, {from_s, to_s}, take);
-  if (!done) return tl::unexpected<Error>(done.error());
-  return found;
-}
-
-std::vector<std::string> PeriodStore::cursors_before(std::int64_t second) const {
-  std::vector<std::string> found;
-  std::int64_t later_s = INT64_MAX;  // of the next stored cursor
-  bool has_cursor = false;           // of this clock epoch
-  for (auto stored = cursors_.rbegin(); stored != cursors_.rend(); ++stored) {
-    if (stored->first >= later_s) has_cursor = false;
-    later_s = stored->first;
-    if (!has_cursor && stored->first <= second) {
-      found.push_back(stored->second);
-      has_cursor = true;
+// A map, because times repeat after a reset of the gyro's clock.
+std::vector<Period> downsample(std::span<const Period> periods, std::int64_t from_s, std::int64_t to_s,
+                               std::int64_t step_s) {
+  std::map<std::int64_t, Period> steps;
+  for (const Period& period : periods) {
+    if (period.begin_s < from_s || period.begin_s >= to_s) continue;
+    const std::int64_t begin_s = floor_to(period.begin_s, step_s);
+    const auto [step, is_new] = steps.try_emplace(begin_s, period);
+    if (is_new) {
+      step->second.begin_s = begin_s;
+    } else {
+      step->second.add(period);
     }
   }
-  return found;
+  std::vector<Period> all;
+  for (const auto& [begin_s, step] : steps) all.push_back(step);
+  return all;
 }
 
-Result<std::vector<PeriodSummary>> PeriodStore::periods(std::int64_t step_s, std::int64_t from_s, std::int64_t to_s) {
-  const auto divides = [&](const Table& table) { return step_s % table.length_s == 0; };
-  const Table& table = *std::find_if(tables_.rbegin(), tables_.rend() - 1, divides);
-  auto found = read(table, from_s, to_s);
-  if (!found) return found;
-  for (auto at = table.pushed.lower_bound(from_s); at != table.pushed.end() && at->first < to_s; ++at)
-    found->push_back(at->second);
-  return found;
+void PeriodStore::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+
+class PeriodStore::Statement {
+ public:
+  Statement(PeriodStore& store, const std::string& sql) : store_(store) {
+    if (!store.error_) check(sqlite3_prepare_v2(store.database_.get(), sql.c_str(), -1, &statement_, nullptr));
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void bind(std::int64_t value) { check(sqlite3_bind_int64(statement_, ++count_, value)); }
+  void bind(double value) { check(sqlite3_bind_double(statement_, ++count_, value)); }  // NaN: NULL
+  void bind(const std::string& value) {
+    check(sqlite3_bind_text(statement_, ++count_, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT));
+  }
+  /// False at the end and after an error.
+  bool next() {
+    const int code = store_.error_ ? SQLITE_DONE : sqlite3_step(statement_);
+    if (code != SQLITE_DONE) check(code);
+    return code == SQLITE_ROW;
+  }
+  void run_again() {
+    while (next()) {
+    }
+    sqlite3_reset(statement_);
+    count_ = 0;
+  }
+
+  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
+  double number(int column) const {
+    const bool is_known = sqlite3_column_type(statement_, column) != SQLITE_NULL;
+    return is_known ? sqlite3_column_double(statement_, column) : kUnknown;
+  }
+  std::string text(int column) const {
+    const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+    return text == nullptr ? "" : text;
+  }
+
+ private:
+  void check(int code) {
+    if (code != SQLITE_OK && code != SQLITE_ROW) store_.fail();
+  }
+
+  PeriodStore& store_;
+  sqlite3_stmt* statement_ = nullptr;
+  int count_ = 0;
+};
+
+void PeriodStore::run(const std::string& sql) { Statement(*this, sql).run_again(); }
+
+std::string PeriodStore::value(const std::string& sql) {
+  Statement statement(*this, sql);
+  return statement.next() ? statement.text(0) : "";
+}
+
+// After an error that is not of the disk or of another process, the file is not as it was written.
+void PeriodStore::fail() {
+  const int code = sqlite3_errcode(database_.get()), reason = sqlite3_system_errno(database_.get());
+  if (code == SQLITE_BUSY) return fail("is in use by another process", false);
+  if (code == SQLITE_FULL) return fail(std::strerror(ENOSPC), false);
+  const bool by_disk = code == SQLITE_IOERR || code == SQLITE_CANTOPEN;
+  fail(by_disk && reason != 0 ? std::strerror(reason) : sqlite3_errmsg(database_.get()),
+       !by_disk && code != SQLITE_NOMEM);
+}
+
+void PeriodStore::fail(const std::string& what, bool is_damage) {
+  if (error_) return;
+  error_ = Error{path_, what};
+  is_damaged_ = is_damage;
+}
+
+const PeriodStore::Status& PeriodStore::open() {
+  load();
+  if (!refill_if_damaged()) status_.problem = error_ ? std::exchange(error_, std::nullopt)->text() : "";
+  return status_;
+}
+
+const PeriodStore::Status& PeriodStore::clear() {
+  remove_files();
+  return open();
+}
+
+// Deletes a damaged store and starts an empty one.
+bool PeriodStore::refill_if_damaged() {
+  if (!error_ || !std::exchange(is_damaged_, false)) return false;
+  const std::string why = std::exchange(error_, std::nullopt)->text() + kRefilled;
+  remove_files();
+  load();
+  status_.problem = error_ ? std::exchange(error_, std::nullopt)->text() : why;
+  return true;
+}
+
+void PeriodStore::remove_files() {
+  database_.reset();
+  status_ = {};
+  for (const char* const name : kOldFiles) {
+    std::error_code error;
+    fs::remove(fs::path(folder_) / name, error);
+    if (error) fail(error.message(), false);
+  }
+}
+
+// Creates the files, because SQLite reports "No such file" for one that it cannot create, whatever the reason. With an
+// exclusive lock, the write-ahead log needs no shared memory, and two processes cannot count the same rows.
+void PeriodStore::load() {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  const fs::path folder = error ? fs::path(folder_) : fs::canonical(folder_, error);  // NOFOLLOW rejects links
+  path_ = (folder / "periods.sqlite").string();
+  if (error) return fail(error.message(), false);
+  for (const std::string& path : {path_, path_ + "-wal"}) {
+    const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644));
+    if (file.get() < 0) return fail(std::strerror(errno), false);
+  }
+  sqlite3* opened = nullptr;
+  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOFOLLOW | SQLITE_OPEN_NOMUTEX;
+  const int code = sqlite3_open_v2(path_.c_str(), &opened, flags, nullptr);
+  database_.reset(opened);
+  if (code != SQLITE_OK) return fail();
+  for (const char* const setting : {"locking_mode = EXCLUSIVE", "journal_mode = WAL", "wal_autocheckpoint = 100",
+                                    "cache_size = -256", "trusted_schema = OFF"})
+    run(std::string("PRAGMA ") + setting);
+  check();
+  read_state();
+  if (error_) database_.reset();
+}
+
+// Also compares the number of seconds, so that missing rows are noticed.
+void PeriodStore::check() {
+  const std::string integrity = value("PRAGMA integrity_check(1)"), version = value("PRAGMA user_version");
+  if (error_) return;
+  if (integrity != "ok")  // the first line only names the database
+    return fail("found damage: " + integrity.substr(integrity.rfind('\n') + 1), true);
+  if (value("SELECT count(*) FROM sqlite_schema") == "0") return create();
+  if (version != std::to_string(kStoreVersion)) return fail("found version " + version, true);
+  const std::string seconds = value("SELECT seconds FROM state");
+  for (const Table& table : {kMinutes, kHours}) {
+    const std::string found = value(fmt::format("SELECT CAST(total(seconds) AS INTEGER) FROM {}", table.name));
+    if (found != seconds) fail(fmt::format("found {} seconds in {}, expected {}", found, table.name, seconds), true);
+  }
+}
+
+void PeriodStore::create() {
+  run("BEGIN");
+  for (const Table& table : {kMinutes, kHours}) run(create_sql(table));
+  run("CREATE TABLE cursors (id INTEGER PRIMARY KEY, begin_s INTEGER, cursor TEXT)");
+  run("CREATE TABLE state (cursor TEXT, first_s INTEGER, last_s INTEGER, seconds INTEGER)");
+  run("INSERT INTO state VALUES ('', NULL, NULL, 0)");
+  run(fmt::format("PRAGMA user_version = {}", kStoreVersion));
+  run("COMMIT");
+}
+
+void PeriodStore::read_state() {
+  Statement state(*this, "SELECT cursor, first_s, last_s FROM state");
+  status_ = {};
+  if (!state.next()) return;
+  status_.is_open = true;
+  status_.cursor = state.text(0);
+  if (std::isnan(state.number(1))) return;  // no second yet
+  status_.first_s = state.integer(1);
+  status_.last_s = state.integer(2);
+}
+
+const PeriodStore::Status& PeriodStore::add(const std::string& from, std::span<const Period> seconds,
+                                            const std::string& to, bool commit) {
+  if (!status_.is_open || from != status_.cursor) return status_;
+  const auto is_in_transaction = [&] { return sqlite3_get_autocommit(database_.get()) == 0; };
+  if (!is_in_transaction()) run("BEGIN");
+  write(seconds, to);
+  if (commit) run("COMMIT");
+  if (refill_if_damaged()) return status_;
+  const std::optional<Error> error = std::exchange(error_, std::nullopt);
+  if (error && is_in_transaction()) run("ROLLBACK");
+  const std::string problem = error ? error->text() : commit ? "" : status_.problem;  // a later commit may fail
+  read_state();
+  error_.reset();
+  status_.problem = problem;
+  return status_;
+}
+
+void PeriodStore::write(std::span<const Period> seconds, const std::string& cursor) {
+  for (const Table& table : {kMinutes, kHours}) {
+    Statement add(*this, add_sql(table));
+    for (const Period& period : downsample(seconds, INT64_MIN, INT64_MAX, table.length_s)) {
+      add.bind(period.begin_s);
+      for (const double value : period.values) add.bind(value);
+      add.run_again();
+    }
+  }
+  Statement state(*this, "UPDATE state SET cursor = ?, seconds = seconds + ?");
+  state.bind(cursor);
+  state.bind(static_cast<std::int64_t>(seconds.size()));
+  state.run_again();
+  if (seconds.empty()) return;
+  Statement limits(*this, "UPDATE state SET first_s = ifnull(first_s, ?), last_s = ?");
+  limits.bind(seconds.front().begin_s);
+  limits.bind(seconds.back().begin_s);
+  limits.run_again();
+  write_cursor(seconds.back().begin_s + 1, cursor);
+}
+
+// A cursor every 3 h finds old seconds in the log. The row after `cursor` follows the last second.
+void PeriodStore::write_cursor(std::int64_t next_s, const std::string& cursor) {
+  Statement last(*this, "SELECT begin_s FROM cursors ORDER BY id DESC LIMIT 1");
+  const std::int64_t passed_s = last.next() ? next_s - last.integer(0) : kCursorInterval_s;
+  if (passed_s >= 0 && passed_s < kCursorInterval_s) return;
+  Statement insert(*this, "INSERT INTO cursors VALUES (NULL, ?, ?)");
+  insert.bind(next_s);
+  insert.bind(cursor);
+  insert.run_again();
+}
+
+// A statement must end before its database is closed.
+template <class T, class Take>
+Result<T> PeriodStore::query(const std::string& sql, const std::vector<std::int64_t>& values, T found, Take take) {
+  {
+    Statement select(*this, sql);
+    for (const std::int64_t value : values) select.bind(value);
+    while (select.next()) take(select, found);
+  }
+  if (!error_) return found;
+  const Error error = *error_;
+  if (!refill_if_damaged()) error_.reset();
+  return tl::unexpected<Error>(error);
+}
+
+Result<PeriodStore::Periods> PeriodStore::periods(std::int64_t from_s, std::int64_t to_s, std::int64_t step_s) {
+  const Table& table = step_s % kHours.length_s == 0 ? kHours : kMinutes;
+  const auto take = [&](const Statement& row, Periods& found) {
+    Period period{floor_to(row.integer(0), step_s), {}};
+    for (std::size_t i = 0; i < kColumns; ++i) period.values[i] = row.number(static_cast<int>(i) + 1);
+    const bool is_new = found.steps.empty() || found.steps.back().begin_s != period.begin_s;
+    if (is_new) found.steps.push_back(period);
+    if (!is_new) found.steps.back().add(period);
+  };
+  const std::string sql = "SELECT * FROM {} WHERE begin_s >= ? AND begin_s < ? ORDER BY begin_s";
+  return query(fmt::format(fmt::runtime(sql), table.name), {from_s, to_s}, Periods{{}, status_.last_s}, take);
+}
+
+Result<PeriodStore::Cursors> PeriodStore::cursors_before(std::int64_t second) {
+  std::int64_t later_s = INT64_MAX;  // of the cursor after this one
+  bool has_cursor = false;           // of this run of the clock
+  const auto take = [&](const Statement& row, Cursors& found) {
+    const std::int64_t begin_s = row.integer(0);
+    has_cursor = has_cursor && begin_s < later_s;
+    later_s = begin_s;
+    if (has_cursor || begin_s > second) return;
+    found.emplace_back(begin_s, row.text(1));
+    has_cursor = true;
+  };
+  return query("SELECT begin_s, cursor FROM cursors ORDER BY id DESC", {}, Cursors(), take);
 }
 
 }  // namespace prism::prismweb

@@ -1,74 +1,153 @@
 // SPDX-License-Identifier: MIT
-// Minutes and hours of one axis, built from prismd's log, and the cursor after the last row included.
+// Summaries of seconds for charts, and their store: minutes and hours of one axis in an SQLite file.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismweb/database.hpp"
-#include "tools/prismweb/period_summary.hpp"
+#include "compensation/compensated.hpp"
+
+struct sqlite3;
 
 namespace prism::prismweb {
 
-/// Suffix of the message about a damaged store.
-inline constexpr const char* kRebuilt = "; rebuilding it from the log";
+/// Columns of a period and of the store. `range` returns the sums of rate and corrected rate as means.
+enum Column : std::size_t {
+  kRateMin,
+  kRateMax,
+  kCorrectedMin,
+  kCorrectedMax,
+  kBiasMin,
+  kBiasMax,
+  kSdMax,
+  kTemperatureMin,
+  kTemperatureMax,
+  kSlopeMin,
+  kSlopeMax,
+  kUhfoMin,
+  kUhfoMax,
+  kRateSum,
+  kCorrectedSum,
+  kSamples,
+  kMissing,
+  kSeconds,
+  kGood,
+  kRateKnown,
+  kCorrectedKnown,
+  kColumns
+};
+inline constexpr std::array<std::string_view, kColumns> kColumnNames = {
+    "rate_min", "rate_max",        "corrected_min",   "corrected_max", "bias_min",  "bias_max",
+    "sd_max",   "temperature_min", "temperature_max", "slope_min",     "slope_max", "uhfo_min",
+    "uhfo_max", "rate_sum",        "corrected_sum",   "samples",       "missing",   "seconds",
+    "good",     "rate_known",      "corrected_known"};
 
-/// `periods.sqlite` in a directory (docs/protocol.md, "The store"). commit() writes periods and cursor in one
-/// transaction, so that data lost by a kill is read from the log again.
+/// How two periods are joined: the minima, maxima and sums of their columns.
+enum class Join { kMin, kMax, kSum };
+constexpr Join join_of(std::string_view column) {
+  return column.ends_with("_min") ? Join::kMin : column.ends_with("_max") ? Join::kMax : Join::kSum;
+}
+
+/// Summary of one or more seconds: deg/h, degC, degC/s, V, counts. A minimum or maximum is NaN if no second has the
+/// value.
+struct Period {
+  std::int64_t begin_s = 0;  ///< time of the data; the log row with time_s = t begins at t - 1
+  std::array<double, kColumns> values{};
+
+  /// Adds another period. begin_s does not change.
+  void add(const Period& other);
+};
+
+/// Converts a row of the log.
+Period second_of(const compensation::CompensatedWindow& row);
+/// Converts the params of a window notification. Returns nullopt if they have no valid time_s.
+std::optional<Period> second_of(const nlohmann::json& window);
+
+/// Rounds down to a multiple of `length_s`.
+std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s);
+
+/// Returns the shortest step of the list in docs/protocol.md that is at least `min_s` and gives at most `points` steps
+/// in `length_s`. If the longest is too short, returns a number of days.
+std::int64_t step_for(double length_s, int points, std::int64_t min_s);
+
+/// Joins the periods that begin within [from_s, to_s) to steps, in order of time.
+std::vector<Period> downsample(std::span<const Period> periods, std::int64_t from_s, std::int64_t to_s,
+                               std::int64_t step_s);
+
+/// Suffix of the message about a damaged store.
+inline constexpr const char* kRefilled = "; filling it again from the log";
+
+/// `periods.sqlite` in a directory (docs/protocol.md, "The store"). Everything in it can be read from the log again: a
+/// file that is damaged in any way is deleted, and the store is then empty. Not thread-safe, but may be used by another
+/// thread than the one that made it.
 class PeriodStore {
  public:
-  /// Opens the store. Creates a new one if it is missing or damaged (see rebuild_reason()). Errors: the directory or
-  /// the file cannot be written, another process uses the file.
-  static Result<PeriodStore> open(const std::string& folder);
-  /// Removes the store; for a replaced log and after damage.
-  static Result<void> remove(const std::string& folder);
+  struct Status {
+    std::string cursor;                           ///< after the last row included; empty: read the log from the start
+    std::optional<std::int64_t> first_s, last_s;  ///< first and last second, in the order of the log
+    std::string problem;  ///< why the store cannot be opened or written, or is filled again; empty: none
+    bool is_open = false;
+  };
+  struct Periods {
+    std::vector<Period> steps;
+    std::optional<std::int64_t> last_s;  ///< last second in the store
+  };
+  using Cursors = std::vector<std::pair<std::int64_t, std::string>>;  ///< second, and a cursor before its rows
 
-  /// Adds seconds in log order; `cursor` is after the last one. periods() includes them; commit() writes them to disk.
-  void push(std::span<const PeriodSummary> seconds, const std::string& cursor);
-  Result<void> commit();
+  explicit PeriodStore(std::string folder) : folder_(std::move(folder)) {}
 
-  const std::string& cursor() const { return cursor_; }  ///< of the last push(); empty: start of the log
-  bool is_committed() const { return is_committed_; }    ///< no push() since the last commit()
-  /// Why open() replaced the store; empty if it did not.
-  const std::string& rebuild_reason() const { return rebuild_reason_; }
-  std::optional<std::int64_t> last_second() const { return last_second_; }
-  std::optional<std::int64_t> first_second() const { return first_second_; }
-  /// Known cursors before the rows of `second`. If the clock restarted, one per clock epoch, the last epoch first.
-  std::vector<std::string> cursors_before(std::int64_t second) const;
+  /// Opens the store, or creates it. Checks all of it, and deletes a damaged one. Locks it until the destruction.
+  const Status& open();
+  /// Adds seconds in log order, between the cursors `from` and `to`. They are on disk after a call with `commit`; a
+  /// store that is closed before, or has an error, is as after the last one. No effect if the store is not open, or not
+  /// at `from`.
+  const Status& add(const std::string& from, std::span<const Period> seconds, const std::string& to, bool commit);
+  /// Deletes everything, for a replaced log.
+  const Status& clear();
+  /// After the last operation.
+  const Status& status() const { return status_; }
 
-  /// Returns periods that begin within [from_s, to_s), also incomplete ones, of the longest stored length that divides
-  /// `step_s` (a multiple of 60). A period may occur twice: its committed part and its uncommitted part. Errors: the
-  /// disk cannot be read, or is_damaged().
-  Result<std::vector<PeriodSummary>> periods(std::int64_t step_s, std::int64_t from_s, std::int64_t to_s);
-  /// See Database::is_damaged().
-  bool is_damaged() const { return database_.is_damaged(); }
+  /// Returns the steps that begin within [from_s, to_s); `step_s`: a multiple of 60. Errors: the disk cannot be read,
+  /// or the store was damaged and is now empty.
+  Result<Periods> periods(std::int64_t from_s, std::int64_t to_s, std::int64_t step_s);
+  /// Returns the last known cursor before the rows of `second`; one per run of the gyro's clock, the last run first.
+  Result<Cursors> cursors_before(std::int64_t second);
 
  private:
-  using Periods = std::map<std::int64_t, PeriodSummary>;
-  struct Table {
-    const char* name;
-    std::int64_t length_s;
-    Periods pushed = {};  ///< by begin, since the last commit()
+  struct Close {
+    void operator()(sqlite3* database) const;
   };
+  class Statement;
 
-  Result<void> load(const std::string& folder);
-  Result<std::vector<PeriodSummary>> read(const Table& table, std::int64_t from_s, std::int64_t to_s);
-  Result<void> write(const Table& table);
-  Result<void> write_all(bool with_cursor);
+  void load();
+  void check();
+  void create();
+  void read_state();
+  void write(std::span<const Period> seconds, const std::string& cursor);
+  void write_cursor(std::int64_t next_s, const std::string& cursor);
+  void remove_files();
+  bool refill_if_damaged();
+  void run(const std::string& sql);
+  std::string value(const std::string& sql);
+  void fail();
+  void fail(const std::string& what, bool is_damage);
+  template <class T, class Take>
+  Result<T> query(const std::string& sql, const std::vector<std::int64_t>& values, T found, Take take);
 
-  Database database_;
-  std::string cursor_, rebuild_reason_;
-  bool is_committed_ = true;
-  std::array<Table, 3> tables_ = {{{"minutes", 60}, {"ten_minutes", 600}, {"hours", 3600}}};
-  std::optional<std::int64_t> first_second_, last_second_;
-  std::vector<std::pair<std::int64_t, std::string>> cursors_;  ///< second, and a cursor before its rows
+  std::string folder_, path_;
+  std::unique_ptr<sqlite3, Close> database_;
+  Status status_;
+  std::optional<Error> error_;  ///< the first of the current operation, whose further steps have no effect
+  bool is_damaged_ = false;
 };
 
 }  // namespace prism::prismweb

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Settings of prismweb.
+// Settings of prismweb: command line and configuration.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "base/json_document.hpp"
+#include "base/result.hpp"
 
 namespace prism::prismweb {
 
@@ -20,5 +25,20 @@ struct Settings {
   std::string state;                   ///< directory of the stores; empty: none
   std::vector<std::string> warnings;   ///< one per key that has no effect any more
 };
+
+/// Parses argv; prints help, version, and errors of usage and configuration. Returns an exit code if the program must
+/// exit now.
+std::optional<int> parse_options(int argc, char** argv, Settings& settings);
+
+/// Parses "127.0.0.1:8467" or "[::1]:8467". Errors: other texts and addresses that are not loopback, with an empty
+/// place; `settings` is then unchanged.
+Result<void> parse_listen(std::string_view text, Settings& settings);
+
+/// Sets the settings that the JSON `text` contains (comments allowed). Relative paths start at the directory of `path`.
+/// Errors name the file and the key; unknown keys are errors.
+Result<void> parse_web_config(std::string_view text, const std::string& path, Settings& settings);
+
+/// JSON Schema of the configuration.
+Json web_config_schema();
 
 }  // namespace prism::prismweb
