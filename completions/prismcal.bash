@@ -6,7 +6,6 @@ _prismcal() {
     case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-format'|'fit --time-format'|'cv --time-format'|'predict --time-format'|'evaluate --time-format'|'compare --time-format'|'inspect --time-format'|'allan --time-format'|'convert --time-format'|'design --time-format'|'export --time-format') words='number unix excel datenum labview gps iso dmy mdy clock' ;;
     'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --slope') words='difference least_squares' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
@@ -25,17 +24,17 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    cv) words='-h --help --inputs --target --fold-column --separator --decimal --encoding --header-row --time-format --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
-    predict) words='-h --help --out --extrapolation --separator --decimal --encoding --header-row --time-format --time-unit --json --quiet' ;;
-    evaluate) words='-h --help --training --limits --in-sample --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
-    compare) words='-h --help --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
-    inspect) words='-h --help --interval --separator --decimal --encoding --header-row --time-format --time-unit --json' ;;
-    allan) words='-h --help --column --axis --unit --time --interval --separator --decimal --encoding --header-row --time-format --time-unit --grid --json --quiet' ;;
-    convert) words='-h --help --out --frames --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --quiet' ;;
-    design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out --json --quiet' ;;
-    export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --separator --decimal --encoding --header-row --time-format --time-unit --config --axis --leave-out' ;;
+    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --window --slope --end-mean --max-gap --lag --hold-out --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    fit) words='-h --help --inputs --target --fold-column --time --out --diagnostics --decimal --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory --json --quiet' ;;
+    predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
+    evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
+    compare) words='-h --help --on --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
+    inspect) words='-h --help --interval --decimal --time-unit --json' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet' ;;
+    convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
+    design) words='-h --help --domain --mission --chamber --hours --out --recordings --prior --bias-sd --noise --start --thermal-lag --self-heating --report --map --interval --decimal --time-unit --config --axis --leave-out --json --quiet' ;;
+    export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
     *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design export verify campaign' ;;

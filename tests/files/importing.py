@@ -103,7 +103,7 @@ def truth_of(name):
         rate = [None, *RATE[1:]]
     if name == "gps.csv":
         return [(t, 2307, *row) for t, *row in zip(times, rate, temperature)]
-    if name in ("holes.csv", "holes-excel.csv"):
+    if name in ("holes.csv", "holes-excel.csv", "missing.csv"):
         rate = [None if i % 10 == 3 else r for i, r in enumerate(RATE)]
     if name == "either-date.csv":
         times = [t + (prism_import.datetime.datetime(2024, 4, 3, 12) - EPOCH).total_seconds() for t in TIME]

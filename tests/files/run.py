@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Each file of tests/files/data (write.py made them from one truth) through each command of prismcal that reads tables: the
-same result as data/plain.csv, or the same refusal. usage: PRISM_BIN=build/unity tests/files/run.py [NAME …]"""
+same result as data/plain.csv, or the same refusal, and then the same Allan deviation of what prism-import makes of it.
+usage: PRISM_BIN=build/unity tests/files/run.py [NAME …]"""
 import csv
 import json
 import os
@@ -11,6 +12,14 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.dont_write_bytecode = True
+sys.path.insert(0, HERE)
+from importing import REFUSED
+
+IMPORT = os.path.join(HERE, "../../tools/prism-import/prism_import.py")
+# Damaged on purpose, or with other numbers than plain.csv: importing.py has their truth.
+OTHER_TRUTH = ("bad-first-row.csv", "text-cell.csv", "thousands-or-decimals.csv", "one-column.csv", "grouped-integers.csv", "either-date-later.csv",
+               "time-minutes.csv", "time-digits.csv", "narrow-names.csv")
 DATA = os.path.join(HERE, "data")
 PRISMCAL = os.path.join(os.environ["PRISM_BIN"], "tools/prismcal/prismcal")
 faults = []
@@ -165,6 +174,20 @@ def check_refused(case, folder):
             faults.append(f"{case['file']}: {name}: exit code {code}, expected the one line \"{expected}\", found \"{err.strip()}\"")
 
 
+def check_imported(case, plain, folder):
+    """A file that is not a plain table, through prism-import with the options of importing.py: its second column is the rate."""
+    text, options = REFUSED.get(case["file"], ("", []))
+    if options is None or {"--scaled", "--holes"} & set(case["options"]) or case["file"] in OTHER_TRUTH:
+        return
+    table = os.path.join(folder, "imported.csv")
+    done = subprocess.run([IMPORT, os.path.join(DATA, case["file"]), "--out", table, *options], capture_output=True, text=True)
+    code, out, err = run("allan", table, "--column", "3" if case["file"] == "gps.csv" else "2", "--json",
+                         "--unit", "deg/s" if case["file"] == "labview-units.lvm" else "deg/h")
+    tolerance = 1e-6 if "--nearly" in case["options"] or case["file"] == "time-day-fraction.csv" else 1e-12
+    if done.returncode or code or not nearly(result("allan", out, folder), plain["allan"], tolerance):
+        faults.append(f"{case['file']}: prism-import, then allan: exit codes {done.returncode}, {code}: {(done.stderr + err).strip()}, {out[:300]}")
+
+
 def check_words(folder):
     """What a user sees: the finished command line, and silence with --quiet."""
     path = os.path.join(DATA, "plain.csv")
@@ -175,9 +198,9 @@ def check_words(folder):
     code, out, _ = run("inspect", path)
     if code != 0 or line not in out:
         faults.append(f"plain.csv: inspect: exit code {code}, expected \"{line}\"")
-    code, out, _ = run("inspect", os.path.join(DATA, "us-date.csv"), "--time-format", "mdy")
-    if "us-date.csv --time-format mdy --map rate=rate_deg_per_h" not in out:
-        faults.append(f"us-date.csv: inspect: the option is not in the command line: {out}")
+    code, out, _ = run("inspect", os.path.join(DATA, "time-ns-stated.csv"), "--time-unit", "ns")
+    if "time-ns-stated.csv --time-unit ns --map rate=rate_deg_per_h" not in out:
+        faults.append(f"time-ns-stated.csv: inspect: the option is not in the command line: {out}")
     for name, arguments in commands({"file": "plain.csv", "options": ["--quiet"], "columns": {"time": "t_s", "rate": "rate_deg_per_h",
                                                                                               "temperature": "T_degC"}}, folder).items():
         code, _, err = run(*arguments)
@@ -209,6 +232,7 @@ def main():
                 continue
             if "refused" in case:
                 check_refused(case, folder)
+                check_imported(case, plain, folder)
             else:
                 check_same(case, plain, folder)
     finish(f"{len(cases)} files", faults)

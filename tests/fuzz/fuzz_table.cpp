@@ -1,39 +1,36 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a table of another program: rejected in one line, or read with as many cells in each column as there are
-// rows.
+// Any bytes as a plain table: rejected in one line, or read with as many values in each row as columns.
 #include <unistd.h>
 
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
-#include <memory>
 #include <string>
 
 #include "drivers/shown_bytes.hpp"
 #include "tests/fuzz/require.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace {
 
 void check(const prism::Error& error) { require(error.text().find('\n') == std::string::npos); }
 
 void read(const std::string& path, bool with_time) {
-  auto table = prism::tables::open_text_table(path, {});
+  auto table = prism::tables::PlainTable::open(path, {});
   if (!table) return check(table.error());
   prism::tables::Selection selection;
-  for (std::size_t i = 0; i < (*table)->columns().size(); ++i) selection.numbers.push_back(i);
-  const auto time = (*table)->time_column();
-  if (with_time && time) selection.time = prism::tables::TimeSelection{*time, "", 1, 0};
-  if (auto good = (*table)->select(selection); !good) return check(good.error());
-  prism::tables::Block block;
+  for (std::size_t i = 0; i < table->columns().size(); ++i) selection.numbers.push_back(i);
+  const auto time = table->time_column();
+  if (with_time && time) selection.time = prism::tables::TimeSelection{*time};
+  if (auto good = table->select(selection); !good) return check(good.error());
+  prism::tables::Row row;
   while (true) {
-    const auto more = (*table)->next(block);
+    const auto more = table->next(row);
     if (!more) return check(more.error());
-    if (!*more) return;
-    for (const auto& column : block.columns) require(column.size() == block.rows);
-    require(block.time_ns.empty() || block.time_ns.size() == block.rows);
-    require(!(*table)->understood().empty());
+    if (!*more) break;
+    require(row.values.size() == selection.numbers.size());
   }
+  require(!table->understood().empty());
 }
 
 }  // namespace

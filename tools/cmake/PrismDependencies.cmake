@@ -18,11 +18,6 @@ endif()
 pkg_check_modules(PCAP REQUIRED IMPORTED_TARGET libpcap)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
-if(PRISM_CAL)  # tables of other programs
-  pkg_check_modules(UCHARDET REQUIRED IMPORTED_TARGET uchardet)
-  pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
-  find_library(PRISM_CSV csv REQUIRED)
-endif()
 
 # Asio and the other header-only parts of Boost; files include narrow headers.
 add_library(prism_boost INTERFACE)

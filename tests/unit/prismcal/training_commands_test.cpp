@@ -115,14 +115,19 @@ TEST_F(Prismcal, StepwisePrintsCoefficientsAndPath) {
 TEST_F(Prismcal, ErrorsAreOneLineWithFileAndLine) {
   write("t.csv", "a,y\n1,2\n# a remark\n2,three\n");
   EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a --target y"), 1);
-  EXPECT_EQ(err_, "prismcal: " + path("t.csv") + ":4: column y: found \"three\", expected a number\n");
+  EXPECT_EQ(err_,
+            "prismcal: " + path("t.csv") +
+                ":4: column y: found \"three\", expected a number; prism-import reads tables of other programs\n");
   EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a,z --target y"), 1);
   EXPECT_EQ(err_,
             "prismcal: " + path("t.csv") + ": found no column \"z\", expected a number from 1 to 2 or one of a, y\n");
   EXPECT_EQ(run("fit " + path("t.csv") + " --inputs a --target y --method magic"), 64);
   write("r.csv", "a,y\n1,2,3\n");
   EXPECT_EQ(run("fit " + path("r.csv") + " --inputs a --target y"), 1);
-  EXPECT_EQ(err_, "prismcal: " + path("r.csv") + ":2: found 3 fields, expected 2 as in the names of line 1\n");
+  EXPECT_EQ(
+      err_,
+      "prismcal: " + path("r.csv") +
+          ":2: found 3 fields, expected 2 as in the names of line 1; prism-import reads tables of other programs\n");
 }
 
 // Three hours at 1 Hz with a bias that depends on T, in other units than prism's.

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
@@ -25,11 +26,10 @@ int run(const AllanChoice& choice) {
   recordings::RateSeriesChoice wanted = choice.series;
   if (choice.interval_s > 0) wanted.interval_s = choice.interval_s;
   if (choice.quiet) wanted.table.silence();
-  const auto series = recordings::read_rate_series(choice.file, wanted);
-  const auto analysis = series.and_then([&](const recordings::RateSeries& s) {
-    return evaluation::analyse_allan(evaluation::column(s.rate_deg_per_h.source()), s.interval_s, choice.grid,
-                                     choice.file);
-  });
+  auto series = recordings::read_rate_series(choice.file, wanted);
+  if (!series) return failed(series.error());
+  const auto analysis =
+      evaluation::analyse_allan(std::move(series->rate_deg_per_h), series->interval_s, choice.grid, choice.file);
   if (!analysis) return failed(analysis.error());
   for (const std::string& note : series->notes)
     if (!choice.quiet) fmt::print(stderr, "{}: {}\n", choice.file, note);

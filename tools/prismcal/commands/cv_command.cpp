@@ -132,7 +132,7 @@ void add_cv_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("cv", "cross-validation errors of an LSSVM on a CSV table");
   const auto choice = std::make_shared<CvChoice>();
   choice->method.tune = "shuffled";
-  command->add_option("table", choice->file, "table with a line of names: CSV of any kind, or .mat")->required();
+  command->add_option("table", choice->file, "plain table with a line of names")->required();
   command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
   command->add_option("--target", choice->target, "column to predict")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -79,11 +78,7 @@ Result<int> run(const FitChoice& choice) {
   const auto d = static_cast<Eigen::Index>(data.names.size());
   data.inputs = columns->values.topRows(d);
   data.target = columns->values.row(d).transpose();
-  if (!choice.time.empty()) {
-    data.time_s = columns->values.row(d + 1).transpose();
-    if (!std::is_sorted(data.time_s.begin(), data.time_s.end()))
-      return make_error("--time", "found unsorted rows, expected them in order of " + choice.time);
-  }
+  if (!choice.time.empty()) data.time_s = columns->values.row(d + 1).transpose();
   if (!choice.fold_column.empty()) {
     if (settings->method->has(training::kOwnSearch))
       return make_error("--fold-column",
@@ -128,7 +123,7 @@ Result<int> run(const FitChoice& choice) {
 void add_fit_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("fit", "train a model on a CSV table with any inputs and target");
   const auto choice = std::make_shared<FitChoice>();
-  command->add_option("table", choice->file, "table with a line of names: CSV of any kind, or .mat")->required();
+  command->add_option("table", choice->file, "plain table with a line of names")->required();
   command->add_option("--inputs", choice->inputs, "columns, separated by commas")->required();
   command->add_option("--target", choice->target, "column to predict")->required();
   command->add_option("--fold-column", choice->fold_column, "column of fold numbers, for tuning");

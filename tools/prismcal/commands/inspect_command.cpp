@@ -19,7 +19,6 @@
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/table_summary.hpp"
-#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::commands {
 namespace {
@@ -54,15 +53,12 @@ std::string spark(const ColumnSummary& column) {
 }
 
 std::string grid_text(const TimeSummary& time) {
-  if (time.backward > 0) return fmt::format("goes back {}: no sample time", counted(time.backward, "time"));
-  if (!time.grid) return time.no_grid + ": no sample time";
+  if (!time.grid) return time.no_grid;
   const recordings::SampleGrid& grid = *time.grid;
-  std::string text = fmt::format(
-      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; "
-      "{} lost in {}, {}, 0 backward",
+  return fmt::format(
+      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; {} lost in {}",
       grid.interval_s, grid.mean_step_s, grid.median_step_s, grid.jitter_s, counted(grid.lost, "sample"),
-      counted(grid.holes.size(), "hole"), counted(grid.repeated, "repeated stamp"));
-  return grid.remark.empty() ? text : text + "\n  " + grid.remark;
+      counted(grid.holes.size(), "hole"));
 }
 
 /// Of a record with fewer blocks than a training accepts.
@@ -77,7 +73,7 @@ void print_if_too_short(double seconds, const char* how = "") {
 }
 
 void print(const TableSummary& summary, const std::string& path) {
-  fmt::print("{}: {}\n{}, {}{}\n\n", path, summary.dialect, counted(summary.rows, "row"),
+  fmt::print("{}: {}\n{}, {}{}\n\n", path, summary.form, counted(summary.rows, "row"),
              counted(summary.columns.size(), "column"),
              summary.torn > 0 ? "; the last one has no line end and is left out" : "");
   std::size_t width = 6;
@@ -89,7 +85,7 @@ void print(const TableSummary& summary, const std::string& path) {
     if (column.kind == tables::ColumnKind::kNumber) {
       const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.8g}", value) : "-"; };
       fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}  {}\n", shortened(column.header.text, 40), width, unit,
-                 number(column.smallest), number(column.largest), column.holes, spark(column));
+                 number(column.smallest), number(column.largest), column.missing, spark(column));
     } else {
       fmt::print("{:<{}}  {}\n", shortened(column.header.text, 40), width,
                  column.kind == tables::ColumnKind::kTime ? "time" : "text");
@@ -97,8 +93,8 @@ void print(const TableSummary& summary, const std::string& path) {
   }
   if (summary.time)
     fmt::print("\ntime {} ({}): {} to {}\n  {}\n", summary.time->column, summary.time->format,
-               recordings::time_text(summary.time->first_ns, summary.time->is_date),
-               recordings::time_text(summary.time->last_ns, summary.time->is_date), grid_text(*summary.time));
+               tables::time_text(summary.time->first_ns, summary.time->is_date),
+               tables::time_text(summary.time->last_ns, summary.time->is_date), grid_text(*summary.time));
   if (!summary.remarks.empty()) fmt::print("\n");
   for (const std::string& remark : summary.remarks) fmt::print("{}\n", printable(remark));
   if (!summary.problem.empty()) return;
@@ -112,7 +108,7 @@ void print(const TableSummary& summary, const std::string& path) {
 
 nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& path) {
   nlohmann::ordered_json json = {{"file", path},
-                                 {"dialect", summary.dialect},
+                                 {"dialect", summary.form},
                                  {"rows", summary.rows},
                                  {"torn_rows", summary.torn},
                                  {"columns", nlohmann::ordered_json::array()}};
@@ -125,7 +121,7 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
                                                                                    : "text"},
                                {"smallest", column.smallest},
                                {"largest", column.largest},
-                               {"holes", column.holes}});
+                               {"holes", column.missing}});
     if (column.header.unit) json["columns"].back()["unit"] = column.header.unit->name;
   }
   json["time"] = nullptr;
@@ -136,7 +132,6 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
                     {"first_s", static_cast<double>(time.first_ns) / 1e9},
                     {"last_s", static_cast<double>(time.last_ns) / 1e9},
                     {"is_date", time.is_date},
-                    {"backward", time.backward},
                     {"interval_s", nullptr}};
     if (time.grid) {
       json["time"].update({{"interval_s", time.grid->interval_s},
@@ -144,9 +139,7 @@ nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& p
                            {"median_step_s", time.grid->median_step_s},
                            {"jitter_s", time.grid->jitter_s},
                            {"lost", time.grid->lost},
-                           {"holes", time.grid->holes.size()},
-                           {"repeated", time.grid->repeated},
-                           {"remark", time.grid->remark}});
+                           {"holes", time.grid->holes.size()}});
     }
   }
   json["remarks"] = summary.remarks;
@@ -228,12 +221,11 @@ void add_inspect_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("inspect", "show how a file of another program is understood, before training");
   const auto choice = std::make_shared<InspectChoice>();
-  command->add_option("file", choice->file, "table (CSV of any kind, or .mat), capture or raw bytes")->required();
-  command->add_option("--interval", choice->table.interval_s, "seconds between rows, which give the unit of the time")
-      ->check(tools::positive());
+  command->add_option("file", choice->file, "plain table, capture or raw bytes")->required();
+  command->add_option("--interval", choice->table.interval_s, "seconds between rows")->check(tools::positive());
   add_table_options(*command, choice->table);
   command->add_flag("--json", choice->json, "print JSON");
-  tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.txt --decimal , --json"});
+  tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.csv --decimal , --json"});
   command->callback([choice, &code] {
     const auto done = run(*choice);
     code = done ? *done : failed(done.error());

@@ -25,13 +25,12 @@ struct PredictChoice {
   bool json = false, quiet = false;
 };
 
-/// With the decimal sign of the table, in quotes if that is also its separator.
+/// With the decimal sign of the table.
 std::string number(double value, const recordings::CsvColumns& columns) {
   std::string text = std::isfinite(value) ? fmt::format("{}", value) : "";
   const std::size_t point = text.find('.');
-  if (columns.decimal == '.' || point == std::string::npos) return text;
-  text[point] = columns.decimal;
-  return columns.separator == columns.decimal ? '"' + text + '"' : text;
+  if (point != std::string::npos) text[point] = columns.decimal;
+  return text;
 }
 
 Result<int> run(const PredictChoice& choice) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <iterator>
 #include <memory>
 #include <set>
 #include <string>
@@ -13,26 +12,33 @@
 #include "base/escape.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
-#include "tools/prismcal/tables/time_format.hpp"
 
 namespace prism::commands {
 
+namespace {
+
+/// Options of 0.3, without help.
+void refuse_removed_options(CLI::App& command) {
+  for (const char* name : {"--separator", "--encoding", "--header-row", "--time-format"}) {
+    command
+        .add_option_function<std::string>(
+            name,
+            [name](const std::string&) {
+              throw CLI::ValidationError(name, "was removed: prismcal reads plain tables; prism-import reads others");
+            })
+        ->group("");
+  }
+}
+
+}  // namespace
+
 void add_table_options(CLI::App& command, tables::TableOptions& options) {
-  command.add_option("--separator", options.separator,
-                     "of a table: comma, semicolon, tab, blank, bar, none or one character (default: detected)");
-  command.add_option("--decimal", options.decimal, "sign of a table's decimals, . or , (default: detected)");
-  command.add_option("--encoding", options.encoding, "of a table, as UTF-16 or ISO-8859-1 (default: detected)");
-  command.add_option("--header-row", options.header_row, "line of the names of a table, 0: none (default: detected)")
-      ->check(tools::within(0, 100000));
-  command
-      .add_option("--time-format", options.time_format,
-                  "of a table: number, unix, excel, datenum, labview, gps, iso, dmy, mdy or clock (default: detected)")
-      ->check(
-          CLI::IsMember(std::vector<std::string>(std::begin(tables::kTimeFormats), std::end(tables::kTimeFormats))));
+  command.add_option("--decimal", options.decimal, "sign of a table's decimals, . or , (default: as all cells say)");
   command
       .add_option("--time-unit", options.time_unit,
-                  "of a table's time: s, ms, us, ns, min, h or d (default: by its header, else detected)")
+                  "of a table's time that is a number: s, ms, us, ns, min, h or d (default: by its header)")
       ->check(CLI::IsMember({"s", "ms", "us", "ns", "min", "h", "d"}));
+  refuse_removed_options(command);
   options.progress = read_progress();
   // Each file once, also if a command reads it several times.
   options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
@@ -43,7 +49,7 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
 void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
   command
       .add_option("--map", options.map,
-                  "any table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
+                  "plain table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
                   "(LINE.NAME); repeat or list")
       ->delimiter(',');
   command.add_option("--interval", options.table.interval_s, "seconds between rows, if a mapped table has no time")

@@ -9,8 +9,7 @@
 
 namespace prism::commands {
 
-/// --separator, --decimal, --encoding, --header-row, --time-format, --time-unit. Sets options.announce and
-/// options.progress to print on stderr.
+/// --decimal, --time-unit; those of 0.3 are refused. Sets options.announce and options.progress to print on stderr.
 void add_table_options(CLI::App& command, tables::TableOptions& options);
 
 /// --map, --interval, --config, --axis, --leave-out, and those of add_table_options().

@@ -28,8 +28,7 @@ std::vector<double> BlockTable::hours() const {
 
 evaluation::RateSource BlockTable::second_bias_deg_per_h() const {
   return {seconds.size(), [this](std::size_t first, std::span<double> rates) {
-            seconds.rates().read(first, rates);
-            for (double& rate : rates) rate -= earth_rate_deg_per_h;
+            for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = seconds.rates()[first + i] - earth_rate_deg_per_h;
           }};
 }
 

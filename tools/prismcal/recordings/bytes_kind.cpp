@@ -9,8 +9,7 @@
 
 #include "base/file.hpp"
 #include "drivers/shown_bytes.hpp"
-#include "tools/prismcal/tables/containers.hpp"
-#include "tools/prismcal/tables/text_lines.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -27,16 +26,14 @@ bool is_capture(const std::string& path) {
 
 Result<std::string> bytes_kind(const std::string& path) {
   if (is_capture(path)) return std::string("capture");
-  const auto container = tables::container_of(path);
-  if (!container) return tl::unexpected<Error>(container.error());
-  if (container->is_mat || !container->refusal.empty()) return std::string();
+  const auto foreign = tables::foreign_file(path);
+  if (!foreign) return tl::unexpected<Error>(foreign.error());
+  if (!foreign->empty()) return std::string();
   auto in = FileReader::open(path);
   if (!in) return tl::unexpected<Error>(in.error());
   std::array<char, drivers::kFirstBytes> bytes{};
   const std::string_view first(bytes.data(), in->read(bytes));
-  const bool wide =
-      tables::detect_encoding(first).starts_with("UTF-16") || tables::detect_encoding(first).starts_with("UTF-32");
-  if (!wide && drivers::is_binary(first)) return std::string("bytes");
+  if (drivers::is_binary(first)) return std::string("bytes");
   const auto sentences = drivers::has_sentences(path, first);
   if (!sentences) return tl::unexpected<Error>(sentences.error());
   return std::string(*sentences ? "log of sentences" : "");

@@ -9,52 +9,50 @@ namespace prism::recordings {
 
 Result<CsvColumns> read_csv_columns(const std::string& path, const std::vector<std::string>& names,
                                     const tables::TableOptions& options, bool keep_text, const std::string& time) {
-  auto source = tables::open_table(path, options);
-  if (!source) return tl::unexpected<Error>(source.error());
-  tables::TableSource& table = **source;
+  auto table = tables::PlainTable::open(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
   tables::Selection selection;
   selection.keep_text = keep_text;
-  std::size_t time_row = names.size();
+  std::size_t time_place = names.size();
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto index = table.find(names[i]);
+    const auto index = table->find(names[i]);
     if (!index) return tl::unexpected<Error>(index.error());
-    if (names[i] == time && time_row == names.size()) {
-      time_row = i;
-      const bool has_unit = table.columns()[*index].unit || !options.time_unit.empty() || !options.time_format.empty();
+    if (names[i] == time && !selection.time) {
+      time_place = i;
+      const bool has_unit = table->columns()[*index].unit || !options.time_unit.empty();
       selection.time = tables::TimeSelection{*index, has_unit ? "" : "s"};
     } else {
       selection.numbers.push_back(*index);
     }
   }
-  if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
+  if (auto good = table->select(selection); !good) return tl::unexpected<Error>(good.error());
   std::vector<double> values;
   CsvColumns columns;
-  tables::Block block;
+  tables::Row row;
   while (true) {
-    const auto more = table.next(block);
+    const auto more = table->next(row);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    for (std::size_t row = 0; row < block.rows; ++row) {
-      for (std::size_t i = 0, number = 0; i < names.size(); ++i) {
-        if (i == time_row) {
-          values.push_back(static_cast<double>(block.time_ns[row]) / 1e9);
-          continue;
-        }
-        const tables::Header& header = table.columns()[selection.numbers[number]];
-        const double value = block.columns[number++][row];
-        values.push_back(header.stated ? value * header.unit->factor + header.unit->offset : value);
-      }
+    auto value = row.values.begin();
+    auto column = selection.numbers.begin();
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const tables::Header& header = table->columns()[i == time_place ? 0 : *column];
+      if (i == time_place)
+        values.push_back(static_cast<double>(row.time_ns) / 1e9);
+      else if (++column; header.stated)
+        values.push_back(*value++ * header.unit->factor + header.unit->offset);
+      else
+        values.push_back(*value++);
     }
-    for (std::string& text : block.text) columns.text.push_back(std::move(text));
+    if (keep_text) columns.text.push_back(row.text);
   }
-  if (table.counts().rows == 0) return make_error(path, "found no row below a line of names");
   columns.values = Eigen::Map<const Eigen::MatrixXd>(values.data(), static_cast<Eigen::Index>(names.size()),
-                                                     static_cast<Eigen::Index>(table.counts().rows));
-  columns.separator = table.separator();
-  columns.decimal = table.decimal();
-  for (const tables::Header& header : table.columns())
+                                                     static_cast<Eigen::Index>(table->rows()));
+  columns.separator = table->separator();
+  columns.decimal = table->decimal();
+  for (const tables::Header& header : table->columns())
     columns.header += (columns.header.empty() ? "" : std::string(1, columns.separator)) + header.text;
-  if (options.announce) options.announce(table.understood());
+  if (options.announce) options.announce(table->understood());
   return columns;
 }
 

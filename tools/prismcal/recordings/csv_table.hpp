@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -24,7 +24,7 @@ struct CsvColumns {
 
 /// Reads columns by name or number. A column whose header states a unit in brackets or in a row of units is converted
 /// to deg/h, degC, V or s. Announces how the table was understood. `time`: the one of `names` that is a time, in
-/// seconds; empty: none. Errors, with line and column: those of open_table() and TableSource; no row.
+/// seconds; empty: none. Errors, with line and column: those of PlainTable.
 Result<CsvColumns> read_csv_columns(const std::string& path, const std::vector<std::string>& names,
                                     const tables::TableOptions& options = {}, bool keep_text = false,
                                     const std::string& time = {});

@@ -8,7 +8,7 @@
 
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
-#include "tools/prismcal/tables/date_text.hpp"
+#include "tools/prismcal/tables/table_time.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -36,11 +36,9 @@ std::string leave_out_range(std::int64_t first, std::int64_t last, bool is_date)
 Result<std::optional<LeaveOut::Time>> LeaveOut::parse_time(const std::string& text, const std::string& range) {
   if (text.empty()) return std::nullopt;
   if (const auto number = parse_number<double>(text)) return Time{*number, false};
-  const auto date = tables::date_in(text);
-  if (!date || date->order == tables::DateOrder::kEither) return no_range(range);
-  const auto ns = tables::nanoseconds_of(*date, date->order);
-  if (!ns) return no_range(range);
-  return Time{static_cast<double>(*ns) / 1e9, date->order != tables::DateOrder::kNone};
+  const auto date = tables::iso_time(text);
+  if (!date) return no_range(range);
+  return Time{static_cast<double>(date->ns) / 1e9, true};
 }
 
 Result<LeaveOut> LeaveOut::parse(const std::vector<std::string>& ranges) {

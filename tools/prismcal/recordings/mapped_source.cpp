@@ -3,21 +3,17 @@
 // SecondAverager.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 
-#include "base/plain_text.hpp"
-#include "base/sha256.hpp"
 #include "compensation/second_averager.hpp"
-#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
 #include "tools/prismcal/recordings/second_judge.hpp"
 #include "tools/prismcal/recordings/table_judge.hpp"
-#include "tools/prismcal/recordings/table_times.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -29,127 +25,131 @@ struct Conversion {
   double operator()(double value) const { return (value * scale + offset) * factor + shift; }
 };
 
-/// The table with the mapped columns selected.
-struct MappedTable {
-  std::unique_ptr<tables::TableSource> source;
-  std::vector<std::optional<std::size_t>> place;  ///< of each quantity in a block
-  std::vector<Conversion> conversion;
-  SensorList sensors;  ///< null: none
-  bool timed = false;
-
-  double value(std::size_t quantity, const tables::Block& block, std::size_t row) const {
-    return place[quantity] ? conversion[quantity](block.columns[*place[quantity]][row]) : kUnknown;
+/// The columns of a table that are mapped to quantities, and their values of a row.
+class MappedColumns {
+ public:
+  /// Selects the columns.
+  static Result<MappedColumns> of(tables::PlainTable& table, const QuantityMap& map) {
+    MappedColumns columns;
+    tables::Selection selection;
+    std::vector<SensorName> sensors;
+    for (const auto& [quantity, mapped] : map) {
+      const auto column = table.find(mapped.column);
+      if (!column) return tl::unexpected<Error>(column.error());
+      if (quantity == "time") {
+        const std::string unit = mapped.unit ? std::string(mapped.unit->name) : std::string();
+        selection.time = tables::TimeSelection{*column, unit, mapped.scale, mapped.offset};
+        continue;
+      }
+      const auto unit = unit_of_quantity(quantity, mapped, table.columns()[*column]);
+      if (!unit) return tl::unexpected<Error>(unit.error());
+      const auto* const at = std::find(kQuantities.begin(), kQuantities.end(), quantity);
+      columns.place_.push_back(at < kQuantities.end() ? static_cast<std::size_t>(at - kQuantities.begin())
+                                                      : kQuantities.size() + sensors.size());
+      columns.conversion_.push_back({mapped.scale, mapped.offset, (*unit)->factor, (*unit)->offset});
+      if (at == kQuantities.end()) sensors.push_back({quantity, sensor_unit(**unit)});
+      selection.numbers.push_back(*column);
+    }
+    columns.values_.assign(kQuantities.size() + sensors.size(), kUnknown);
+    if (!sensors.empty()) columns.sensors_ = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+    if (auto good = table.select(std::move(selection)); !good) return tl::unexpected<Error>(good.error());
+    return columns;
   }
+
+  const SensorList& sensors() const { return sensors_; }
+  /// Rate, temperature, voltage, sensors.
+  std::span<const double> values_of(const tables::Row& row) {
+    for (std::size_t i = 0; i < place_.size(); ++i) values_[place_[i]] = conversion_[i](row.values[i]);
+    return values_;
+  }
+
+ private:
+  std::vector<std::size_t> place_;  ///< in values_, of each selected column
+  std::vector<Conversion> conversion_;
+  SensorList sensors_;  ///< null: none
+  std::vector<double> values_;
 };
 
-Result<MappedTable> open_mapped(const std::string& path, const QuantityMap& map, const SourceOptions& options,
-                                bool only_time) {
-  MappedTable table;
-  auto source = tables::open_table(path, options.table);
-  if (!source) return tl::unexpected<Error>(source.error());
-  table.source = std::move(*source);
-  tables::Selection selection;
-  std::vector<std::string> quantities(kQuantities.begin(), kQuantities.end());
-  for (const auto& [name, mapped] : map) {
-    if (is_sensor(name)) quantities.push_back(name);
-  }
-  table.place.resize(quantities.size());
-  table.conversion.resize(quantities.size());
-  std::vector<SensorName> sensors;
-  for (std::size_t q = 0; q < quantities.size(); ++q) {
-    const auto at = map.find(quantities[q]);
-    if (at == map.end()) continue;
-    const auto column = table.source->find(at->second.column);
-    if (!column) return tl::unexpected<Error>(column.error());
-    const auto unit = unit_of_quantity(quantities[q], at->second, table.source->columns()[*column]);
-    if (!unit) return tl::unexpected<Error>(unit.error());
-    table.conversion[q] = {at->second.scale, at->second.offset, (*unit)->factor, (*unit)->offset};
-    if (q >= kQuantities.size()) sensors.push_back({quantities[q], sensor_unit(**unit)});
-    if (only_time) continue;
-    table.place[q] = selection.numbers.size();
-    selection.numbers.push_back(*column);
-  }
-  if (!sensors.empty()) table.sensors = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
-  if (const auto at = map.find("time"); at != map.end()) {
-    const auto column = table.source->find(at->second.column);
-    if (!column) return tl::unexpected<Error>(column.error());
-    table.timed = true;
-    const std::string unit = at->second.unit ? std::string(at->second.unit->name) : std::string();
-    selection.time = tables::TimeSelection{*column, unit, at->second.scale, at->second.offset};
-  }
-  if (auto good = table.source->select(std::move(selection)); !good) return tl::unexpected<Error>(good.error());
-  return table;
-}
-
-Result<PackedStamps> read_stamps(MappedTable& table) {
-  PackedStamps stamps;
-  tables::Block block;
-  while (true) {
-    const auto more = table.source->next(block);
-    if (!more) return tl::unexpected<Error>(more.error());
-    if (!*more) return stamps;
-    if (auto good = append_times(stamps, *table.source, block); !good) return tl::unexpected<Error>(good.error());
-  }
-}
-
-/// Averages the rows to seconds. `times_ns`: ends of the samples; empty: `interval_s` apart.
+/// Averages the rows to seconds.
 class Averaging {
  public:
-  Averaging(const PackedStamps& times_ns, const SourceOptions& options, LeaveOut& leave_out, SensorList sensors)
-      : times_(times_ns),
-        interval_s_(options.table.interval_s),
-        judged_(options.judged),
-        leave_out_(leave_out),
-        sensors_(sensors_of_list(sensors).size()),
-        averager_(std::move(sensors)) {}
+  Averaging(bool judged, LeaveOut& leave_out, SensorList sensors)
+      : judged_(judged), leave_out_(leave_out), averager_(std::move(sensors)) {}
 
-  Result<void> begin(bool is_date) {
-    return leave_out_.begin(times_.empty() ? 0 : compensation::second_number(times_.front()), is_date);
-  }
-  void add(const MappedTable& table, const tables::Block& block, std::size_t row) {
-    Sample sample;
-    sample.time_ns = time_of(index_);
-    const std::int64_t before = index_ > 0 ? time_of(index_ - 1) : sample.time_ns - first_step_ns();
-    sample.interval_s = static_cast<double>(sample.time_ns - before) / 1e9;
-    sample.rate_deg_per_h = table.value(0, block, row);
-    sample.temperature_degc = table.value(1, block, row);
-    sample.uhfo_v = table.value(2, block, row);
-    for (std::size_t i = 0; i < sensors_.size(); ++i) sensors_[i] = table.value(kQuantities.size() + i, block, row);
-    ++index_;
-    if (leave_out_.contains(compensation::second_number(sample.time_ns))) return;
-    const QuantitySet implausible = judged_ ? judge_.push(sample, block.lines[row]) : QuantitySet();
-    if (const auto second_mean = averager_.push(sample, implausible, sensors_)) second_means_.push_back(*second_mean);
+  /// The first row waits for the second, which shows its step.
+  void add(std::int64_t time_ns, std::span<const double> values, std::size_t line) {
+    if (lines_++ == 0) {
+      first_ = {time_ns, {values.begin(), values.end()}, line};
+      return;
+    }
+    if (lines_ == 2) add_first(time_ns - first_.time_ns);
+    add(time_ns, time_ns - last_ns_, values, line);
   }
   /// Judges the seconds.
-  Result<void> finish(const std::string& path, bool is_date, Recording& recording) {
+  Result<std::vector<std::string>> finish(const std::string& path, bool is_date) {
+    if (lines_ == 1) add_first(compensation::kNanosecondsPerSecond);
     if (const auto second_mean = averager_.finish()) second_means_.push_back(*second_mean);
-    if (!judged_) return {};
-    const auto notes = judge_.finish(path, judge_seconds(second_means_, is_date));
-    if (!notes) return tl::unexpected<Error>(notes.error());
-    recording.notes.insert(recording.notes.end(), notes->begin(), notes->end());
-    return {};
+    if (!judged_) return std::vector<std::string>();
+    return judge_.finish(path, judge_seconds(second_means_, is_date));
   }
   const std::vector<compensation::SecondMean>& second_means() const { return second_means_; }
 
  private:
-  std::int64_t time_of(std::size_t index) const {
-    return times_.empty() ? std::llround(static_cast<double>(index + 1) * interval_s_ * 1e9) : times_[index];
-  }
-  std::int64_t first_step_ns() const {
-    if (times_.size() > 1) return times_[1] - times_[0];
-    return times_.empty() ? std::llround(interval_s_ * 1e9) : 1'000'000'000;
+  struct First {
+    std::int64_t time_ns = 0;
+    std::vector<double> values;
+    std::size_t line = 0;
+  };
+
+  void add_first(std::int64_t step_ns) { add(first_.time_ns, step_ns, first_.values, first_.line); }
+  void add(std::int64_t time_ns, std::int64_t step_ns, std::span<const double> values, std::size_t line) {
+    // A stamp just after the end of a second, by a tenth of a step, is at the end: days and hours have few digits.
+    constexpr std::int64_t kMost_ns = 100'000'000;
+    const std::int64_t second = compensation::second_number(time_ns), usual_ns = std::min(step_ns, last_step_ns_);
+    const std::int64_t after_ns = time_ns - second * compensation::kNanosecondsPerSecond;
+    Sample sample;
+    sample.time_ns = after_ns <= std::min(kMost_ns, usual_ns / 10) ? time_ns - after_ns : time_ns;
+    sample.time_ns = std::max(sample.time_ns, last_sample_ns_ + 1);
+    sample.interval_s = static_cast<double>(std::max<std::int64_t>(1, step_ns)) / 1e9;
+    sample.rate_deg_per_h = values[0];
+    sample.temperature_degc = values[1];
+    sample.uhfo_v = values[2];
+    last_ns_ = time_ns;
+    last_step_ns_ = step_ns;
+    last_sample_ns_ = sample.time_ns;
+    if (leave_out_.contains(compensation::second_number(sample.time_ns))) return;
+    const QuantitySet implausible = judged_ ? judge_.push(sample, line) : QuantitySet();
+    const auto second_mean = averager_.push(sample, implausible, values.subspan(kQuantities.size()));
+    if (second_mean) second_means_.push_back(*second_mean);
   }
 
-  const PackedStamps& times_;
-  double interval_s_;
   bool judged_;
   LeaveOut& leave_out_;
-  std::vector<double> sensors_;  ///< of the row
   compensation::SecondAverager averager_;
   TableJudge judge_;
   std::vector<compensation::SecondMean> second_means_;
-  std::size_t index_ = 0;
+  First first_;
+  std::size_t lines_ = 0;
+  std::int64_t last_ns_ = 0, last_step_ns_ = INT64_MAX, last_sample_ns_ = INT64_MIN;
 };
+
+/// What the times show: lost samples, and options for rows that are farther apart than a window accepts.
+std::vector<std::string> notes_on(const std::vector<std::int64_t>& rate_stamps_ns,
+                                  const std::vector<std::int64_t>& stamps_ns, const std::string& path,
+                                  std::optional<double> interval_s) {
+  if (stamps_ns.size() < 2) return {};
+  auto grid = sample_grid(rate_stamps_ns, path, interval_s);
+  if (!grid) grid = sample_grid(stamps_ns, path, interval_s);
+  if (!grid) return {"time: " + grid.error().what + "; rows are averaged in the second of their times"};
+  std::vector<std::string> notes = grid->notes();
+  constexpr double kMostGap_s = 6;  // FeatureDefinition::max_gap_s, and the row's second
+  if (grid->interval_s > kMostGap_s) {
+    const double step_s = std::ceil(grid->interval_s);
+    notes.push_back(fmt::format("a row every {:.6g} s needs --max-gap {:.0f} --end-mean {:.0f} --window {:.0f}",
+                                grid->interval_s, step_s, std::max(10.0, step_s), std::max(100.0, 10 * step_s)));
+  }
+  return notes;
+}
 
 }  // namespace
 
@@ -157,51 +157,49 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
                               SecondConsumer& consumer) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
-  const bool timed = map->contains("time");
-  Recording recording;
-  PackedStamps times;
-  const auto stated = options.table.interval_s > 0 ? std::optional(options.table.interval_s) : std::nullopt;
-  if (timed) {
-    auto table = open_mapped(path, *map, options, true);
-    if (!table) return tl::unexpected<Error>(table.error());
-    auto stamps = read_stamps(*table);
-    if (!stamps) return tl::unexpected<Error>(stamps.error());
-    if (stamps->size() > 1) {
-      const auto grid = sample_grid(*stamps, path, stated);
-      if (!grid) return tl::unexpected<Error>(grid.error());
-      times = grid->times_ns(*stamps);
-      recording.notes = grid_notes(*grid, stamps->size());
-    } else {
-      times = std::move(*stamps);
-    }
-  }
-  auto table = open_mapped(path, *map, options, false);
+  const double interval_s = options.table.interval_s;
+  const bool timed = map->contains("time"), stated = interval_s > 0;
+  auto table = tables::PlainTable::open(path, options.table);
   if (!table) return tl::unexpected<Error>(table.error());
-  if (!timed && !(options.table.interval_s > 0))
+  if (!timed && !stated)
     return make_error(path, "found no time, expected --map time=COLUMN:UNIT or --interval SECONDS");
-  recording.name = std::filesystem::path(path).stem().string();
-  Averaging averaging(times, options, leave_out, table->sensors);
-  const bool is_date = table->source->time() && table->source->time()->has_date;
-  if (auto good = averaging.begin(is_date); !good) return tl::unexpected<Error>(good.error());
-  tables::Block block;
-  while (true) {
-    const auto more = table->source->next(block);
+  auto columns = MappedColumns::of(*table, *map);
+  if (!columns) return tl::unexpected<Error>(columns.error());
+  const bool is_date = table->has_dates();
+  Averaging averaging(options.judged, leave_out, columns->sensors());
+  StatedTimes times(interval_s);
+  std::vector<std::int64_t> stamps_ns, rate_stamps_ns;  // of all rows, of those with a rate
+  tables::Row row;
+  for (std::size_t rows = 0;;) {
+    const auto more = table->next(row);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    for (std::size_t row = 0; row < block.rows; ++row) averaging.add(*table, block, row);
+    if (timed && row.only_others) continue;
+    const std::int64_t count_ns = std::llround(static_cast<double>(++rows) * interval_s * 1e9);
+    const std::int64_t time_ns = !timed ? count_ns : stated ? times.push(row.time_ns) : row.time_ns;
+    const auto values = columns->values_of(row);
+    if (rows == 1) {
+      if (auto good = leave_out.begin(compensation::second_number(time_ns), is_date); !good)
+        return tl::unexpected<Error>(good.error());
+    }
+    averaging.add(time_ns, values, row.line);
+    if (timed) stamps_ns.push_back(row.time_ns);
+    if (timed && std::isfinite(values[0])) rate_stamps_ns.push_back(row.time_ns);
   }
-  if (auto good = averaging.finish(path, is_date, recording); !good) return tl::unexpected<Error>(good.error());
-  const auto sum = sha256_of_file(path);
-  if (!sum) return tl::unexpected<Error>(sum.error());
-  recording.files.push_back({path, *sum, table->source->counts().rows});
-  if (table->source->counts().rows == 0) return make_error(path, "found no row below a line of names");
+  Recording recording;
+  recording.name = std::filesystem::path(path).stem().string();
+  recording.notes = notes_on(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt);
+  const auto judged = averaging.finish(path, is_date);
+  if (!judged) return tl::unexpected<Error>(judged.error());
+  recording.notes.insert(recording.notes.end(), judged->begin(), judged->end());
+  recording.files.push_back({path, table->sha256(), table->rows()});
   SecondFeed feed(recording, leave_out, is_date, consumer);
   Result<void> fed;
   for (auto at = averaging.second_means().begin(); fed && at != averaging.second_means().end(); ++at)
     fed = feed.push(*at, false);
   if (fed) fed = feed.finish();
   if (options.table.announce) {
-    std::string line = table->source->understood();
+    std::string line = table->understood();
     for (const auto* texts : {&recording.notes, &recording.questions}) {
       for (const std::string& text : *texts) line += "; " + text;
     }

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <span>
@@ -39,7 +38,8 @@ bool is_quantity(std::string_view name) {
 }
 
 /// Units of sensors besides those of temperatures and voltages.
-constexpr tables::Unit kOtherUnits[] = {{"", "A", 1, 0}, {"", "mA", 1, 0}, {"", "Pa", 1, 0}, {"", "g", 1, 0}};
+constexpr tables::Unit kOtherUnits[] = {
+    {"", "A", 1, 0, ""}, {"", "mA", 1, 0, ""}, {"", "Pa", 1, 0, ""}, {"", "g", 1, 0, ""}};
 
 bool fits(const std::string& quantity, const tables::Unit& unit) {
   return unit.quantity == quantity ||
@@ -68,7 +68,7 @@ std::string known_units(const std::string& quantity) {
 }
 
 /// The first number of this unit.
-std::optional<std::size_t> column_of(const tables::TableSource& table, std::string_view quantity) {
+std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
   const auto& columns = table.columns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].unit && columns[i].unit->quantity == quantity && table.kind(i) == tables::ColumnKind::kNumber)
@@ -77,12 +77,11 @@ std::optional<std::size_t> column_of(const tables::TableSource& table, std::stri
   return std::nullopt;
 }
 
-std::optional<std::size_t> column_named_uhfo(const tables::TableSource& table) {
+std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
   const auto& columns = table.columns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    std::string name = columns[i].name;
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (name.find("uhfo") != std::string::npos && !columns[i].unit && table.kind(i) == tables::ColumnKind::kNumber)
+    if (tables::lower(columns[i].name).find("uhfo") != std::string::npos && !columns[i].unit &&
+        table.kind(i) == tables::ColumnKind::kNumber)
       return i;
   }
   return std::nullopt;
@@ -90,7 +89,7 @@ std::optional<std::size_t> column_named_uhfo(const tables::TableSource& table) {
 
 /// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
 /// states. Of several columns that may be a quantity it takes the first.
-std::vector<std::string> suggested_map(const tables::TableSource& table) {
+std::vector<std::string> suggested_map(const tables::PlainTable& table, const tables::TableOptions& options) {
   std::vector<std::string> entries;
   const auto& columns = table.columns();
   // Names that --map would split are given as numbers.
@@ -106,9 +105,11 @@ std::vector<std::string> suggested_map(const tables::TableSource& table) {
       entries.push_back("uhfo=" + name_of(*named) + ":UNIT");
   }
   if (const auto time = table.time_column()) {
-    const tables::Unit* unit = columns[*time].unit;
-    const bool has_unit = unit && unit->quantity == "time" && table.kind(*time) == tables::ColumnKind::kNumber;
-    entries.push_back("time=" + name_of(*time) + (has_unit ? ":" + std::string(unit->name) : ""));
+    const tables::Unit* const unit = columns[*time].unit;
+    std::string entry = "time=" + name_of(*time);
+    if (table.kind(*time) == tables::ColumnKind::kNumber && options.time_unit.empty())
+      entry += unit && unit->quantity == "time" ? ":" + std::string(unit->name) : ":UNIT";
+    entries.push_back(entry);
   }
   return entries;
 }
@@ -116,16 +117,9 @@ std::vector<std::string> suggested_map(const tables::TableSource& table) {
 /// The options that were stated, as words of a command line.
 std::string options_text(const tables::TableOptions& options) {
   std::string text;
-  const auto add = [&](const char* name, const std::string& value) {
-    if (!value.empty()) text += fmt::format(" {} {}", name, shell_word(value));
-  };
-  add("--separator", options.separator);
-  add("--decimal", options.decimal);
-  add("--encoding", options.encoding);
-  add("--header-row", options.header_row ? std::to_string(*options.header_row) : "");
-  add("--time-format", options.time_format);
-  add("--time-unit", options.time_unit);
-  add("--interval", options.interval_s > 0 ? fmt::format("{}", options.interval_s) : "");
+  if (!options.decimal.empty()) text += " --decimal " + options.decimal;
+  if (!options.time_unit.empty()) text += " --time-unit " + options.time_unit;
+  if (options.interval_s > 0) text += fmt::format(" --interval {}", options.interval_s);
   return text;
 }
 
@@ -194,10 +188,10 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
 
-std::optional<std::size_t> rate_column(const tables::TableSource& table) { return column_of(table, "rate"); }
+std::optional<std::size_t> rate_column(const tables::PlainTable& table) { return column_of(table, "rate"); }
 
-std::string train_command(const tables::TableSource& table, const tables::TableOptions& options) {
-  const std::vector<std::string> entries = suggested_map(table);
+std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options) {
+  const std::vector<std::string> entries = suggested_map(table, options);
   std::string text = "prismcal train " + shell_word(table.path()) + options_text(options), inputs;
   bool timed = options.interval_s > 0;
   for (const std::string& entry : entries) {

@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismcal/tables/header_unit.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
-#include "tools/prismcal/tables/units.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -43,10 +41,10 @@ inline constexpr const char* kSiteAdvice =
     "the Earth rate: --no-earth-rate instead";
 
 /// The first column with the unit of a rate.
-std::optional<std::size_t> rate_column(const tables::TableSource& table);
+std::optional<std::size_t> rate_column(const tables::PlainTable& table);
 
 /// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
 /// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.
-std::string train_command(const tables::TableSource& table, const tables::TableOptions& options);
+std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options);
 
 }  // namespace prism::recordings

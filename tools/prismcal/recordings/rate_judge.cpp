@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 #include "base/plain_text.hpp"
@@ -13,7 +14,6 @@
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/second_judge.hpp"
-#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -27,7 +27,7 @@ struct Rows {
 
 class RateJudge {
  public:
-  RateJudge(PackedSeries& rates, const RateJudgement& judgement) : rates_(rates), judgement_(judgement) {
+  RateJudge(std::vector<double>& rates, const RateJudgement& judgement) : rates_(rates), judgement_(judgement) {
     constexpr std::size_t kMostBlocks = 200'000;
     size_ = (rates.size() + kMostBlocks - 1) / kMostBlocks;
     find_means();
@@ -38,7 +38,10 @@ class RateJudge {
     if (means_.size() < kEnough) return {};
     find_far();
     find_stopped();
-    if (!left_out_.empty()) leave_out();
+    for (const Rows& rows : left_out_) {
+      std::fill(rates_.begin() + static_cast<std::ptrdiff_t>(rows.begin),
+                rates_.begin() + static_cast<std::ptrdiff_t>(rows.end), kUnknown);
+    }
     return std::move(notes_);
   }
 
@@ -47,12 +50,12 @@ class RateJudge {
   void find_means() {
     double sum = 0;
     std::size_t count = 0;
-    evaluation::for_each_rate(rates_.source(), [&](std::size_t row, double rate) {
-      if (std::isfinite(rate)) sum += rate, ++count;
-      if ((row + 1) % size_ != 0 && row + 1 != rates_.size()) return;
+    for (std::size_t row = 0; row < rates_.size(); ++row) {
+      if (std::isfinite(rates_[row])) sum += rates_[row], ++count;
+      if ((row + 1) % size_ != 0 && row + 1 != rates_.size()) continue;
       if (count > 0) means_.push_back(sum / static_cast<double>(count)), block_.push_back(row / size_);
       sum = 0, count = 0;
-    });
+    }
   }
 
   void find_far() {
@@ -98,8 +101,7 @@ class RateJudge {
   Rows rows_between(std::size_t begin, std::size_t end, IsOne&& is_one) const {
     const std::size_t from = block_[begin] * size_ - std::min(block_[begin] * size_, size_ - 1),
                       to = std::min(rates_.size(), (block_[end - 1] + 2) * size_ - 1);
-    std::vector<double> values(to - from);
-    rates_.read(from, values);
+    const std::span<const double> values(rates_.data() + from, to - from);
     const auto first = std::find_if(values.begin(), values.end(), is_one);
     const auto last = std::find_if(values.rbegin(), values.rend(), is_one);
     if (first == values.end()) return {block_[begin] * size_, std::min(rates_.size(), (block_[end - 1] + 1) * size_)};
@@ -120,8 +122,8 @@ class RateJudge {
   /// Median of the rows in the middle.
   double level_of(const Rows& rows) const {
     const std::size_t some = std::min<std::size_t>(rows.end - rows.begin, 1001);
-    std::vector<double> values(some);
-    rates_.read(rows.begin + (rows.end - rows.begin - some) / 2, values);
+    const double* const first = rates_.data() + rows.begin + (rows.end - rows.begin - some) / 2;
+    std::vector<double> values(first, first + some);
     std::erase_if(values, [](double rate) { return !std::isfinite(rate); });
     return evaluation::median_of(std::move(values));
   }
@@ -133,19 +135,7 @@ class RateJudge {
                                    judgement_.time_of(rows.end - 1)));
   }
 
-  void leave_out() {
-    std::sort(left_out_.begin(), left_out_.end(), [](const Rows& a, const Rows& b) { return a.begin < b.begin; });
-    PackedSeries kept;
-    std::size_t next = 0;
-    evaluation::for_each_rate(rates_.source(), [&](std::size_t row, double rate) {
-      rates_.drop_before(row);
-      while (next < left_out_.size() && left_out_[next].end <= row) ++next;
-      kept.push(next < left_out_.size() && left_out_[next].begin <= row ? kUnknown : rate);
-    });
-    rates_ = std::move(kept);
-  }
-
-  PackedSeries& rates_;
+  std::vector<double>& rates_;
   const RateJudgement& judgement_;
   std::size_t size_ = 1;  ///< rows of a block
   std::vector<double> means_;
@@ -156,22 +146,22 @@ class RateJudge {
 
 }  // namespace
 
-RateJudgement judgement_of(const tables::TableSource& table, double unit_deg_per_h, std::size_t rows,
-                           const PackedStamps& stamps_ns) {
+RateJudgement judgement_of(const tables::PlainTable& table, double unit_deg_per_h, std::size_t rows,
+                           const std::vector<std::int64_t>& stamps_ns) {
   RateJudgement judgement;
   judgement.unit_deg_per_h = unit_deg_per_h;
   if (stamps_ns.size() > 1 && stamps_ns.back() > stamps_ns.front())
     judgement.interval_s =
         static_cast<double>(stamps_ns.back() - stamps_ns.front()) / 1e9 / static_cast<double>(rows - 1);
-  judgement.time_of = [&stamps_ns, is_date = table.time() && table.time()->has_date](std::size_t row) {
+  judgement.time_of = [&stamps_ns, is_date = table.has_dates()](std::size_t row) {
     if (row >= stamps_ns.size()) return fmt::format("row {}", row + 1);
     constexpr double kMs_ns = 1e6;
-    return time_text(std::llround(static_cast<double>(stamps_ns[row]) / kMs_ns) * 1'000'000, is_date);
+    return tables::time_text(std::llround(static_cast<double>(stamps_ns[row]) / kMs_ns) * 1'000'000, is_date);
   };
   return judgement;
 }
 
-std::vector<std::string> judge_rates(PackedSeries& rates, const RateJudgement& judgement) {
+std::vector<std::string> judge_rates(std::vector<double>& rates, const RateJudgement& judgement) {
   return RateJudge(rates, judgement).run();
 }
 

@@ -3,13 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "tools/prismcal/recordings/packed_series.hpp"
-#include "tools/prismcal/recordings/packed_stamps.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -20,12 +19,12 @@ struct RateJudgement {
 };
 
 /// For the rows of a table with these times; empty: without. `stamps_ns` must outlive the result.
-RateJudgement judgement_of(const tables::TableSource& table, double unit_deg_per_h, std::size_t rows,
-                           const PackedStamps& stamps_ns);
+RateJudgement judgement_of(const tables::PlainTable& table, double unit_deg_per_h, std::size_t rows,
+                           const std::vector<std::int64_t>& stamps_ns);
 
 /// Makes values without information unknown: those far from all others, by the rules of judge_seconds() for a rate, and
 /// constant ones for which the source must have stopped. Returns one remark for each run. Long series are searched in
-/// blocks of rows, then the rows of the blocks that were found. Memory: some MB, whatever the length.
-std::vector<std::string> judge_rates(PackedSeries& rates, const RateJudgement& judgement);
+/// blocks of rows, then the rows of the blocks that were found.
+std::vector<std::string> judge_rates(std::vector<double>& rates, const RateJudgement& judgement);
 
 }  // namespace prism::recordings

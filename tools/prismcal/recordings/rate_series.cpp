@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -16,11 +17,8 @@
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
-#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/rate_judge.hpp"
-#include "tools/prismcal/recordings/table_times.hpp"
-#include "tools/prismcal/tables/header_unit.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -54,7 +52,7 @@ struct Layout {
   std::optional<std::size_t> time;
 };
 
-Result<Layout> choose_columns(const tables::TableSource& table, const RateSeriesChoice& choice) {
+Result<Layout> choose_columns(const tables::PlainTable& table, const RateSeriesChoice& choice) {
   Layout layout;
   const auto& columns = table.columns();
   if (!choice.time_column.empty()) {
@@ -63,6 +61,8 @@ Result<Layout> choose_columns(const tables::TableSource& table, const RateSeries
     layout.time = *found;
   }
   if (choice.time_column.empty() && columns.size() > 1) layout.time = table.time_column();
+  const bool readable = layout.time && table.kind(*layout.time) != tables::ColumnKind::kText;
+  if (choice.time_column.empty() && choice.interval_s && !readable) layout.time.reset();
   if (!choice.column.empty()) {
     const auto found = table.find(choice.column);
     if (!found) return tl::unexpected<Error>(found.error());
@@ -84,65 +84,64 @@ Result<Layout> choose_columns(const tables::TableSource& table, const RateSeries
   return layout;
 }
 
-/// Without a time that can be read the interval is assumed: only if no column looks like one. Errors: it does.
-Result<void> check_no_time(const tables::TableSource& table, const Layout& layout, const RateSeriesChoice& choice) {
-  if (layout.time || choice.interval_s) return {};
-  for (std::size_t i = 0; i < table.columns().size(); ++i) {
-    if (i == layout.rate || !table.may_be_time(i)) continue;
-    return make_error(table.path(),
-                      fmt::format("found a time in column {} that prismcal cannot read; state --interval SECONDS, or "
-                                  "write it as 2024-03-01 12:00:05.250 or as a number",
-                                  table.columns()[i].text));
-  }
-  return {};
-}
-
 /// Rates in the unit of the file, and times.
 struct Columns {
-  PackedSeries rates;
-  PackedStamps times_ns;
+  std::vector<double> rates;
+  std::vector<std::int64_t> times_ns;
+  std::vector<bool> only_others;  ///< of each row; empty without a time
 };
 
-Result<Columns> read_columns(tables::TableSource& table, const Layout& layout) {
+Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
   tables::Selection selection;
   selection.numbers = {layout.rate};
-  if (layout.time) selection.time = tables::TimeSelection{*layout.time, "", 1, 0};
+  if (layout.time) selection.time = tables::TimeSelection{*layout.time};
   if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
   Columns columns;
-  tables::Block block;
+  tables::Row row;
   while (true) {
-    const auto more = table.next(block);
+    const auto more = table.next(row);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    if (auto good = append_times(columns.times_ns, table, block); !good) return tl::unexpected<Error>(good.error());
-    for (const double rate : block.columns[0]) columns.rates.push(rate);
+    if (layout.time) columns.times_ns.push_back(row.time_ns), columns.only_others.push_back(row.only_others);
+    columns.rates.push_back(row.values[0]);
   }
-  if (columns.rates.size() == 0)
-    return make_error(table.path(), "found no row of numbers, expected a rate in every line");
+  if (columns.rates.empty()) return make_error(table.path(), "found no row of numbers, expected a rate in every line");
   return columns;
 }
 
 /// Puts a gap into the rates: as many missing values as it has samples. A gap of more than a twentieth of the rows
 /// separates two records instead.
-void push_gap(PackedSeries& rates, std::size_t lost, std::size_t rows) {
-  if (lost > rows / 20) {
-    rates.push(kRecordBreak);
-  } else {
-    for (; lost > 0; --lost) rates.push(kUnknown);
-  }
+void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
+  if (lost > rows / 20)
+    rates.push_back(kRecordBreak);
+  else
+    rates.insert(rates.end(), lost, kUnknown);
 }
 
 /// The rates with gaps in place of the holes.
-PackedSeries with_gaps(PackedSeries rates, const std::vector<SampleHole>& holes) {
-  if (holes.empty()) return rates;
-  PackedSeries all;
-  std::size_t hole = 0;
-  evaluation::for_each_rate(rates.source(), [&](std::size_t i, double rate) {
-    rates.drop_before(i);
-    if (hole < holes.size() && holes[hole].row == i) push_gap(all, holes[hole++].lost, rates.size());
-    all.push(rate);
-  });
+std::vector<double> with_gaps(std::vector<double> rates, const SampleGrid& grid) {
+  if (grid.holes.empty()) return rates;
+  std::vector<double> all;
+  auto from = rates.begin();
+  for (const SampleHole& hole : grid.holes) {
+    const auto to = rates.begin() + static_cast<std::ptrdiff_t>(hole.row);
+    all.insert(all.end(), from, to);
+    push_gap(all, hole.lost, rates.size());
+    from = to;
+  }
+  all.insert(all.end(), from, rates.end());
   return all;
+}
+
+/// The rows that are samples: without those where only other columns have a value.
+Columns samples_of(const Columns& columns) {
+  Columns samples;
+  for (std::size_t i = 0; i < columns.rates.size(); ++i) {
+    if (columns.only_others[i]) continue;
+    samples.rates.push_back(columns.rates[i]);
+    samples.times_ns.push_back(columns.times_ns[i]);
+  }
+  return samples;
 }
 
 /// Sets the interval, and puts a gap into the rates where samples are lost.
@@ -153,13 +152,18 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
     series.interval_source = "assumed: the file has no time";
     return {};
   }
-  const auto grid = sample_grid(columns.times_ns, path, given_s);
+  // Where the samples alone leave two readings, the other rows' times may be the missing ones.
+  auto grid = sample_grid(columns.times_ns, path, given_s);
+  if (std::find(columns.only_others.begin(), columns.only_others.end(), true) != columns.only_others.end()) {
+    Columns samples = samples_of(columns);
+    auto of_samples = sample_grid(samples.times_ns, path, given_s);
+    if (of_samples || !grid) grid = std::move(of_samples), columns = std::move(samples);
+  }
   if (!grid) return tl::unexpected<Error>(grid.error());
-  columns.times_ns = {};
   series.interval_s = grid->interval_s;
-  series.interval_source = (grid->regular ? "median step of " : "count over span of ") + time_name;
-  series.rate_deg_per_h = with_gaps(std::move(columns.rates), grid->holes);
-  series.notes = grid_notes(*grid, series.rows);
+  series.interval_source = "count over span of " + time_name;
+  series.rate_deg_per_h = with_gaps(std::move(columns.rates), *grid);
+  series.notes = grid->notes();
   return {};
 }
 
@@ -172,19 +176,20 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   const auto factor = set_unit(series, choice, tables::read_header(series.column));
   if (!factor) return tl::unexpected(factor.error());
   const std::size_t most_rows = folder->most_rows();
+  series.rate_deg_per_h.reserve(most_rows + 1);
   tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
     if (series.rows > 0 && begins_session) {
-      series.rate_deg_per_h.push(kRecordBreak);
+      series.rate_deg_per_h.push_back(kRecordBreak);
     } else if (series.rows > 0 && second_mean.second > last + 1) {
       push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
     }
     ++series.rows;
     last = second_mean.second;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
-    series.rate_deg_per_h.push(valid ? row.value * *factor : kUnknown);
+    series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
     return {};
   };
   const auto left_out = join_rows(*folder, add, meter);
@@ -199,26 +204,25 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
 Result<RateSeries> read_table_series(const std::string& path, const RateSeriesChoice& choice) {
   tables::TableOptions options = choice.table;
   options.interval_s = choice.interval_s.value_or(0);
-  auto table = tables::open_table(path, options);
+  auto table = tables::PlainTable::open(path, options);
   if (!table) return tl::unexpected<Error>(table.error());
-  const auto layout = choose_columns(**table, choice);
+  const auto layout = choose_columns(*table, choice);
   if (!layout) return tl::unexpected<Error>(layout.error());
-  if (auto good = check_no_time(**table, *layout, choice); !good) return tl::unexpected<Error>(good.error());
   RateSeries series;
-  const tables::Header& header = (*table)->columns()[layout->rate];
+  const tables::Header& header = table->columns()[layout->rate];
   series.column = header.text;
   const auto factor = set_unit(series, choice, header);
   if (!factor) return tl::unexpected<Error>(factor.error());
-  auto columns = read_columns(**table, *layout);
+  auto columns = read_columns(*table, *layout);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
-  RateJudgement judgement = judgement_of(**table, *factor, series.rows, columns->times_ns);
+  RateJudgement judgement = judgement_of(*table, *factor, series.rows, columns->times_ns);
   if (choice.interval_s) judgement.interval_s = *choice.interval_s;
   const auto remarks = judge_rates(columns->rates, judgement);
-  const std::string time_name = layout->time ? (*table)->columns()[*layout->time].text : "";
+  const std::string time_name = layout->time ? table->columns()[*layout->time].text : "";
   if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
     return tl::unexpected<Error>(placed.error());
-  series.rate_deg_per_h.scale(*factor);
+  for (double& rate : series.rate_deg_per_h) rate *= *factor;
   series.notes.insert(series.notes.end(), remarks.begin(), remarks.end());
   if (choice.interval_s) {
     series.interval_s = *choice.interval_s;
@@ -226,19 +230,19 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   }
   if (!(series.interval_s > 0))
     return make_error(path, fmt::format("found interval {} s, expected more than 0", series.interval_s));
-  if (choice.table.announce) choice.table.announce((*table)->understood());
+  if (choice.table.announce) choice.table.announce(table->understood());
   return series;
 }
 
 /// True if there are two or more values and they are equal: the noise of a dead sensor is not 0.
-bool is_constant(const PackedSeries& values) {
+bool is_constant(const std::vector<double>& values) {
   std::size_t known = 0, equal = 0;
   double first = 0;
-  evaluation::for_each_rate(values.source(), [&](std::size_t, double value) {
-    if (!std::isfinite(value)) return;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
     if (known++ == 0) first = value;
     equal += value == first;
-  });
+  }
   return known > 1 && equal == known;
 }
 

@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismcal/recordings/packed_series.hpp"
-#include "tools/prismcal/tables/table_options.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -27,7 +26,7 @@ inline constexpr double kRecordBreak = std::numeric_limits<double>::infinity();
 
 struct RateSeries {
   std::string column, unit;
-  PackedSeries rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
+  std::vector<double> rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
   double interval_s = 1;
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
@@ -36,8 +35,8 @@ struct RateSeries {
 };
 
 /// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table
-/// of another program (../tables/table_source.hpp); sample_grid() decides the interval and the gaps. Errors, with file
-/// and line: those of TableSource, an unknown column, a unit that is not one of a rate, time that goes back, no row,
+/// of another program (../tables/plain_table.hpp); sample_grid() decides the interval and the gaps. Errors, with file
+/// and line: those of PlainTable, an unknown column, a unit that is not one of a rate, time that goes back, no row,
 /// the same value in all rows.
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 

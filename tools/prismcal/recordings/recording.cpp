@@ -20,7 +20,7 @@
 #include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/log_segment.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -54,14 +54,14 @@ bool is_foreign(const std::string& path) {
 
 /// Advice for a table of another program. If its header states a rate, it is a command line to copy.
 Error without_map(const std::string& path, const SourceOptions& options) {
-  const auto table = tables::open_table(path, options.table);
+  const auto table = tables::PlainTable::open(path, options.table);
   if (!table) return table.error();
-  if (rate_column(**table))
-    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", train_command(**table, options.table),
+  if (rate_column(*table))
+    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", train_command(*table, options.table),
                               kSiteAdvice)};
   return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
                             "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
-                            (*table)->names_text(), shell_word(path))};
+                            table->names_text(), shell_word(path))};
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 #include "compensation/second_averager.hpp"
 #include "tools/prismcal/recordings/jump_finder.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
-#include "tools/prismcal/tables/table_options.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sample time of a series, and its lost samples, from time stamps that may be coarse, batched, alternating or
-// jittered.
+// The sample time of the rows of a table, and its lost samples, from the rows' times.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "tools/prismcal/recordings/packed_stamps.hpp"
 
 namespace prism::recordings {
 
@@ -21,28 +19,37 @@ struct SampleHole {
 
 struct SampleGrid {
   double interval_s = 0;
-  std::vector<SampleHole> holes;                            ///< in order of rows
-  std::size_t lost = 0;                                     ///< in all holes
-  std::size_t repeated = 0;                                 ///< stamps equal to the one before
-  double mean_step_s = 0, median_step_s = 0, jitter_s = 0;  ///< jitter: of the stamps around the grid
-  bool regular = true;  ///< each step is the interval, a hole, or 0 of one of few rows that repeat a time, within 1 %
-  /// How the interval was found, and why; empty if the stamps are regular and mean and median step agree within 1 %.
-  std::string remark;
+  std::size_t rows = 0;
+  std::vector<SampleHole> holes;  ///< in order of rows
+  std::size_t lost = 0;           ///< in all holes
+  double mean_step_s = 0, median_step_s = 0;
+  double jitter_s = 0;  ///< largest distance of a stamp from the grid
+  bool exact = false;   ///< jitter_s is at most 1 % of the interval
 
-  /// Times on the grid, in ns: the stamps without their jitter; the stamps themselves if they are regular and exact to
-  /// 1 ns, or rows repeat a time: then 1 ns later than the row before. `stamps_ns`: those of sample_grid().
-  PackedStamps times_ns(const PackedStamps& stamps_ns) const;
+  /// Remarks on the sample time and the lost samples.
+  std::vector<std::string> notes() const;
 };
 
-/// Stamps are ends of intervals, never early and possibly late (USB, operating system), or rounded. The sample time is
-/// the count over the span of the runs between holes. A hole is a lasting shift of the stamps against the count:
-/// its lower envelope rises and stays (as LowerHull, drivers/clock.hpp); a late stamp is followed by one that is
-/// not. A hole within a batch of equal stamps is placed at its first row. Stamps whose resolution is near the sample
-/// time, or coarser, jump at even distances without a loss (uniform_stamps.hpp). If nearly all steps are equal, they
-/// are the sample time, and a few rows that repeat the time of the row before do not change it. `interval_s`: the true
-/// sample time, if it is known. Errors: fewer than two stamps; one that is earlier than the one before, with its row
-/// from 1 in the place; the same time in all rows, or in most. Memory: little more than that of the stamps.
-Result<SampleGrid> sample_grid(const PackedStamps& stamps_ns, const std::string& where,
+/// The interval is the span of the rows between holes by their count. Each stamp must be nearest to a place of its own
+/// on a grid that follows a slow drift; a place without a stamp is a lost sample. So stamps may be rounded or jitter by
+/// less than half an interval. `interval_s`: the true one, if it is known; then any stamps are accepted, and if they
+/// are not on a grid, a step of more than 2.5 usual ones is a hole. Errors: fewer than two stamps; stamps that are not
+/// on a grid; single jumps at even distances, which are lost samples or rounded stamps. Stamps do not decrease.
+Result<SampleGrid> sample_grid(const std::vector<std::int64_t>& stamps_ns, const std::string& where,
                                std::optional<double> interval_s = std::nullopt);
+
+/// The times of rows whose interval is known: of the stamps only holes are used.
+class StatedTimes {
+ public:
+  explicit StatedTimes(double interval_s) : interval_ns_(interval_s * 1e9) {}
+  /// The time of the next row.
+  std::int64_t push(std::int64_t stamp_ns);
+  std::size_t lost() const { return lost_; }  ///< samples before the last row
+
+ private:
+  double interval_ns_;
+  std::int64_t begin_ns_ = 0, last_stamp_ns_ = 0, usual_step_ns_ = 0;
+  std::size_t rows_ = 0, lost_ = 0;  ///< rows_: since begin_ns_
+};
 
 }  // namespace prism::recordings

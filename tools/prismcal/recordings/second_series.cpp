@@ -7,7 +7,7 @@ namespace prism::recordings {
 
 void SecondSeries::push(std::int64_t second, double rate) {
   if (runs_.empty() || second != last_second() + 1) runs_.push_back({second, size()});
-  rates_.push(rate);
+  rates_.push_back(rate);
 }
 
 std::int64_t SecondSeries::last_second() const {

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A rate per second, packed: see packed_series.hpp.
+// A rate per second.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
-
-#include "tools/prismcal/recordings/packed_series.hpp"
 
 namespace prism::recordings {
 
@@ -18,7 +14,7 @@ class SecondSeries {
  public:
   void push(std::int64_t second, double rate);
 
-  std::size_t size() const { return rates_.size(); }
+  std::size_t size() const { return rates_.empty() ? count_ : rates_.size(); }
   bool empty() const { return size() == 0; }
   std::int64_t first_second() const { return runs_.front().second; }  ///< requires !empty()
   std::int64_t last_second() const;                                   ///< requires !empty()
@@ -27,19 +23,17 @@ class SecondSeries {
   std::int64_t second(std::size_t index) const;
   /// The index of a second; nullopt if the series does not have it.
   std::optional<std::size_t> find(std::int64_t second) const;
-  const PackedSeries& rates() const { return rates_; }
+  const std::vector<double>& rates() const { return rates_; }
   /// Frees the memory of the rates, which must not be read any more. The seconds remain.
-  void drop_rates() { rates_.drop(); }
+  void drop_rates() {
+    count_ = size();
+    rates_ = {};
+  }
 
   /// Calls visit(second, rate) for each in order: faster than by index.
   template <class Visit>
   void for_each(Visit&& visit) const {
-    double rates[evaluation::kRatePiece];
-    for (std::size_t begin = 0; begin < size(); begin += evaluation::kRatePiece) {
-      const std::size_t count = std::min(evaluation::kRatePiece, size() - begin);
-      rates_.read(begin, std::span(rates, count));
-      for_each_of(begin, count, [&](std::size_t i, std::int64_t second) { visit(second, rates[i]); });
-    }
+    for_each_of(0, size(), [&](std::size_t i, std::int64_t second) { visit(second, rates_[i]); });
   }
   /// Calls visit(i, second) for the seconds begin + i, i < count.
   template <class Visit>
@@ -59,7 +53,8 @@ class SecondSeries {
   };
   std::size_t run_of(std::size_t index) const;  ///< index in runs_
 
-  PackedSeries rates_;
+  std::vector<double> rates_;
+  std::size_t count_ = 0;  ///< of the rates, if they were dropped
   std::vector<Run> runs_;
 };
 

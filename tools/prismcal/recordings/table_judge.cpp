@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "base/plain_text.hpp"
 #include "compensation/second_averager.hpp"
 
 namespace prism::recordings {
@@ -16,8 +15,6 @@ namespace {
 using Reason = compensation::Rejection::Reason;
 
 constexpr std::array<const char*, 3> kNames = {"rate", "temperature", "uhfo"}, kUnitNames = {"deg/h", "degC", "V"};
-
-bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool contains(const std::vector<SecondRange>& ranges, std::int64_t second) {
   const auto at = std::lower_bound(ranges.begin(), ranges.end(), second,
@@ -30,11 +27,6 @@ bool contains(const std::vector<SecondRange>& ranges, std::int64_t second) {
 TableJudge::TableJudge() : plausibility_(compensation::PlausibilityLimits{}) {}
 
 QuantitySet TableJudge::push(const Sample& sample, std::size_t line) {
-  const bool repeats = any_ && equal(sample.rate_deg_per_h, last_.rate_deg_per_h) && sample.time_ns == last_.time_ns &&
-                       equal(sample.temperature_degc, last_.temperature_degc) && equal(sample.uhfo_v, last_.uhfo_v);
-  if (repeats && ++repeated_ == 1) first_repeated_line_ = line;
-  last_ = sample;
-  any_ = true;
   compensation::Rejections rejections;
   const QuantitySet implausible = plausibility_.implausible(sample);
   if (implausible.any()) plausibility_.explain(sample, implausible, rejections);
@@ -96,9 +88,6 @@ Result<std::vector<std::string>> TableJudge::finish(const std::string& path, con
     if (!text) return tl::unexpected<Error>(text.error());
     if (!text->empty()) notes.push_back(*text);
   }
-  if (repeated_ > 0)
-    notes.push_back(fmt::format("{} repeats the row before it with its time, the first in line {}",
-                                counted(repeated_, "row"), first_repeated_line_));
   notes.insert(notes.end(), seconds.notes.begin(), seconds.notes.end());
   return notes;
 }

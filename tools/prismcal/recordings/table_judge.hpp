@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Judges the rows of a table before they are used: implausible cells, repeated rows.
+// Judges the rows of a table before they are used: implausible cells.
 #pragma once
 
 #include <array>
@@ -43,9 +43,6 @@ class TableJudge {
 
   compensation::Plausibility plausibility_;
   std::array<Count, 3> counts_;
-  std::size_t repeated_ = 0, first_repeated_line_ = 0;
-  Sample last_;
-  bool any_ = false;
 };
 
 }  // namespace prism::recordings

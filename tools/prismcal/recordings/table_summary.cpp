@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "compensation/plausibility.hpp"
 #include "compensation/sample.hpp"
-#include "tools/prismcal/recordings/packed_stamps.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/rate_judge.hpp"
 #include "tools/prismcal/recordings/table_judge.hpp"
-#include "tools/prismcal/recordings/table_times.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -30,15 +27,13 @@ class Course {
     means_.push_back(known_ > 0 ? sum_ / static_cast<double>(known_) : kUnknown);
     sum_ = 0, known_ = rows_ = 0;
     if (means_.size() < 2 * kCourse) return;
-    for (std::size_t i = 0; i < kCourse; ++i) {
-      const double a = means_[2 * i], b = means_[2 * i + 1];
-      means_[i] = std::isnan(a) ? b : std::isnan(b) ? a : (a + b) / 2;
-    }
-    means_.resize(kCourse);
+    means_ = halved();
     each_ *= 2;
   }
-  std::vector<double> means() const {
-    if (means_.size() <= kCourse) return means_;
+  std::vector<double> means() const { return means_.size() > kCourse ? halved() : means_; }
+
+ private:
+  std::vector<double> halved() const {
     std::vector<double> half;
     for (std::size_t i = 0; i + 1 < means_.size(); i += 2) {
       const double a = means_[i], b = means_[i + 1];
@@ -47,36 +42,16 @@ class Course {
     return half;
   }
 
- private:
   std::vector<double> means_;
   double sum_ = 0;
   std::size_t known_ = 0, rows_ = 0, each_ = 1;
 };
 
-void take(const std::vector<double>& values, ColumnSummary& column, Course& course) {
-  for (const double value : values) {
-    course.add(value);
-    if (!std::isfinite(value)) continue;
-    column.smallest = std::isnan(column.smallest) ? value : std::min(column.smallest, value);
-    column.largest = std::isnan(column.largest) ? value : std::max(column.largest, value);
-  }
-}
-
-void summarise_time(const tables::TableSource& table, const PackedStamps& stamps, TableSummary& summary) {
-  if (!table.time() || stamps.empty()) return;
-  TimeSummary& time = *summary.time;
-  time.format = table.time()->text;
-  time.is_date = table.time()->has_date;
-  time.first_ns = stamps.front();
-  time.last_ns = stamps.back();
-  std::int64_t before = stamps.front();
-  stamps.for_each(1, stamps.size(),
-                  [&](std::size_t, std::int64_t stamp) { time.backward += stamp < std::exchange(before, stamp); });
-  if (time.backward > 0) return;
-  if (auto grid = sample_grid(stamps, table.path()))
-    time.grid = std::move(*grid);
-  else
-    time.no_grid = std::move(grid.error().what);
+void take(double value, ColumnSummary& column, Course& course) {
+  course.add(value);
+  if (!std::isfinite(value)) return;
+  column.smallest = std::isnan(column.smallest) ? value : std::min(column.smallest, value);
+  column.largest = std::isnan(column.largest) ? value : std::max(column.largest, value);
 }
 
 /// "T_degC: values outside -90 to 200 degC", "looks like kelvin".
@@ -103,60 +78,65 @@ void add_range_remarks(TableSummary& summary) {
 }  // namespace
 
 Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options) {
-  auto opened = tables::open_table(path, options);
-  if (!opened) return tl::unexpected<Error>(opened.error());
-  tables::TableSource& table = **opened;
+  auto table = tables::PlainTable::open(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
   TableSummary summary;
-  summary.dialect = table.dialect_text();
-  summary.command = train_command(table, options);
-  const auto rate = rate_column(table);
+  summary.form = table->form_text();
+  summary.command = train_command(*table, options);
+  const auto rate = rate_column(*table);
   summary.states_rate = rate.has_value();
   tables::Selection selection;
-  const auto time = table.time_column();
-  for (std::size_t i = 0; i < table.columns().size(); ++i) {
-    summary.columns.push_back({table.columns()[i], table.kind(i), kUnknown, kUnknown, 0, {}});
-    if (summary.columns.back().kind == tables::ColumnKind::kNumber) selection.numbers.push_back(i);
-  }
-  if (time) {
-    selection.time = tables::TimeSelection{*time, "", 1, 0};
-    summary.time = TimeSummary{table.columns()[*time].text, "", 0, 0, false, 0, {}, {}};
+  for (std::size_t i = 0; i < table->columns().size(); ++i) {
+    summary.columns.push_back({table->columns()[i], table->kind(i), kUnknown, kUnknown, 0, {}});
+    if (table->kind(i) == tables::ColumnKind::kNumber) selection.numbers.push_back(i);
   }
   const std::vector<std::size_t> numbers = selection.numbers;
-  if (auto good = table.select(selection); !good) {
+  const auto time = table->time_column();
+  if (time) selection.time = tables::TimeSelection{*time};
+  if (auto good = table->select(selection); !good) {
     summary.problem = good.error().text();
-    summary.time.reset();
     selection.time.reset();
-    if (good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
+    if (good = table->select(selection); !good) return tl::unexpected<Error>(good.error());
   }
   std::vector<Course> courses(numbers.size());
-  PackedStamps stamps;
-  PackedSeries rates;
-  tables::Block block;
+  std::vector<std::int64_t> stamps_ns;
+  std::vector<double> rates;
+  tables::Row row;
   while (true) {
-    const auto more = table.next(block);
-    for (std::size_t i = 0; i < numbers.size() && i < block.columns.size(); ++i) {
-      take(block.columns[i], summary.columns[numbers[i]], courses[i]);
-      if (rate != numbers[i]) continue;
-      for (const double value : block.columns[i]) rates.push(value);
-    }
-    if (auto good = append_times(stamps, table, block); !good) {
-      if (summary.problem.empty()) summary.problem = good.error().text();
-      stamps.push(block.time_ns);
-    }
+    const auto more = table->next(row);
     if (!more) summary.problem = more.error().text();
     if (!more || !*more) break;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      take(row.values[i], summary.columns[numbers[i]], courses[i]);
+      if (rate == numbers[i]) rates.push_back(row.values[i]);
+    }
+    if (table->time()) stamps_ns.push_back(row.time_ns);
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    summary.columns[numbers[i]].holes = table.counts().holes[i];
+    summary.columns[numbers[i]].missing = table->missing(i);
     summary.columns[numbers[i]].course = courses[i].means();
   }
-  summary.rows = table.counts().rows;
-  summary.torn = table.counts().torn;
-  summarise_time(table, stamps, summary);
+  summary.rows = table->rows();
+  summary.torn = table->torn();
+  if (!stamps_ns.empty()) {
+    summary.time = TimeSummary{table->columns()[*time].text,
+                               table->time()->text(),
+                               stamps_ns.front(),
+                               stamps_ns.back(),
+                               table->has_dates(),
+                               {},
+                               {}};
+    const auto interval_s = options.interval_s > 0 ? std::optional(options.interval_s) : std::nullopt;
+    if (auto grid = sample_grid(stamps_ns, path, interval_s))
+      summary.time->grid = std::move(*grid);
+    else
+      summary.time->no_grid = std::move(grid.error().what);
+  }
   add_range_remarks(summary);
   if (!rate) return summary;
-  const double unit_deg_per_h = table.columns()[*rate].unit->factor;
-  for (std::string& remark : judge_rates(rates, judgement_of(table, unit_deg_per_h, rates.size(), stamps)))
+  const double unit_deg_per_h = table->columns()[*rate].unit->factor;
+  const std::size_t rows = rates.size();
+  for (std::string& remark : judge_rates(rates, judgement_of(*table, unit_deg_per_h, rows, stamps_ns)))
     summary.remarks.push_back(std::move(remark));
   return summary;
 }

@@ -9,7 +9,7 @@
 
 #include "base/result.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
-#include "tools/prismcal/tables/table_source.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::recordings {
 
@@ -17,22 +17,21 @@ struct ColumnSummary {
   tables::Header header;
   tables::ColumnKind kind = tables::ColumnKind::kText;
   double smallest = 0, largest = 0;  ///< kUnknown without a number; as in the file
-  std::size_t holes = 0;
-  std::vector<double> course;  ///< at most 64 means of equal numbers of rows, in order; kUnknown in holes
+  std::size_t missing = 0;
+  std::vector<double> course;  ///< at most 64 means of equal numbers of rows, in order; kUnknown without a value
 };
 
 struct TimeSummary {
   std::string column, format;
   std::int64_t first_ns = 0, last_ns = 0;
   bool is_date = false;  ///< ns since 1970 UTC; otherwise since the origin of the file
-  std::size_t backward = 0;
-  std::optional<SampleGrid> grid;  ///< nullopt: the time goes back, or no_grid
-  std::string no_grid;             ///< why sample_grid() found no sample time
+  std::optional<SampleGrid> grid;
+  std::string no_grid;  ///< why sample_grid() found no sample time
 };
 
 struct TableSummary {
-  std::string dialect, command;  ///< command: train_command()
-  bool states_rate = false;      ///< the command is complete but for the site
+  std::string form, command;  ///< command: train_command()
+  bool states_rate = false;   ///< the command is complete but for the site
   std::size_t rows = 0, torn = 0;
   std::vector<ColumnSummary> columns;
   std::optional<TimeSummary> time;
@@ -40,7 +39,7 @@ struct TableSummary {
   std::string problem;               ///< of the time, or of the first bad row: the summary ends there; empty: none
 };
 
-/// Errors: those of open_table().
+/// Errors: those of PlainTable::open().
 Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options);
 
 }  // namespace prism::recordings

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Units of the columns of tables, and their conversion to those of prism.
+// The name and the unit in a column's header ("Rate [deg/h]", "gyro_x (rad/s)", "Temp_degC"), and the units that prism
+// converts.
 #pragma once
 
 #include <numbers>
+#include <string>
 #include <string_view>
 
 namespace prism::tables {
@@ -11,25 +13,27 @@ namespace prism::tables {
 struct Unit {
   std::string_view quantity, name;
   double factor, offset;
+  std::string_view spellings;  ///< of other programs, in lower case, each after a |
 };
 
+// The degree sign is "°", micro is "µ" or "μ".
 inline constexpr Unit kUnits[] = {
-    {"rate", "deg/h", 1, 0},
-    {"rate", "arcsec/s", 1, 0},
-    {"rate", "deg/s", 3600, 0},
-    {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0},
-    {"temperature", "degC", 1, 0},
-    {"temperature", "K", 1, -273.15},
-    {"temperature", "degF", 5.0 / 9, -160.0 / 9},
-    {"uhfo", "V", 1, 0},
-    {"uhfo", "mV", 1e-3, 0},
-    {"time", "s", 1, 0},
-    {"time", "ms", 1e-3, 0},
-    {"time", "us", 1e-6, 0},
-    {"time", "ns", 1e-9, 0},
-    {"time", "min", 60, 0},
-    {"time", "h", 3600, 0},
-    {"time", "d", 86400, 0},
+    {"rate", "deg/h", 1, 0, "|deg/h|deg/hr|deg/hour|°/h|°/hr|dph|degph|deg_per_h|deg_h|grad/h|degree/h|degrees/h|"},
+    {"rate", "arcsec/s", 1, 0, "|arcsec/s|arcsec_per_s|\"/s|"},
+    {"rate", "deg/s", 3600, 0, "|deg/s|deg/sec|°/s|°/sec|dps|degps|deg_per_s|deg_s|grad/s|degree/s|degrees/s|"},
+    {"rate", "rad/s", 3600 * 180 / std::numbers::pi, 0, "|rad/s|rad/sec|rads|rad_per_s|rad_s|"},
+    {"temperature", "degC", 1, 0, "|degc|°c|℃|deg c|celsius|c|"},
+    {"temperature", "K", 1, -273.15, "|k|kelvin|degk|"},
+    {"temperature", "degF", 5.0 / 9, -160.0 / 9, "|degf|°f|℉|deg f|fahrenheit|f|"},
+    {"uhfo", "V", 1, 0, "|v|volt|volts|"},
+    {"uhfo", "mV", 1e-3, 0, "|mv|millivolt|"},
+    {"time", "s", 1, 0, "|s|sec|second|seconds|secs|sekunden|"},
+    {"time", "ms", 1e-3, 0, "|ms|msec|millisecond|milliseconds|"},
+    {"time", "us", 1e-6, 0, "|us|µs|μs|usec|microseconds|"},
+    {"time", "ns", 1e-9, 0, "|ns|nsec|nanoseconds|"},
+    {"time", "min", 60, 0, "|min|mins|minute|minutes|minuten|"},
+    {"time", "h", 3600, 0, "|h|hr|hrs|hour|hours|std|stunden|"},
+    {"time", "d", 86400, 0, "|d|day|days|tage|"},
 };
 
 /// Returns null if there is no such unit.
@@ -39,5 +43,24 @@ constexpr const Unit* find_unit(std::string_view quantity, std::string_view name
   }
   return nullptr;
 }
+
+struct Header {
+  std::string text;            ///< as in the file
+  std::string name;            ///< without the unit
+  const Unit* unit = nullptr;  ///< null: none that prism knows
+  bool stated = false;         ///< in brackets or in a row of units, not only as the end of the name
+};
+
+/// `unit_text`: the cell of a row of units; empty: none.
+Header read_header(std::string_view text, std::string_view unit_text = {});
+
+/// True if a row of units may have this cell: a spelling of a unit, with brackets or without, or nothing.
+bool is_unit_cell(std::string_view cell);
+
+/// Without blanks around it.
+std::string_view trimmed(std::string_view text);
+
+/// In lower case, with one degree sign.
+std::string lower(std::string_view text);
 
 }  // namespace prism::tables
