@@ -3,10 +3,10 @@
 """prism-import: a table of another program (CSV of any kind, Excel, MATLAB) to a plain table for prismcal; hex text to bytes.
 From the end of this file upward: convert() reads a Table of text; the forms of a column's cells ("8,41" has the form "9,99") decide how
 they are read. Numbers stay text: only signs, points and commas change. If two readings are possible, an option decides."""
-import argparse, collections, contextlib, csv, datetime, functools, io, itertools, math, os, pathlib, re, resource, signal, sys, warnings, zipfile, zlib
+import argparse, array, collections, contextlib, csv, datetime, functools, itertools, math, os, pathlib, re, resource, signal, sys, warnings, zipfile, zlib
 from decimal import Decimal
 
-SAMPLE_ROWS, NS = 1000, 1_000_000_000
+SAMPLE_ROWS, NS, QUOTE = 1000, 1_000_000_000, chr(34)
 
 
 class Refused(Exception):
@@ -43,21 +43,52 @@ def plain_number(cell, sign):
     return re.sub(r"\.(?![0-9])", "", re.sub(r"(?<![0-9])\.", "0.", cell))
 
 
+def pieces_of(items):
+    """Lists of 4096 items."""
+    items = iter(items)
+    while piece := [*itertools.islice(items, 4096)]:
+        yield piece
+
+
+class Cells:
+    """The texts of a column, joined in pieces: in little more memory than in the file. No text has a line end."""
+
+    def __init__(self, cells=()):
+        self.pieces = ["\n".join(piece) for piece in pieces_of(cells)]
+
+    def __len__(self):
+        return sum(piece.count("\n") + 1 for piece in self.pieces)
+
+    def __iter__(self):
+        return (cell for piece in self.pieces for cell in piece.split("\n"))
+
+    def __getitem__(self, row):
+        return next(itertools.islice(self, row, None))
+
+
 class Column:
     """Cells without blanks around them or behind a sign. forms: {form: row of its first cell}; evidence: {sign: row} of numbers with one
     decimal sign only; fraction: its digits if it may be the ms or us of the times before it."""
 
-    def __init__(self, number, name, unit, cells):
+    def __init__(self, number, name, unit):
         name = " ".join(re.sub(r"[\x00-\x1f\x7f-\x9f]", " ", name).split())
         own = split_unit(name)[1]
         check(not unit or own in ("", unit), f"column {name}: found the unit {unit} in the row of units, expected {own} as in its name")
         self.title = f"{name} [{unit}]" if unit and name and not own else name or f"column {number}"
         self.number, self.sign, (self.bare, self.unit) = number, ".", split_unit(self.title)
-        self.cells = [re.sub(r"^([+-]) +(?=[0-9])", r"\1", cell.strip().replace("\u2212", "-")) for cell in cells]
-        self.forms = {form_of(cell): row for row, cell in reversed([*enumerate(self.cells)])}
+        self.cells, self.forms = Cells(), {}
+
+    def extend(self, cells):
+        cells = [re.sub(r"^([+-]) +(?=[0-9])", r"\1", " ".join(cell.split("\n")).strip().replace("\u2212", "-")) for cell in cells]
+        for row, cell in enumerate(cells, len(self.cells)) if len(self.forms) < 10000 else ():  # more are texts
+            self.forms.setdefault(form_of(cell), row)
+        self.cells.pieces.append("\n".join(cells))
+
+    def judge(self):
+        """After the last cell."""
         signs = {form: decimal_signs(form) for form in self.forms}
         self.is_number = any(signs.values())
-        self.evidence = {signs[form]: row for form, row in self.forms.items() if len(signs[form]) == 1}
+        self.evidence = {signs[form]: row for form, row in reversed(self.forms.items()) if len(signs[form]) == 1}
         self.fraction = {"ms": 3, "msec": 3, "us": 6}.get(self.bare.lower(), 3 if set(self.forms) <= {"999", "099"} else 0)
 
     def choose_sign(self, stated, of_all, lines):
@@ -73,21 +104,27 @@ class Column:
                 raise Refused(f"line {lines[row]}: column {self.title}: two readings are possible: \"{cell}\" is {both}")
 
     def plain(self, lines=()):
-        """The cells in plain form, "" if missing. With `lines`, refuses a cell that is neither a number nor missing."""
+        """The Cells in plain form, "" if missing. With `lines`, refuses a cell that is neither a number nor missing."""
         numbers = {form for form in self.forms if self.sign in decimal_signs(form)}
         for row in sorted(row for form, row in self.forms.items() if form not in numbers and form.lower() not in HOLES) if lines else ():
             raise Refused(f"line {lines[row]}: column {self.title}: found \"{self.cells[row][:40]}\", expected a number with the decimal sign "
                           f"\"{self.sign}\"; --missing TEXT or --lenient counts such cells as missing, --columns leaves the column out")
-        return [plain_number(cell, self.sign) if form_of(cell) in numbers else "" for cell in self.cells]
+        return Cells(plain_number(cell, self.sign) if form_of(cell) in numbers else "" for cell in self.cells)
 
 
 class Table:
-    """Columns; `lines`: the line of the file of each row; `signs`: the decimal sign of this kind of file; `notes`: for the user."""
+    """Columns of rows (line, cells); `lines`: the line of the file of each row; `signs`: the decimal sign of this kind of file; `notes`: for the user."""
 
-    def __init__(self, text, names, units, lines, cells, signs, notes):
-        self.text, self.lines, self.signs, self.notes = text, lines, signs, notes
-        self.columns = [Column(*column) for column in zip(itertools.count(1), names, units or itertools.repeat(""), cells)]
+    def __init__(self, text, names, units, rows, signs, notes):
+        self.text, self.lines, self.signs, self.notes = text, array.array("q"), signs, notes
+        self.columns = [Column(*column) for column in zip(itertools.count(1), names, units or itertools.repeat(""))]
         self.names = ", ".join(f"{column.number} {column.title}" for column in self.columns[:30])
+        for piece in pieces_of(rows):
+            self.lines.extend(line for line, _ in piece)
+            for column, cells in zip(self.columns, zip(*(cells for _, cells in piece))):
+                column.extend(cells)
+        for column in self.columns:
+            column.judge()
 
     def locate(self, text):
         """The column with this name (with its unit or without) or number, or None."""
@@ -174,13 +211,17 @@ class Times(collections.namedtuple("Times", "name ns text is_date zone")):
 
     def check(self, lines):
         """Refuses times that go back. Returns the step (span by count between gaps), gaps and repeated stamps as text."""
-        steps = [b - a for a, b in zip(self.ns, self.ns[1:])] or [0]
-        for row in (row for row, step in enumerate(steps, 1) if step < 0):
+        def steps():
+            return (b - a for a, b in zip(self.ns, itertools.islice(self.ns, 1, None)))
+
+        for row in (row for row, step in enumerate(steps(), 1) if step < 0):
             raise Refused(f"line {lines[row]}: column {self.name}: the time goes back from {self.show(row - 1)} to {self.show(row)}, "
                           "expected increasing times; if a new recording begins here, divide the file at this line")
-        usual = sorted(steps[:10000])[len(steps[:10000]) // 2] or sum(steps) // len(steps)
-        gaps, repeated = [step for step in steps if step > 1.5 * usual + 1_000_000], len(self.ns) - 1 - sum(map(bool, steps))
-        step_s = (sum(steps) - sum(gaps)) / max(1, len(steps) - len(gaps)) / NS
+        span, count = self.ns[-1] - self.ns[0], max(1, len(self.ns) - 1)
+        first = sorted(itertools.islice(steps(), 10000)) or [0]
+        usual = first[len(first) // 2] or span // count
+        gaps, repeated = [step for step in steps() if step > 1.5 * usual + 1_000_000], sum(step == 0 for step in steps())
+        step_s = (span - sum(gaps)) / max(1, count - len(gaps)) / NS
         text = f"every {step_s:.9g} s; {len(gaps)} gaps" + f" of {sum(gaps) / NS:.6g} s in all" * bool(gaps)
         return text + f"; {repeated} repeated stamps" * bool(repeated)
 
@@ -188,23 +229,29 @@ class Times(collections.namedtuple("Times", "name ns text is_date zone")):
 def text_times(name, cells, how, lines):
     """The Times of texts."""
     keys = [how] if "%" in how else [n for n, (order, _) in enumerate(DATES) if how in ("", order) and moment(n, cells[0])]
-    readings = {key: [moment(key, cell) for cell in cells] for key in keys}
-    good = [(key, found) for key, found in readings.items() if None not in found]
+    good, bad_row = [], 0
+    for key in keys:
+        ns, zones = array.array("q"), set()
+        for time in itertools.takewhile(lambda time: time and abs(time[0]) < 1 << 63, (moment(key, cell) for cell in cells)):
+            ns.append(time[0])
+            zones.add(time[1])
+        good += [(key, ns, zones)] * (len(ns) == len(cells))
+        bad_row = max(bad_row, len(ns))
     if not good:
-        row = max((found.index(None) for found in readings.values()), default=0)
-        raise Refused(f"line {lines[row]}: column {name}: found \"{cells[row][:40]}\", expected a time; --time \"{name}:%d.%m.%Y %H:%M:%S\" states a form")
-    (key, found), zones = good[0], {zone for _, found in good for _, zone in found}
-    for row in (row for row, times in enumerate(zip(*(found for _, found in good))) if len(set(times)) > 1):
-        both = " or ".join(f"{(EPOCH + datetime.timedelta(seconds=found[row][0] // NS)).date()} (--time \"{name}:{DATES[key][0]}\")" for key, found in good)
+        raise Refused(f"line {lines[bad_row]}: column {name}: found \"{cells[bad_row][:40]}\", expected a time; "
+                      f"--time \"{name}:%d.%m.%Y %H:%M:%S\" states a form")
+    (key, ns, _), zones = good[0], set().union(*(found for _, _, found in good))
+    for row in (row for row, times in enumerate(zip(*(found for _, found, _ in good))) if len(set(times)) > 1):
+        both = " or ".join(f"{(EPOCH + datetime.timedelta(seconds=found[row] // NS)).date()} (--time \"{name}:{DATES[key][0]}\")" for key, found, _ in good)
         raise Refused(f"line {lines[row]}: column {name}: two readings are possible: \"{cells[row]}\" is {both}")
     check(len(zones) == 1, f"column {name}: found times with a zone and without, expected the same in all rows")
-    order, ns = how if "%" in how else DATES[key][0], [time for time, _ in found]
+    order = how if "%" in how else DATES[key][0]
     check(order != "clock" or cells[0].count(":") != 1 or how == "clock",
           f"column {name}: two readings are possible: \"{cells[0]}\" is hours and minutes (--time \"{name}:clock\") "
           f"or minutes and seconds (--time \"{name}:%M:%S\")")
     if order == "clock" and max(ns) < DAY_NS:
-        midnights = itertools.accumulate((b < a - DAY_NS // 2 for a, b in zip(ns, ns[1:])), initial=0)
-        ns = [time + day * DAY_NS for time, day in zip(ns, midnights)]
+        midnights = itertools.accumulate((b < a - DAY_NS // 2 for a, b in zip(ns, itertools.islice(ns, 1, None))), initial=0)
+        ns = array.array("q", (time + day * DAY_NS for time, day in zip(ns, midnights)))
     is_date, zone = "%y" in order.lower() if "%" in order else order != "clock", "Z" * (True in zones and order != "clock")
     return Times(name, ns, ORDERS.get(order, order) + ", no zone: taken for UTC" * (is_date and not zone), is_date, zone)
 
@@ -213,7 +260,7 @@ def number_times(column, how, lines):
     """The Times of a column of numbers, by their unit or a known origin."""
     how, cells = how or time_unit(column), column.plain()
     factor, unit = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?|)[ *]*(.*)", how).groups()
-    unit, first = TIME_UNITS.get(unit), [Decimal(cell) for cell in cells[:SAMPLE_ROWS] if cell]
+    unit, first = TIME_UNITS.get(unit), [Decimal(cell) for cell in itertools.islice(cells, SAMPLE_ROWS) if cell]
     step = sorted(b - a for a, b in zip(first, first[1:]))[len(first) // 2 - 1] if len(first) > 1 else Decimal(0)
     found = [(f"a number of {factor} {unit}".replace("  ", " "), SECONDS[unit], None)] if unit else [
         (name + ", taken for UTC", size, origin) for name, size, origin in EPOCHS if how == name or first and not how and
@@ -221,9 +268,11 @@ def number_times(column, how, lines):
     check(len(found) == 1, f"column {column.title}: two readings are possible: {'its unit is not known, ' * bool(how)}steps of {step:.4g} may be s, ms or "
           f"another unit; --time \"{column.title}:UNIT\", one of {' '.join([*SECONDS, *(e[0] for e in EPOCHS)])}, as \"1000 s\", or %H%M%S")
     (text, size, origin), size = found[0], Decimal(found[0][1]) * Decimal(factor or 1) * NS
-    ns, is_date = [int((Decimal(cell or "1e99") * size).to_integral_value()) + (origin or 0) * NS for cell in cells], origin is not None
-    for row in (row for row, time in enumerate(ns) if abs(time) >= 1 << 63):
-        raise Refused(f"line {lines[row]}: column {column.title}: found \"{cells[row]}\", expected a time below 292 years in each row")
+    ns, is_date = array.array("q"), origin is not None
+    for cell in cells:
+        time = int((Decimal(cell or "1e99") * size).to_integral_value()) + (origin or 0) * NS
+        check(abs(time) < 1 << 63, f"line {lines[len(ns)]}: column {column.title}: found \"{cell}\", expected a time below 292 years in each row")
+        ns.append(time)
     return Times(column.title, ns, text, is_date, "Z" * is_date)
 
 
@@ -231,7 +280,7 @@ def find_time(table, options):
     """(Times, its columns) of --interval, --time or the one column that has times."""
     columns, first = table.columns, {column: column.cells[0] for column in table.columns}
     if options.interval:
-        return Times("time", [int(i * options.interval * NS) for i in range(len(table.lines))], "rows at the stated interval", False, ""), []
+        return Times("time", array.array("q", (int(i * options.interval * NS) for i in range(len(table.lines)))), "rows at the stated interval", False, ""), []
     if options.time:
         name, _, how = (options.time, "", "") if table.locate(options.time) else options.time.partition(":")
         parts = [table.locate(part) for part in ([name] if table.locate(name) else name.split("+"))]
@@ -253,7 +302,7 @@ def find_time(table, options):
     if len(parts) == 1 and parts[0].is_number and "%" not in how:
         return number_times(parts[0], how, table.lines), parts
     joined = zip(parts[0].cells, *([f".{cell:0>{c.fraction}}" if c.fraction else " " + cell for cell in c.cells] for c in parts[1:]))
-    cells = ["".join(row).replace("[", "").replace("]", "") for row in joined]
+    cells = Cells("".join(row).replace("[", "").replace("]", "") for row in joined)
     return text_times("+".join(column.title for column in parts), cells, how, table.lines), parts
 
 
@@ -268,12 +317,13 @@ def kind(cell):
 
 
 def find_table(text, all_rows, options, notes=(), comments=(), units=(), signs=frozenset()):
-    """The Table in rows, [(line, cells)]; the first of them show where names, units and values are. `comments`: rows that may have the names."""
+    """The Table in an iterator of rows (line, cells); the first of them show where names, units and values are. `comments`: rows that may have the names."""
     def is_units(cells):  # most of them
         found = [cell[0] in "[(" or cell.lower() in {*UNITS, *TIME_UNITS} or bool(NO_UNITS.fullmatch(cell.lower())) for cell in cells if cell]
         return 2 * sum(found) > len(found)
 
-    rows = [(line, [cell.strip() for cell in cells], [kind(cell) for cell in cells]) for line, cells in all_rows[:SAMPLE_ROWS] if any(map(str.strip, cells))]
+    sample, missing = list(itertools.islice(all_rows, SAMPLE_ROWS)), set(options.missing)
+    rows = [(line, [cell.strip() for cell in cells], [kind(cell) for cell in cells]) for line, cells in sample if any(map(str.strip, cells))]
     names, header = next((cells for line, cells, _ in rows if line == options.header_row), []), options.header_row or 0
     rows, begin = [row for row in rows if row[0] > header], options.first_row or 0
     widths = collections.Counter(len(kinds) for line, _, kinds in rows if "v" in kinds and line >= begin)
@@ -305,34 +355,45 @@ def find_table(text, all_rows, options, notes=(), comments=(), units=(), signs=f
         check("v" in kinds or len(cells) < 2, f"line {first}: found {width} fields, expected {len(cells)} as in line {line}; --header-row LINE, 0: no names")
     units = next((["" if NO_UNITS.fullmatch(cell.lower()) else cell.strip("[]() ") for cell in cells]
                   for _, cells, _ in between if names and is_units(cells)), units)
-    again, missing = names if "v" not in map(kind, names) else [], set(options.missing)
+    again = names if "v" not in map(kind, names) else []  # the names, once more
     names, units = ((list(row) + [""] * width)[:width] for row in (names, units))
-    rows = [(line, cells) for line, cells in all_rows if line >= first and any(cells) and cells != again]  # the names again
-    for line, cells in rows:
-        check(len(cells) == width, f"line {line}: found {len(cells)} fields, expected {width}")
-    columns = (["" if cell.strip() in missing else cell for cell in column] for column in zip(*(cells for _, cells in rows)))
+
+    def data():
+        for line, cells in itertools.chain(sample, all_rows):
+            if line >= first and any(cells) and cells != again:
+                check(len(cells) == width, f"line {line}: found {len(cells)} fields, expected {width}")
+                yield line, ["" if cell.strip() in missing else cell for cell in cells]
+
     text += f"names in line {header}" if header else "names in a comment" if any(names) else "no names"
-    return Table(text, names, units, [line for line, _ in rows], columns, signs, notes)
+    return Table(text, names, units, data(), signs, notes)
 
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "bar": "|", "comma": ",", "blank": " ", "none": ""}
 
 
-def read_lines(path, encoding, notes):
-    """(encoding, lines)."""
-    data = pathlib.Path(path).read_bytes()
-    encoding = encoding or ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+def open_text(path, encoding, notes):
+    """(encoding, function that begins to read the lines, the number of those with an end)."""
+    def lines():
+        with open(path, encoding=encoding, errors=errors, newline="") as file:
+            yield from file
+
+    def count():
+        number, line = 0, "\n"
+        for number, line in enumerate(lines(), 1):
+            check("\0" not in line, f"line {number}: found a NUL byte, expected text; state --encoding, as utf-16-le or utf-32")
+        return number - (line[-1] not in "\r\n")
+
+    with open(path, "rb") as file:
+        is_wide = file.read(2) in (b"\xff\xfe", b"\xfe\xff")
+    encoding, errors = encoding or ("utf-16" if is_wide else "utf-8-sig"), "strict"
     try:
-        text = data.decode(encoding)
+        return encoding, lines, count()
     except (UnicodeError, LookupError) as error:
         if encoding != "utf-8-sig":
             raise Refused(f"is not text in {encoding} ({error}); state --encoding, as cp1252 or iso-8859-2") from None
-        encoding, text = "cp1252", data.decode("cp1252", "replace")
-        notes.append("not UTF-8: names are read as Windows-1252; --encoding states another one")
-    lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", text)
-    if "\0" in text:
-        raise Refused(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}: found a NUL byte, expected text; state --encoding, as utf-16-le or utf-32")
-    return encoding, lines
+    encoding, errors = "cp1252", "replace"
+    notes.append("not UTF-8: names are read as Windows-1252; --encoding states another one")
+    return encoding, lines, count()
 
 
 def split(lines, separator, begin):
@@ -357,35 +418,40 @@ def split(lines, separator, begin):
 def read_text(path, options):
     """The Table of a text with any separator."""
     notes, mark = [], r"\s*(#(?!N/A|NUM!|VALUE!|DIV/0!|REF!|WERT!)|%|//)"
-    encoding, lines = read_lines(path, options.encoding, notes)
-    if lines and lines[-1][-1] not in "\r\n":
-        notes.append(f"line {len(lines)} has no line end and may be cut: not used; if it is complete, add a line end")
-        lines.pop()
-    sep = re.match("sep=(.)[\r\n]+$", lines[0]) if lines else None
-    comments = [line.strip() for line in lines[:SAMPLE_ROWS] if re.match(mark, line)]
-    lines = ["\n" if sep and line is lines[0] or re.match(mark, line) else line for line in lines]
-    end = max((number for number, line in enumerate(lines[:SAMPLE_ROWS], 1) if line.startswith("***End_of_Header***")), default=0)  # LabVIEW
-    comment_line = next((line for line in lines[end:end + 1] if end and line.rstrip().endswith("Comment")), "")  # a column that few rows have
+    encoding, lines, count = open_text(path, options.encoding, notes)
+    head = list(itertools.islice(lines(), min(count, SAMPLE_ROWS)))
+    if any(True for _ in itertools.islice(lines(), count, None)):
+        notes.append(f"line {count + 1} has no line end and may be cut: not used; if it is complete, add a line end")
+    sep = re.match("sep=(.)[\r\n]+$", head[0]) if head else None
+    comments = [line.strip() for line in head if re.match(mark, line)]
+
+    end = max((number for number, line in enumerate(head, 1) if line.startswith("***End_of_Header***")), default=0)  # LabVIEW
+    comment_line = next((line for line in head[end:end + 1] if end and line.rstrip().endswith("Comment")), "")  # a column that few rows have
     stated = SEPARATORS.get(options.separator, options.separator or (sep and sep[1]))
 
-    def table_of(lines, separator, rows):
-        rows += split(lines, separator, end)
+    def without_comments(lines):
+        return ("\n" if re.match(mark, line) or sep and number == 0 else line for number, line in enumerate(lines))
+
+    def checked(rows, separator):
         width = comment_line.count(separator) if comment_line else 0
-        for i, (line, cells) in enumerate(rows) if width else ():
-            number = next((cell for cell in cells[width:] if kind(cell) == "v"), None)
+        for line, cells in rows:
+            number = next((cell for cell in cells[width:] if width and kind(cell) == "v"), None)
             check(number is None, f"line {line}: found the number \"{number}\" in the column Comment, expected a text: was a number divided?")
-            rows[i] = line, cells[:width]
-        units = next((line.rstrip("\r\n").split(separator or None) for line in lines[:end] if line.startswith("Y_Unit_Label")), [""])
+            yield line, cells[:width] if width else cells
+
+    def table_of(rows, separator):
+        units = next((line.rstrip("\r\n").split(separator or None) for line in head[:end] if line.startswith("Y_Unit_Label")), [""])
         name = next((name for name, mark in SEPARATORS.items() if mark == separator), separator)
         marked = [cells for line in comments[::-1] for _, cells in split([line], separator, 0)]
         signs = {"."} if separator == "," else frozenset()
-        return find_table(f"{encoding}, separator {name}, ", rows, options, notes, marked, ["", *units[1:]], signs)
+        return find_table(f"{encoding}, separator {name}, ", checked(rows, separator), options, notes, marked, ["", *units[1:]], signs)
 
     good, bad = {}, []
     for separator in SEPARATORS.values() if stated is None else [stated]:
         rows = []
         try:
-            table = table_of(lines[:SAMPLE_ROWS], separator, rows)
+            rows += split(without_comments(head), separator, end)
+            table = table_of(iter(rows), separator)
             if len(table.columns) > 1 or not separator or stated is not None:
                 good[separator] = table
         except Refused as error:
@@ -395,8 +461,8 @@ def read_text(path, options):
         raise max(bad)[-1] if bad else Refused("found no rows of numbers; state --separator")
     if len(sure) > 1:
         both = " or ".join(f"{len(good[mark].columns)} columns (--separator {name})" for name, mark in SEPARATORS.items() if mark in sure)
-        raise Refused(f"line {(first := good[sure[0]].lines[0])}: two readings are possible: \"{lines[first - 1].strip()[:40]}\" has {both}")
-    return table_of(lines, sure[0], [])
+        raise Refused(f"line {(first := good[sure[0]].lines[0])}: two readings are possible: \"{head[first - 1].strip()[:40]}\" has {both}")
+    return table_of(split(without_comments(itertools.islice(lines(), count)), sure[0], end), sure[0])
 
 
 def check_inflated(path, size):
@@ -417,13 +483,14 @@ def read_workbook(path, options):
         check_inflated(path, sum(entry.file_size for entry in archive.infolist()))
         check(not archive.testzip(), "is damaged: a checksum does not hold")
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    sheets = {sheet.title: [[text(value) for value in row] for row in sheet.iter_rows(values_only=True)] for sheet in book.worksheets
+    widths = {sheet: [len(row) for row in sheet.iter_rows(values_only=True) if any(value is not None for value in row)] for sheet in book.worksheets
               if options.sheet in (None, sheet.title)}
-    filled = {name: rows for name, rows in sheets.items() if sum(map(any, rows)) > 1}
-    check(len(filled) == 1, f"found {'the sheets ' + ', '.join(filled) if filled else 'no sheet with rows'}, expected one; --sheet NAME")
-    (name, rows), = filled.items()
-    rows = [(line, row + [""] * (max(map(len, rows)) - len(row))) for line, row in enumerate(rows, 1)]
-    return find_table(f"Excel, sheet {name}, ", rows, options)
+    filled = {sheet: max(lengths) for sheet, lengths in widths.items() if len(lengths) > 1}
+    names = "the sheets " + ", ".join(sheet.title for sheet in filled) if filled else "no sheet with rows"
+    check(len(filled) == 1, f"found {names}, expected one; --sheet NAME")
+    (sheet, width), = filled.items()
+    rows = ((line, [text(value) for value in row] + [""] * (width - len(row))) for line, row in enumerate(sheet.iter_rows(values_only=True), 1))
+    return find_table(f"Excel, sheet {sheet.title}, ", rows, options)
 
 
 def read_mat(path, options):
@@ -440,8 +507,9 @@ def read_mat(path, options):
     check(len(lengths) == 1, f"found {'variables of several lengths' if vectors else 'no vector of numbers'}, expected one; "
           f"--time NAME:UNIT states the length; {'; '.join(notes)}")
     length, = lengths
-    vectors = {name: list(map(repr, values.tolist())) for name, values in vectors.items() if len(values) == length}
-    return Table("MATLAB file", vectors, [], range(1, length + 1), vectors.values(), {"."}, notes)
+    vectors = {name: values for name, values in vectors.items() if len(values) == length}
+    rows = enumerate(zip(*((repr(value.item()) for value in values) for values in vectors.values())), 1)
+    return Table("MATLAB file", vectors, [], rows, {"."}, notes)
 
 
 MAT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -586,8 +654,9 @@ def bytes_of(line, is_log):
 
 def convert_hex(path, options):
     """Writes the bytes that a hex dump or a log of sentences shows."""
-    lines = [(number, line.rstrip()) for number, line in enumerate(read_lines(path, options.encoding, [])[1], 1) if line.strip()]
-    is_log = 2 * sum(bytes_of(line, True)[2] is not None for _, line in lines[:200]) > len(lines[:200])
+    lines = [(number, line.rstrip()) for number, line in enumerate(open_text(path, options.encoding, [])[1](), 1) if line.strip()]
+    head = lines[:200]
+    is_log = 2 * sum(bytes_of(line, True)[2] is not None for _, line in head) > len(head)
     found, skipped, direction, last, repeats, base = collections.defaultdict(bytearray), [], None, b"", False, None
     for number, line in lines:
         offset, stated, data = bytes_of(line, is_log)
@@ -613,16 +682,17 @@ def convert_hex(path, options):
     data = bytes(found[options.direction] if options.direction else b"".join(found.values()))
     check(data and (is_log or direction or base is not None or re.search("[a-f]", data.hex())),
           f"found {'decimal numbers' if data else 'no bytes in hex'}, expected a dump with offsets or hex letters, or sentences ($...*HH)")
-    write(options, data, [f"{path}: {len(data)} bytes, {'sentences' if is_log else 'hex dump'}, {len(lines) - len(skipped)} lines"]
+    write(options, [data], [f"{path}: {len(data)} bytes, {'sentences' if is_log else 'hex dump'}, {len(lines) - len(skipped)} lines"]
           + [f"lines without bytes: {', '.join(map(str, skipped[:9]))}{' …' * (len(skipped) > 9)}"] * bool(skipped))
 
 
-def write(options, data, lines):
+def write(options, parts, lines):
     """Prints how the file was understood, and writes all of --out or nothing; "-" is stdout."""
     if options.out == "-":
-        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.writelines(parts)
     elif options.out:
-        pathlib.Path(options.part).write_bytes(data)
+        with open(options.part, "wb") as file:
+            file.writelines(parts)
         os.replace(options.part, options.out)
     print("\n  ".join(lines), file=sys.stderr if options.out == "-" else sys.stdout)
 
@@ -630,10 +700,12 @@ def write(options, data, lines):
 def convert(path, options):
     """Reads a table, writes it, and prints how it was understood."""
     def describe(title, column, values):  # first and last value, and the step of the values if some are missing
-        known = [row for row, value in enumerate(values) if value] or [0]
+        known = array.array("q", (row for row, value in enumerate(values) if value)) or [0]
+        first, last = values[known[0]], values[known[-1]]
         step_s = (times.ns[known[-1]] - times.ns[known[0]]) / max(1, len(known) - 1) / NS
-        holes = f"; {values.count('')} missing, a value every {step_s:.6g} s" if "" in values else ""
-        return f"{title}: {values[known[0]]} to {values[known[-1]]}{holes}" + "; decimal comma" * (column.sign == ",")
+        missing = sum(not value for value in values)
+        holes = f"; {missing} missing, a value every {step_s:.6g} s" if missing else ""
+        return f"{title}: {first} to {last}{holes}" + "; decimal comma" * (column.sign == ",")
 
     table = read_table(path, options)
     check(table.lines, "found no row of numbers below the names")
@@ -657,10 +729,13 @@ def convert(path, options):
     check(kept, f"found no column of numbers besides the time, expected one of {table.names}")
     values = [column.plain(() if options.lenient else table.lines) for column in kept]
     titles = [column.title if [c.title for c in kept].count(column.title) == 1 else f"{column.title} (column {column.number})" for column in kept]
-    text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerow(["time" if times.is_date else "time_s"] + titles)
-    text.writelines(f"{times.show(row)},{','.join(cells)}\n" for row, cells in enumerate(zip(*values)))
-    write(options, text.getvalue().encode(), [
+    def parts():
+        names = ["time" if times.is_date else "time_s"] + titles
+        yield (",".join(f'"{name.replace(QUOTE, 2 * QUOTE)}"' if re.search('[",]', name) else name for name in names) + "\n").encode()
+        for row, cells in enumerate(zip(*values)):
+            yield f"{times.show(row)},{','.join(cells)}\n".encode()
+
+    write(options, parts(), [
         f"{path}: {table.text}; {len(table.lines)} rows, lines {table.lines[0]} to {table.lines[-1]}",
         f"time: {times.name}: {times.text}; {times.show(0)} to {times.show(-1)}; {times.check(table.lines)}",
         *map(describe, titles, kept, values),
@@ -670,7 +745,7 @@ def convert(path, options):
 def guarded(work, path, options):
     """Runs the work in a process of its own with limits, so that a damaged file ends with one line whatever a library does."""
     size, options.part = os.path.getsize(path), f"{options.out}.{os.getpid()}.part"
-    memory, seconds = (2 << 30) + 24 * size, 60 + size // 20000
+    memory, seconds = (2 << 30) + 6 * size, 60 + size // 20000
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     child, message, code = os.fork(), "", 1
     if child == 0:
