@@ -7,21 +7,22 @@ import os
 
 def place(browser, part):
     """Returns a point in the first chart's plot, in pixels of the page. `part`: 0 is the left edge, 1 the right edge."""
-    left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-92, p.top+60]")
+    left, width, top = browser.run("const p=document.querySelector('.plot').getBoundingClientRect(); return [p.left+78, p.width-106, p.top+60]")
     return left + part * width, top
 
 
-def mouse(browser, kind, part, modifiers=0, buttons=0):
+def mouse(browser, kind, part, modifiers=0, buttons=0, down=0):
     x, y = place(browser, part)
+    y += down
     browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left" if buttons or kind == "mouseReleased" else "none",
                                                                "buttons": buttons, "modifiers": modifiers, "clickCount": 1})
 
 
-def drag(browser, begin, end, modifiers=0):
+def drag(browser, begin, end, modifiers=0, down=0):
     mouse(browser, "mousePressed", begin, modifiers, 1)
     for step in range(1, 6):
-        mouse(browser, "mouseMoved", begin + (end - begin) * step / 5, modifiers, 1)
-    mouse(browser, "mouseReleased", end, modifiers)
+        mouse(browser, "mouseMoved", begin + (end - begin) * step / 5, modifiers, 1, down * step / 5)
+    mouse(browser, "mouseReleased", end, modifiers, down=down)
 
 
 def touch(browser, kind, *points):

@@ -30,7 +30,7 @@ test("all texts have enough contrast, in the light and the dark theme", () => {
 
 test("all lines have enough contrast, also when dimmed as stale or loading; the numbers of the scales are never dimmed", () => {
   const opacity = Math.min(opacityOf(".old .plot canvas"), opacityOf('.strips[aria-busy="true"] .plot canvas'));
-  const lines = ["raw", "corrected", "bias", "temperature", "slope", "uhfo", "samples", "mark", "bad"];
+  const lines = ["raw", "corrected", "bias", "temperature", "slope", "uhfo", "samples", "mark", "bad", "second", "third", "fourth"];
   const poor = Object.entries(themes).flatMap(([theme, of]) => lines.filter((name) => contrast(of[name], of.card, opacity) < 3)
     .map((name) => `${theme}: ${name} ${contrast(of[name], of.card, opacity).toFixed(2)}`));
   assert.deepEqual(poor, []);

@@ -4,10 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
-const { sparkPath } = await from("spark.js"), { inputsOf, onScale } = await from("domain.js"), { csvOf } = await from("save.js");
-const { lineRows } = await from("line_panel.js");
-const { modelName } = await from("state.js");
-const { ticksOf } = await from("charts/ticks.js");
+const { sorted, sparkPath } = await from("overview.js"), { inputsOf, lineRows, onScale } = await from("panels.js"), { csvOf } = await from("save.js");
+const { modelName } = await from("state.js"), { ticksOf } = await from("format.js");
 
 test("a spark line ends at the right edge and has a gap at unknown seconds", () => {
   assert.equal(sparkPath([[598, 1], [599, 1.5], [600, 2]], 2), "M0.0,41.0L120.0,22.0L240.0,3.0");
@@ -23,9 +21,17 @@ test("a value outside the training domain is drawn outside its range, but within
   assert.deepEqual([onScale(null, 10, 20).at, onScale(null, 10, 20).inside], [null, null]);
 });
 
-test("inputs of a model have the units and values of the window, even if the model has no domain", () => {
-  const inputs = inputsOf({ inputs: ["T", "dTdt", "lag1"], domain: { min: [], max: [] } }, { mean_temperature_degc: 25, slope_degc_per_s: 0.001 });
-  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.min]), [["T", "°C", 25, undefined], ["dTdt", "°C/s", 0.001, undefined], ["lag1", "", undefined, undefined]]);
+test("inputs of a model have the values and units of the correction, also those of sensor lines, even if the model has no domain", () => {
+  const inputs = inputsOf({ inputs: ["T", "room", "lag1"], domain: { min: [], max: [] } }, { T: { value: 25, unit: "degC" }, room: { value: null, unit: "degC" } });
+  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.min]), [["T", "degC", 25, undefined], ["room", "degC", null, undefined], ["lag1", "", undefined, undefined]]);
+});
+
+test("the table is sorted by name with its numbers, by state with the worst first, and with unknown values last", () => {
+  const entry = (name, level, deg_per_h) => ({ name, status: { level, word: level }, rate: { deg_per_h } });
+  const entries = [entry("gyro10", "good", 8), entry("gyro2", "bad", null), entry("gyro1", "care", 9)], order = (...how) => sorted(entries, ...how).map(({ name }) => name);
+  assert.deepEqual(order("name", false), ["gyro1", "gyro2", "gyro10"]);
+  assert.deepEqual(order("state", false), ["gyro2", "gyro1", "gyro10"]);
+  assert.deepEqual([order("rate", false), order("rate", true)], [["gyro10", "gyro1", "gyro2"], ["gyro1", "gyro10", "gyro2"]]);
 });
 
 test("a saved table has one line per row and units in the column names; a name cannot add a line", () => {
@@ -56,12 +62,15 @@ test("scales have round numbers with the necessary decimals", () => {
   assert.deepEqual(ticksOf(NaN, NaN, 3), []);
 });
 
-test("line health has the counters of decoder and timing, and names missing hardware counters", () => {
-  const line = { device: "/dev/x", baud: 921600, decoder: { frames: 12345, bad_check: 1, bad_length: 2, bad_body: 3, refused: 4 }, timing: { period_s: 0.00501, missing_frames: 4 }, nominal_period_s: 0.005, hardware: null, notes: ["<b>"] };
+test("the line's panel names the counters above 0 and the sensor lines", () => {
+  const line = { device: "/dev/x", baud: 921600, decoder: { frames: 12345, bad_check: 1, bad_length: 0, bad_body: 3, refused: 4 }, timing: { period_s: 0.00501, missing_frames: 4 }, nominal_period_s: 0.005,
+    hardware: null, notes: ["<b>"], sensor_lines: { room: { state: "connecting", age_s: null }, case: { state: "receiving", age_s: 2 } } };
   const rows = Object.fromEntries(lineRows(line));
   assert.equal(rows["frames good"], "12\u2009345");
-  assert.equal(rows["rejected: checksum, length, content, fault"], "1, 2, 3, 4");
-  assert.equal(rows["period"], "5.010000 ms, 2000.0 ppm off nominal");
+  assert.equal(rows["frames rejected"], "1 checksum, 3 content, 4 fault");
+  assert.deepEqual([rows["frames lost"], rows["bytes skipped"]], ["4 missing", "none"]);
+  assert.equal(rows.period, "5.010000 ms, 2000.0 ppm off");
+  assert.deepEqual([rows.room, rows.case], ["unplugged, no value yet", "receiving, last value 2.0 s ago"]);
   assert.equal(rows["hardware errors"], "not counted by this device");
   assert.equal(rows.note, "<b>");
   assert.equal(Object.fromEntries(lineRows({ ...line, hardware: { overruns: 2, breaks: 0 } }))["hardware errors"], "2 overruns");

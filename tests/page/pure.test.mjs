@@ -5,17 +5,16 @@ import { test } from "node:test";
 
 const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
-const format = await from("charts/format.js"), quality = await from("quality.js"), state = await from("state.js");
-const { LiveRows } = await from("live_rows.js"), { Steps, indexAt, stepFor, tableOf } = await from("steps.js");
-const { stepsOf } = await from("range.js"), { TimeView, kMax_s } = await from("time_view.js");
+const format = await from("format.js"), state = await from("state.js");
+const { LiveRows, stepsOf } = await from("rows.js"), { Steps, indexAt, stepFor, tableOf } = await from("steps.js"), { TimeView, kMax_s } = await from("time_view.js");
 
 test("an unknown number is a dash, and zero has no minus sign", () => {
   for (const unknown of [null, undefined, NaN, Infinity, "8"]) assert.equal(format.fixed(unknown, 3), "–");
   assert.equal(format.fixed(-0.0001, 2), "0.00");
   assert.equal(format.fixed(-1.5, 1), "\u22121.5");
   assert.equal(format.withUnit(null, 3, "V"), "–");
-  assert.equal(format.plusMinus(1, null, 1), "1.0");
-  assert.equal(format.plusMinus(0.01, 0.004, 3), "0.010 ± 0.004");
+  assert.equal(format.plusMinus(1, null), "1.000");
+  assert.equal(format.plusMinus(0.01, 0.0042), "0.0100 ± 0.0042");
 });
 
 test("formats of spans, times, file names and decimals", () => {
@@ -26,12 +25,25 @@ test("formats of spans, times, file names and decimals", () => {
   assert.deepEqual([0.01, 3, 250].map(format.decimalsFor), [4, 2, 0]);
 });
 
+test("a value has as many decimals as its standard deviation supports", () => {
+  assert.deepEqual([0.0099, 0.01, 0.25, 12, null].map(format.decimalsOf), [4, 3, 2, 0, 3]);
+});
+
+test("a time is read as it is shown, in UTC, and an invalid one is not a number", () => {
+  const time_s = 1795455900;
+  for (const text of ["2026-11-23 17:45:00", " 2026-11-23T17:45:00Z ", "2026-11-23 17:45"]) assert.equal(format.parseMoment(text), time_s, text);
+  assert.equal(format.moment(format.parseMoment("2026-11-23")), "2026-11-23 00:00:00");
+  for (const text of ["", "now", "2026-02-30", "23.11.2026", "2026-11-23 25:00", "2026-11-23 17:45 and"]) assert.ok(Number.isNaN(format.parseMoment(text)), text);
+  assert.equal(format.period(time_s, time_s + 60), "2026-11-23 17:45:00 – 17:46:00 UTC");
+  assert.equal(format.period(time_s, time_s + 86400), "2026-11-23 17:45:00 – 2026-11-24 17:45:00 UTC");
+});
+
 test("the worst reason of a quality decides; an unknown reason is caution", () => {
-  assert.equal(quality.levelOfQuality("good"), "good");
-  assert.equal(quality.levelOfQuality("warming+no_model"), "care");
-  assert.equal(quality.levelOfQuality("extrapolating+rate_invalid"), "bad");
-  assert.equal(quality.levelOfQuality("a_reason_of_next_year"), "care");
-  assert.equal(quality.levelOfQuality(undefined), "bad");
+  assert.equal(state.levelOfQuality("good"), "good");
+  assert.equal(state.levelOfQuality("warming+no_model"), "care");
+  assert.equal(state.levelOfQuality("extrapolating+rate_invalid"), "bad");
+  assert.equal(state.levelOfQuality("a_reason_of_next_year"), "care");
+  assert.equal(state.levelOfQuality(undefined), "bad");
 });
 
 const second = (time_s, rate, more) => ({ axis: "z", time_s, samples: 200, missing: 0, rate_deg_per_h: rate, corrected_deg_per_h: rate, quality: "good", ...more });
@@ -151,7 +163,7 @@ test("stale values are marked as old, for each reason", () => {
   assert.deepEqual([now(true, 9000).level, now(true, 9000).old], ["bad", true]);
   assert.equal(now(false, 6000).old, true);
   gyro.status.state = "connecting";
-  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["connecting", true]);
+  assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["unplugged", true]);
   state.takeInstance(gyro, { name: "g", state: "gone", axes: ["z"] });
   assert.deepEqual([now(true, 6000).word, now(true, 6000).old], ["prismd stopped", true]);
   state.takeInstance(gyro, { name: "g", state: "stopped", axes: ["z"] });
@@ -175,7 +187,7 @@ test("the age of a line without data since before the page was opened is that of
 test("the progress of warming is separate from its word; all is good only if every axis is", () => {
   const gyro = gyroOf(statusOfZ({ state: "receiving", age_s: 0 }, { quality: "warming", warm_s: 35, full_s: 110 })), axis = gyro.axes.get("z");
   const { word, count } = state.statusOf(gyro, axis, true, 0);
-  assert.deepEqual([word, count], ["warming", "35 of 110 s"]);
+  assert.deepEqual([word, count], ["warming up", "35 of 110 s"]);
   assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([], true, 0)], [false, false]);
   axis.quality = "good";
   assert.deepEqual([state.allGood([gyro], true, 0), state.allGood([gyro, state.makeGyro("h")], true, 0)], [true, false]);
@@ -184,20 +196,39 @@ test("the progress of warming is separate from its word; all is good only if eve
 test("responses for one axis and for several are read the same way, and a removed axis is deleted", () => {
   const gyro = gyroOf({ state: "receiving", axes: { x: { axis: "x", quality: "good" }, y: { axis: "y", quality: "no_model" } } });
   assert.deepEqual([...gyro.axes.values()].map((axis) => [axis.name, axis.quality]), [["x", "good"], ["y", "no_model"]]);
-  state.takeStability(gyro, { axes: { x: { axis: "x", improvement: 0.5 } } });
+  state.takeParts(gyro, "stability", { axes: { x: { axis: "x", improvement: 0.5 } } });
   assert.equal(gyro.axes.get("x").stability.improvement, 0.5);
   state.takeStatus(gyro, { state: "receiving", axes: { y: { axis: "y", quality: "good" } } }, 0);
   assert.deepEqual([...gyro.axes.keys()], ["y"]);
 });
 
-test("the main number is the corrected rate, the raw rate without a model, and unknown if the last second has no rate", () => {
-  const of = (model, row) => Object.values(state.rateOf({ model, window: row && { rate_deg_per_h: 8, mean_rate_deg_per_h: 8.5, ...row } }));
-  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4 }), ["corrected", 8.4]);
-  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: null }), ["corrected", null]);
-  assert.deepEqual(of(null, {}), ["raw (no model)", 8.5]);
-  assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw (no model)", null]);
-  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4, rate_deg_per_h: null }), ["corrected", null]);
-  assert.deepEqual(of(null, null), ["corrected", null]);
+test("the main number is the corrected rate with the digits of its uncertainty, the raw rate without a model, and unknown if the last second has no rate", () => {
+  const of = (model, row, stability) => {
+    const { what, text, sd } = state.rateOf({ model, stability, window: row && { rate_deg_per_h: 8, mean_rate_deg_per_h: 8.51234, ...row } });
+    return [what, text, sd];
+  };
+  const sd = { sd_deg_per_h: 0.004, sd_mean_deg_per_h: 0.0052 };
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.412345, ...sd }), ["corrected", "8.4123", "± 0.0052"]);
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.412345, sd_deg_per_h: 0.12, sd_mean_deg_per_h: null }), ["corrected", "8.41", "± 0.12"]);
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: null, ...sd }), ["corrected", "–", ""]);
+  assert.deepEqual(of(null, {}), ["raw (no model)", "8.512", ""]);
+  assert.deepEqual(of(null, {}, { all: { sd_deg_per_h: 0.02 } }), ["raw (no model)", "8.512", ""]);
+  assert.deepEqual(of(null, {}, { all: { sd_deg_per_h: 0.2 } }), ["raw (no model)", "8.51", ""]);
+  assert.deepEqual(of(null, { rate_deg_per_h: null }), ["raw (no model)", "–", ""]);
+  assert.deepEqual(of({ name: "m" }, { corrected_mean_deg_per_h: 8.4, rate_deg_per_h: null }), ["corrected", "–", ""]);
+  assert.deepEqual(of(null, null), ["corrected", "–", ""]);
+});
+
+test("a problem of the device is shown with all axes, unless the quality of an axis explains it; unknown inputs have their names", () => {
+  const health = { state: "caution", problems: ["room stopped changing"] }, part = { axis: "x", quality: "good" };
+  const gyro = gyroOf({ state: "receiving", age_s: 0, health, axes: { x: part, y: { ...part, axis: "y" } } }), of = (name) => state.statusOf(gyro, gyro.axes.get(name), true, 0);
+  assert.deepEqual(of("x"), { level: "care", word: "caution", count: "", why: "room stopped changing", old: false });
+  Object.assign(gyro.axes.get("y"), { quality: "input_missing", correction: { inputs: { T: { value: 20, unit: "degC" }, room: { value: null, unit: "degC" } } } });
+  assert.deepEqual([of("x").level, of("y").level, of("y").word], ["good", "bad", "input missing"]);
+  assert.equal(of("y").why, "room of the model is unknown; room stopped changing");
+  gyro.status.health = { state: "failed", problems: ["log: no space", "y: quality: no_model"] };
+  gyro.axes.get("y").quality = "good";
+  assert.deepEqual([of("x").level, of("x").word, of("x").why], ["bad", "fault", "log: no space"]);
 });
 
 test("a second that was cut short does not remove the values before it", () => {

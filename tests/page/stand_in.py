@@ -119,7 +119,10 @@ class Gyro:
         if method == "range":
             return self.range(axis, params["from_s"], params["to_s"], params["points"])
         now = int(self.now())
-        of = {"status": self.status, "events": lambda: self.events, "model": lambda: {"axes": {axis: self.model(axis)}}, "subscribe": lambda: {"window": True},
+        t = self.truth(axis, now)
+        inputs = {"T": {"value": t["temperature"], "unit": "degC"}, "dTdt": {"value": t["slope"], "unit": "degC/s"}, "U": {"value": t["uhfo"], "unit": "V"}}
+        of = {"bias": lambda: {"axes": {name: {"axis": name, "inputs": inputs} for name in self.axes}},
+              "status": self.status, "events": lambda: self.events, "model": lambda: {"axes": {name: self.model(name) for name in self.axes}}, "subscribe": lambda: {"window": True},
               "line": self.line, "stability": lambda: {"axes": {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},
                                            "improvement": 0.56} for name in self.axes}},
               "history": lambda: {"axes": {name: [self.window(name, t) for t in range(now - params.get("seconds", 100), now)] for name in self.axes}}}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Makes elements. Texts are never parsed as markup, because they may be names of gyros and models.
-import { kUnknown } from "./charts/format.js";
+// Makes and measures elements. Texts are never parsed as markup, because they may be names of gyros and models.
+import { kUnknown } from "./format.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
 
@@ -32,3 +32,9 @@ export function setAttribute(element, name, value) {
 
 /** Returns a colour of the current theme by its name in the style sheet, e.g. "--raw". */
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+/** Reports the time from `begin_ms` (0: start of the navigation) until now to a PerformanceObserver. An entry that is kept would fill the memory. */
+export function measured(name, begin_ms = 0) {
+  performance.measure(name, { start: begin_ms, end: performance.now() });
+  performance.clearMeasures(name);
+}

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Gestures on the charts that change their common time range.
-// Mouse: drag zooms in, Shift-drag moves, Ctrl-wheel zooms, double-click returns to now. Touch: drag moves, two fingers zoom.
+// Mouse: drag zooms in, upward or downward the values of a chart; Shift-drag moves, Ctrl-wheel zooms, double-click returns to now.
+// Touch: drag moves, two fingers zoom.
 import { el } from "./dom.js";
 
 const kMinMove_px = 6;
 
 /**
- * `timeAt(clientX)` returns seconds; `view`: {range(): [from, to], zoom(from, to), live(), touch(time)}. Returns a function that removes
+ * `timeAt(clientX)` returns seconds; `view`: {range(): [from, to], zoom(from, to), live(), touch(time), values(plot, heights_px)}. Returns a function that removes
  * the listeners of the window.
  */
 export function listenToGestures(parent, timeAt, view) {
@@ -17,11 +18,11 @@ export function listenToGestures(parent, timeAt, view) {
 
   const x = (event) => event.clientX - parent.getBoundingClientRect().left;
   const begin = (event) => {
-    if (event.button !== 0 || event.target.closest("button")) return;
+    if (event.button !== 0 || event.target.closest("button, select")) return;
     pointers.set(event.pointerId, event.clientX);
     const range = view.range();
-    drag = { range, pans: event.pointerType !== "mouse" || event.shiftKey, from_px: x(event), clientX: event.clientX, moved: false,
-      times: [...pointers.values()].map(timeAt) };
+    drag = { range, pans: event.pointerType !== "mouse" || event.shiftKey, from_px: x(event), clientX: event.clientX, clientY: event.clientY,
+      plot: event.pointerType === "mouse" && event.target.closest(".plot"), moved: false, times: [...pointers.values()].map(timeAt) };
     if (event.pointerType === "mouse") event.preventDefault(); // prevents selection of text
   };
   const pan = (event) => {
@@ -40,14 +41,17 @@ export function listenToGestures(parent, timeAt, view) {
   const move = (event) => {
     if (!drag || !pointers.has(event.pointerId)) return;
     pointers.set(event.pointerId, event.clientX);
-    if (Math.abs(event.clientX - drag.clientX) > kMinMove_px) drag.moved = true;
+    const [dx, dy] = [Math.abs(event.clientX - drag.clientX), Math.abs(event.clientY - drag.clientY)];
+    if (!drag.moved && dy > dx && dy > kMinMove_px && drag.plot && !drag.pans) drag.isVertical = drag.moved = true;
+    if (dx > kMinMove_px) drag.moved = true;
     if (pointers.size === 2) return pinch();
     if (!drag.moved) return;
     if (drag.pans) return pan(event);
     const to_px = x(event);
     selection.hidden = false;
-    selection.style.left = `${Math.min(drag.from_px, to_px)}px`;
-    selection.style.width = `${Math.abs(to_px - drag.from_px)}px`;
+    const top = parent.getBoundingClientRect().top, { isVertical, clientY } = drag;
+    Object.assign(selection.style, isVertical ? { left: 0, width: "100%", top: `${Math.min(clientY, event.clientY) - top}px`, height: `${dy}px` }
+      : { left: `${Math.min(drag.from_px, to_px)}px`, width: `${Math.abs(to_px - drag.from_px)}px`, top: "", height: "" });
   };
   const end = (event) => {
     const wasDown = pointers.delete(event.pointerId);
@@ -58,6 +62,10 @@ export function listenToGestures(parent, timeAt, view) {
     if (event.type === "pointercancel") return;
     if (!ended.moved) { if (ended.pans) view.touch(timeAt(event.clientX)); return; }
     if (ended.pans) return;
+    if (ended.isVertical) {
+      const top = ended.plot.getBoundingClientRect().top;
+      return view.values(ended.plot, [ended.clientY - top, event.clientY - top]);
+    }
     const times = [timeAt(ended.clientX), timeAt(event.clientX)].sort((a, b) => a - b);
     view.zoom(times[0], times[1]);
   };

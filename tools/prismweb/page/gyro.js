@@ -1,33 +1,65 @@
 // SPDX-License-Identifier: MIT
-// The view of one axis: numbers, strip charts, training domain, line counters, events.
-import { kMeans, kSpans } from "./chart_list.js";
-import { makeDomain } from "./domain.js";
+// The view of one axis: numbers, strip charts, inputs of the model, line counters, events.
 import { el, setText } from "./dom.js";
-import { makeEvents } from "./events.js";
-import { fileName, moment, span } from "./charts/format.js";
-import { makeLinePanel } from "./line_panel.js";
+import { fileName, moment, parseMoment, period, span } from "./format.js";
 import { makeNumbers } from "./numbers.js";
-import { LiveRows } from "./live_rows.js";
-import { loadRange } from "./range.js";
-import { saveCsv, savePng } from "./save.js";
+import { makeEvents, makeInputs, makeLinePanel } from "./panels.js";
+import { LiveRows, loadRange } from "./rows.js";
+import { saveCsv } from "./save.js";
 import { statusOf, modelName } from "./state.js";
 import { stepFor } from "./steps.js";
-import { Strips } from "./strips.js";
+import { kCompared, kComparedColours, Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
 const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kRetry_ms = 5000;
 const kReload_ms = 1500;
 const kMaxRows = 5000; // limit of `range`
+const kSpan_s = 3600;
+const kSpans = [[60, "1 min"], [300, "5 min"], [1200, "20 min"], [3600, "1 h"], [21600, "6 h"], [86400, "24 h"], [604800, "7 d"], [2592000, "30 d"], [31536000, "365 d"]];
 
 export class GyroView {
-  /** `announce(text)` sends a text to screen readers. */
-  constructor(parent, { socket, gyro, axis, announce }) {
-    Object.assign(this, { socket, gyro, axis, announce, requests: 0, drawn_ms: 0 });
-    this.rows = new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.requests++ });
+  /**
+   * `query`: the part of the address after "?", which moved(query) gets after each change. `gyros`: all gyros by name, for comparison.
+   * `announce(text)` sends a text to screen readers.
+   */
+  constructor(parent, { socket, gyro, axis, gyros, query, moved, announce }) {
+    Object.assign(this, { socket, gyro, axis, gyros, moved, announce, requests: 0, drawn_ms: 0, name: `${gyro.name} ${axis.name}` });
+    this.rows = this.makeRows();
+    this.lines = new Map([[this.name, this.rows]]); // of this axis and of those compared with it, by name
     this.current = { time_s: Date.now() / 1000, at_ms: performance.now() };
-    this.view = new TimeView(3600, () => this.current.time_s + (this.current.isFixed ? 0 : (performance.now() - this.current.at_ms) / 1000), () => this.rangeChanged());
+    this.view = new TimeView(kSpan_s, () => this.current.time_s + (this.current.isFixed ? 0 : (performance.now() - this.current.at_ms) / 1000), () => this.rangeChanged());
     this.build(parent);
+    this.takeQuery(new URLSearchParams(query));
     this.reload();
+  }
+
+  makeRows() {
+    return new LiveRows({ reloadSoon: () => this.reloadSoon(), discard: () => this.requests++ });
+  }
+
+  /** Shows the time range and the curves of an address. */
+  takeQuery(query) {
+    const [from_s, to_s] = ["from", "to"].map((name) => parseMoment(query.get(name) ?? "")), last_s = Number(query.get("last"));
+    if (to_s > from_s) this.view.set(to_s - from_s, to_s);
+    else if (last_s > 0) this.view.set(last_s, null);
+    for (const name of query.getAll("with").slice(0, kComparedColours.length)) this.lines.set(name, this.makeRows());
+    for (const chart of this.strips.charts) chart.more = query.get(chart.spec.key) ?? "";
+    this.bySecond = query.get("means") === "1s";
+    this.showCurves();
+    this.showSpan();
+  }
+
+  /** The address of this time range and these curves. */
+  query() {
+    const [from, to] = this.view.range().map((time_s) => `${moment(Math.round(time_s)).replace(" ", "T")}Z`), { isLive, span_s } = this.view;
+    const parts = !isLive ? [`from=${from}`, `to=${to}`] : span_s === kSpan_s ? [] : [`last=${Math.round(span_s)}`];
+    parts.push(...this.compared().map((name) => `with=${encodeURIComponent(name)}`), ...(this.bySecond ? ["means=1s"] : []));
+    return [...parts, ...this.strips.charts.filter(({ more }) => more).map(({ spec, more }) => `${spec.key}=${more}`)].join("&");
+  }
+
+  /** Names of the compared axes. */
+  compared() {
+    return [...this.lines.keys()].slice(1);
   }
 
   build(parent) {
@@ -37,31 +69,35 @@ export class GyroView {
     this.now = el("button", { type: "button", class: "now", click: () => this.goLive() }, "now");
     this.means = tool("means: window", "switch between 1 s means and means of the model's window", () => this.switchMeans());
     this.busy = el("p", { class: "busy", role: "status" });
-    this.files = [tool("PNG", "save the charts as a picture", () => this.savePng()), tool("CSV", "save the charts' rows as a table", () => this.saveCsv())];
-    const tools = el("div", { class: "tools", role: "toolbar", "aria-label": "time and files" }, el("div", { class: "group spans" }, ...this.spans),
+    this.file = tool("CSV", "save the charts' rows as a table", () => this.saveCsv());
+    const field = (label) => el("input", { type: "text", size: 19, spellcheck: "false", "aria-label": `${label}, UTC`, title: `${label}, UTC: a time as 2026-11-23 14:03:09, or now`, change: () => this.typed() });
+    [this.from, this.to] = [field("from"), field("to")];
+    this.others = el("select", { "aria-label": "compare with another axis", change: () => this.compare(this.others.value) });
+    const tools = el("div", { class: "tools", role: "toolbar", "aria-label": "time, curves and files" }, el("div", { class: "group spans" }, ...this.spans),
       el("div", { class: "group" }, tool("◀", "earlier", () => this.view.pan(-0.5)), tool("▶", "later", () => this.view.pan(0.5)),
         tool("+", "zoom in", () => this.view.scale(0.5)), tool("−", "zoom out", () => this.view.scale(2)), this.now),
-      el("div", { class: "group" }, this.means), el("div", { class: "group" }, ...this.files));
+      el("div", { class: "group times" }, el("label", {}, "from ", this.from), el("label", {}, "to ", this.to), el("span", { class: "unit" }, "UTC")),
+      el("div", { class: "group" }, this.means, this.others, this.file));
     const left = el("div", { class: "left" }), panel = (title, ...children) => el("section", { class: "panel" }, el("h2", {}, title), ...children);
-    const domain = el("div");
+    this.inputs = makeInputs();
     this.line = makeLinePanel();
     this.events = makeEvents((time_s) => this.lookAt(time_s));
-    const right = el("aside", { class: "right" }, panel("Training domain", domain), panel("Line", this.line.element));
+    const right = el("aside", { class: "right" }, panel("Inputs of the model", this.inputs.element), panel("Line", this.line.element));
     this.element = el("div", { class: "gyro" }, this.numbers.element, tools, el("div", { class: "columns" }, left, right));
     parent.append(this.element);
     const head = el("div", { class: "strip-head" });
     left.append(head);
-    this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.goLive() });
-    head.append(this.strips.time, this.busy);
+    this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.goLive(),
+      changed: () => this.curvesChanged() });
+    this.period = el("p", { class: "period" });
+    head.append(this.period, this.strips.time, this.busy);
     left.append(panel("Events", this.events.element));
-    this.domain = makeDomain(domain);
     this.strips.events = this.gyro.events;
     this.observer = new ResizeObserver(() => {
       this.strips.plotArea = undefined;
       this.draw();
     });
     this.observer.observe(left);
-    this.showSpan();
   }
 
   setSpan(span_s) {
@@ -69,15 +105,68 @@ export class GyroView {
     this.announce(`span ${span(span_s)}`);
   }
 
+  /** Shows the range in buttons, fields and text. */
   showSpan() {
     this.spans.forEach((button, i) => button.setAttribute("aria-pressed", String(kSpans[i][0] === this.view.span_s)));
     this.now.setAttribute("aria-pressed", String(this.view.isLive));
+    this.isWrong = false;
+    this.showTimes();
+  }
+
+  /** Shows the range as text and in the two fields, unless the user is typing there. */
+  showTimes() {
+    const [from_s, to_s] = this.view.range();
+    setText(this.period, period(from_s, to_s));
+    if (this.isWrong || [this.from, this.to].includes(document.activeElement)) return;
+    Object.assign(this.from, { value: moment(from_s) });
+    Object.assign(this.to, { value: this.view.isLive ? "now" : moment(to_s) });
+  }
+
+  /** Shows the range of the two fields. A time to come is now. */
+  typed() {
+    const now_s = this.view.now(), from_s = parseMoment(this.from.value), to_s = this.to.value.trim() === "now" ? now_s : Math.min(parseMoment(this.to.value), now_s);
+    this.isWrong = !(to_s > from_s);
+    if (this.isWrong) return setText(this.busy, `Found "${this.from.value}" to "${this.to.value}", expected two times as 2026-11-23 14:03:09, the later one second, or "now".`);
+    this.view.set(to_s - from_s, to_s === now_s ? null : to_s);
+    this.rangeChanged();
+  }
+
+  /** Shows a text about the rows, unless there is one about the fields. */
+  note(text) {
+    if (!this.isWrong) setText(this.busy, text);
+  }
+
+  /** Compares with another axis, or no longer, if it is compared already. */
+  compare(name) {
+    if (!this.lines.delete(name)) this.lines.set(name, this.makeRows());
+    this.curvesChanged();
+    this.reload();
+  }
+
+  curvesChanged() {
+    this.showCurves();
+    this.moved(this.query());
+    this.draw();
+  }
+
+  showCurves() {
+    this.strips.setCurves(this.bySecond, this.compared());
+    this.shownOthers = undefined;
+  }
+
+  /** Lists the axes to compare with. */
+  listOthers() {
+    const all = [...this.gyros.values()].flatMap((gyro) => [...gyro.axes.keys()].map((axis) => `${gyro.name} ${axis}`)), compared = this.compared();
+    const names = all.filter((name) => compared.includes(name) || (name !== this.name && compared.length < kComparedColours.length)).join("\n");
+    if (this.shownOthers === names) return;
+    this.shownOthers = names;
+    this.others.replaceChildren(el("option", { value: "" }, "compare with …"), ...names.split("\n").map((name) => el("option", { value: name }, compared.includes(name) ? `✓ ${name}` : name)));
   }
 
   /** Sets whether the rows of the shown range are loaded. Until then they cannot be saved, and empty charts do not show "no data". */
   setComplete(complete) {
     this.strips.complete = complete;
-    for (const button of this.files) button.disabled = !complete;
+    this.file.disabled = !complete;
   }
 
   goLive() {
@@ -102,6 +191,7 @@ export class GyroView {
   }
 
   async reload() {
+    this.moved(this.query());
     clearTimeout(this.reloadTimer);
     this.reloadTimer = undefined;
     this.setComplete(false);
@@ -110,11 +200,17 @@ export class GyroView {
     this.strips.element.setAttribute("aria-busy", "true");
     try {
       // starts one window earlier, so that the first running mean is complete; rows of 1 s if possible, because they have means
-      const result = await loadRange(this.socket, this.gyro.name, this.axis.name, to_s - length_s, to_s, length_s < kMaxRows - 2 ? kMaxRows : rows);
-      if (request === this.requests) this.take(result, stepFor(length_s, rows));
+      const load = (name) => loadRange(this.socket, name.replace(/ \S*$/, ""), name.match(/\S*$/)[0], to_s - length_s, to_s, length_s < kMaxRows - 2 ? kMaxRows : rows);
+      const compared = this.compared(), why = (name) => (error) => ({ why: `${name}: ${error.message}` });
+      const [own, ...others] = await Promise.all([load(this.name), ...compared.map((name) => load(name).catch(why(name)))]);
+      if (request !== this.requests) return;
+      const step_s = stepFor(length_s, rows), failed = others.map((one) => one.why).filter(Boolean);
+      others.forEach(({ steps, known_s }, i) => { if (steps) this.lines.get(compared[i])?.take(steps, known_s, step_s, this.view.isLive); });
+      this.take(own, step_s);
+      if (failed.length > 0) this.note(failed.join(", "));
     } catch (error) {
       if (request !== this.requests) return;
-      setText(this.busy, `rows: ${error.message}`);
+      this.note(`rows: ${error.message}`);
       clearTimeout(this.retryTimer);
       this.retryTimer = setTimeout(() => this.reload(), kRetry_ms);
     } finally {
@@ -133,7 +229,7 @@ export class GyroView {
     this.rows.take(steps, known_s, step_s, this.view.isLive);
     const unbuilt = typeof building === "number" && building < 1, middle = "Band: minimum and maximum second of each step; line: their middle.";
     const progress = unbuilt ? `Building the long view: ${Math.floor(100 * building)} % of the log read.` : steps.hasMeans ? "" : middle;
-    setText(this.busy, problem ? `Minutes and hours are not stored: ${problem}. ${progress}` : progress);
+    this.note(problem ? `Minutes and hours are not stored: ${problem}. ${progress}` : progress);
     clearTimeout(this.retryTimer);
     if (unbuilt || problem) this.retryTimer = setTimeout(() => this.reload(), unbuilt ? 2000 : 5000);
     this.draw();
@@ -141,9 +237,10 @@ export class GyroView {
     this.strips.describe(`${span(this.view.span_s)} until ${this.view.isLive ? "now" : `${moment(to_s)} UTC`}, ${shown} ${shown === 1 ? "row" : "rows"} of ${span(this.rows.steps.step_s)}`);
   }
 
-  /** Adds a live second. */
-  window(row) {
-    if (!this.rows.window(row, this.view.isLive)) return;
+  /** Adds a live second of any axis. */
+  window(row, instance) {
+    const rows = this.lines.get(`${instance} ${row.axis}`);
+    if (!rows?.window(row, this.view.isLive) || rows !== this.rows) return;
     if (!this.anchored) this.anchor(row.time_s);
     this.current = { time_s: row.time_s + 1, at_ms: performance.now() };
     if (this.view.isLive) this.forget(row.time_s);
@@ -151,7 +248,22 @@ export class GyroView {
 
   /** Removes old rows. Also required in a hidden tab, which does not draw. */
   forget(to_s) {
-    this.rows.forget(to_s - this.view.span_s - this.length_s());
+    for (const rows of this.lines.values()) rows.forget(to_s - this.view.span_s - this.length_s());
+  }
+
+  /** The rows of the charts: those of the axis, with the values of compared axes at the same times as quantities such as "bias gyro2 x". */
+  chartRows() {
+    for (const { steps } of this.lines.values()) steps.run(this.length_s());
+    if (this.lines.size === 1) return this.rows.steps.rows;
+    const rows = new Map(this.rows.steps.rows.map((row) => [row.end_s, { ...row }]));
+    for (const name of this.compared()) {
+      for (const { end_s, time_s, ...row } of this.lines.get(name).steps.rows) {
+        if (!rows.has(end_s)) rows.set(end_s, { end_s, time_s, seconds: 0, good: 0 });
+        const values = { ...row, corrected: row.corrected ?? row.raw, corrected_1s: row.corrected_1s ?? row.raw_1s };
+        for (const key of kCompared) rows.get(end_s)[`${key} ${name}`] = values[key];
+      }
+    }
+    return [...rows.values()].sort((a, b) => a.end_s - b.end_s);
   }
 
   /** Call after a sleep of the computer, which the steady clock does not count. */
@@ -159,16 +271,13 @@ export class GyroView {
     this.current.at_ms -= ms;
   }
 
-  /** Moves a live view to the current time: redraws each chart when it has moved by a pixel, one chart after the other. */
+  /** Moves a live view to the current time, when the charts have moved by a pixel. */
   tick() {
-    const since_ms = performance.now() - this.drawn_ms;
-    if (!this.view.isLive || since_ms < kTick_ms) return;
-    const to_s = this.view.range()[1], pixel_s = Math.min(kSlowest_s, this.view.span_s / this.strips.area().width);
-    const share = Math.min(1, Math.abs(to_s - this.drawn_to_s) / pixel_s);
-    Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: to_s });
+    const since_ms = performance.now() - this.drawn_ms, [from_s, to_s] = this.view.range(), pixel_s = Math.min(kSlowest_s, (to_s - from_s) / this.strips.area().width);
+    if (!this.view.isLive || since_ms < kTick_ms || Math.abs(to_s - this.drawn_to_s) < pixel_s) return;
     this.forget(to_s);
-    this.rows.steps.run(this.length_s());
-    this.strips.refresh(this.rows.steps.rows, this.rows.steps.step_s, share);
+    this.showTimes();
+    this.draw();
   }
 
   /** Averaging time of the rate chart's curves. */
@@ -180,22 +289,17 @@ export class GyroView {
   draw() {
     setText(this.means, `means: ${this.meansLabel()}`);
     Object.assign(this, { drawn_ms: performance.now(), drawn_to_s: this.view.range()[1] });
-    this.rows.steps.run(this.length_s());
-    this.strips.draw(this.rows.steps.rows, this.rows.steps.step_s);
+    this.strips.draw(this.chartRows(), this.rows.steps.step_s);
   }
 
-  /** Updates numbers, domain and events. */
+  /** Updates numbers, inputs, events and the list of other axes. */
   update(linked, now_ms) {
     const status = statusOf(this.gyro, this.axis, linked, now_ms);
     const known_s = this.axis.window?.time_s ?? this.last_s;  // without a window: the last row of the log
     if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s, true);
     this.numbers.draw(this.gyro, this.axis, status, now_ms);
-    const id = this.model === undefined ? "not known" : this.model?.id ?? null;
-    if (this.shownModel !== id) {
-      this.shownModel = id;
-      this.domain.show(this.model);
-    }
-    this.domain.draw(status.old ? null : this.axis.window, this.rows.steps.rows);
+    this.inputs.draw(this.axis.description, status.old ? undefined : this.axis.correction?.inputs);
+    this.listOthers();
     this.events.draw(this.gyro.events);
     this.element.classList.toggle("old", status.old);
     this.tick();
@@ -211,8 +315,7 @@ export class GyroView {
 
   switchMeans() {
     this.bySecond = !this.bySecond;
-    this.strips.useMeans(kMeans[this.bySecond ? "second" : "window"]);
-    this.draw();
+    this.curvesChanged();
   }
 
   lookAt(time_s) {
@@ -234,12 +337,6 @@ export class GyroView {
     const [from_s, to_s] = this.view.range(), rows = this.rows.steps.rows.filter((row) => row.time_s > from_s && row.time_s <= to_s);
     saveCsv(this.fileName(), rows, this.rows.steps.step_s, this.about(), this.rows.steps.parts);
     this.announce("table saved");
-  }
-
-  savePng() {
-    const [name, time] = this.about(), means = this.meansLabel();
-    savePng(this.fileName(), this.strips, [name, `${time}, rates: means of ${means === "window" ? span(this.length_s()) : means}`]);
-    this.announce("picture saved");
   }
 
   /** Handles a key of the charts. Returns false for another key. */

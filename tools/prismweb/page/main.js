@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The page: one connection, the state that it updates, and one of two views: all gyros or one axis.
-import { el, setText } from "./dom.js";
-import { clock } from "./charts/format.js";
+import { el, measured, setText } from "./dom.js";
+import { clock } from "./format.js";
 import { GyroView } from "./gyro.js";
 import { makeOverview } from "./overview.js";
 import { Socket } from "./socket.js";
-import { allGood, axisOf, byAxis, worstLevelOf, kTrace_s, makeGyro, takeEvent, takeInstance, takeStability, takeStatus, takeWindow } from "./state.js";
+import { allGood, axisOf, byAxis, hrefOf, worstLevelOf, kTrace_s, makeGyro, takeEvent, takeInstance, takeParts, takeStatus, takeWindow } from "./state.js";
 import { startTheme } from "./theme.js";
-import { measured } from "./timing.js";
 
-const kStatus_ms = 2000, kStability_ms = 10000, kDrawDelay_ms = 60, kRetry_ms = 5000;
+const kStatus_ms = 2000, kStability_ms = 10000, kDrawDelay_ms = 60;
 const find = (id) => document.getElementById(id);
 const gyros = new Map(), main = find("main");
-let view = null, overview = null, drawTimer, frame, badNames = "", wasBad = false, lastMessage_s = null;
+const overview = makeOverview();
+let view = null, drawTimer, frame, badNames = "", wasBad = false, lastMessage_s = null;
 
 /**
  * Exchanges the one-time token in the address that prismweb printed for a cookie, which scripts cannot read. Neither this page
@@ -57,68 +57,65 @@ function updateTitle() {
 function drawNow() {
   const now_ms = performance.now();
   frame = undefined;
-  overview?.draw(gyros, socket.ready, now_ms);
-  view?.update(socket.ready, now_ms);
+  if (view) view.update(socket.ready, now_ms);
+  else overview.draw(gyros, socket.ready, now_ms);
   setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
   measured("prism-update", now_ms);
 }
 
 const titleOf = (names) => (names ? `■ ${names} – prism` : "prism");
 
-/** Sends a request; passes the result to `take`. Returns false if it failed. */
-async function request(gyro, method, params, take) {
-  let result;
-  try {
-    result = await socket.call(gyro.name, method, params);
-  } catch {
-    return false; // if the instance stopped, `instances` reports it
-  }
+/** Sends a request unless the previous one is pending, because an unresponsive instance must not collect requests. */
+async function ask(gyro, method, params, take) {
+  if (gyro.pending.has(method)) return;
+  gyro.pending.add(method);
+  const result = await socket.call(gyro.name, method, params).catch(() => undefined); // if the instance stopped, `instances` reports it
+  gyro.pending.delete(method);
+  if (result === undefined) return;
   take(result);
   draw();
-  return true;
 }
 
-/** Sends a periodic request unless the previous one is pending: an unresponsive instance must not collect requests. */
-async function poll(gyro, method, take) {
-  if (gyro.polls.has(method)) return;
-  gyro.polls.add(method);
-  try {
-    await request(gyro, method, null, take);
-  } finally {
-    gyro.polls.delete(method);
-  }
-}
-
-/** Sends a request once per run of the instance; retries if it fails, while the run lasts and `wanted()` is true. */
-async function requestOnce(gyro, method, params, take, wanted = () => true) {
-  const run = gyro.run;
-  if (await request(gyro, method, params, take)) return;
-  const isWanted = () => gyros.get(gyro.name) === gyro && gyro.run === run && gyro.state === "running" && socket.ready && wanted();
-  setTimeout(() => { if (isWanted()) requestOnce(gyro, method, params, take, wanted); }, kRetry_ms);
-}
-
-const requestStatus = (gyro) => poll(gyro, "status", (status) => {
-  takeStatus(gyro, status, performance.now());
-  reroute();
-});
-const requestStability = (gyro) => poll(gyro, "stability", (stability) => takeStability(gyro, stability));
-const requestLine = (target) => poll(target.gyro, "line", (line) => target.line.draw(line));
-const requestModel = (target) => requestOnce(target.gyro, "model", { axis: target.axis.name }, (result) => { target.model = result.axes[target.axis.name]; }, () => view === target);
-
-/** Requests the state of an instance that has started, and subscribes to its notifications. */
-function start(gyro) {
-  requestOnce(gyro, "subscribe", { streams: ["window", "event"] }, () => {});
-  requestStatus(gyro);
-  requestStability(gyro);
-  requestOnce(gyro, "history", { seconds: kTrace_s }, (history) => {
+/** Requests that are required once per run of an instance: [params, function of (gyro, result)]. */
+const kOnce = {
+  subscribe: [{ streams: ["window", "event"] }, () => {}],
+  history: [{ seconds: kTrace_s }, (gyro, history) => {
     const now_ms = performance.now();
     for (const [name, rows] of byAxis(history)) {
       if (rows.length > 0) axisOf(gyro, name).trace = [];
       for (const row of rows) takeWindow(gyro, row, gyro.axes.get(row.axis)?.window_ms ?? now_ms);
     }
+  }],
+  events: [null, (gyro, events) => gyro.events.splice(0, gyro.events.length, ...events)],
+};
+
+/** Requests what changes, of the gyro on the screen also its line and models, and what could not be requested yet. */
+function requestOften(gyro) {
+  const { missing } = gyro, askParts = (method) => ask(gyro, method, null, (result) => takeParts(gyro, method, result));
+  ask(gyro, "status", null, (status) => {
+    takeStatus(gyro, status, performance.now());
+    reroute();
   });
-  requestOnce(gyro, "events", null, (events) => { gyro.events.splice(0, gyro.events.length, ...events); });
+  for (const method of missing) {
+    ask(gyro, method, kOnce[method][0], (result) => {
+      missing.delete(method);
+      kOnce[method][1](gyro, result);
+    });
+  }
+  const isShown = view?.gyro === gyro;
+  if (isShown) ask(gyro, "line", null, (line) => view?.line.draw(line));
+  if (isShown) askParts("model");
+  if (isShown || [...gyro.axes.values()].some(({ quality }) => quality?.includes("input_missing"))) askParts("bias");
 }
+
+/** Requests the state of an instance that has started, and subscribes to its notifications. */
+function start(gyro) {
+  gyro.missing = new Set(Object.keys(kOnce));
+  requestStability(gyro);
+  requestOften(gyro);
+}
+
+const requestStability = (gyro) => ask(gyro, "stability", null, (result) => takeParts(gyro, "stability", result));
 
 function takeInstances(list) {
   const starting = [];
@@ -133,9 +130,8 @@ function takeInstances(list) {
     takeInstance(gyro, one);
     if (one.state === "running" && before !== "running") starting.push(gyro);
   }
-  for (const gyro of starting) gyro.run++;
   // first the rows that the user waits for
-  if (!reroute() && starting.includes(view?.gyro)) { view.reload(); requestModel(view); requestLine(view); }
+  if (!reroute() && starting.includes(view?.gyro)) view.reload();
   starting.forEach(start);
   draw();
 }
@@ -147,11 +143,10 @@ function takeBatch({ instance, batch }) {
   for (const { method, params } of batch) {
     if (method === "window") {
       takeWindow(gyro, params, now_ms);
-      if (view?.gyro === gyro && view.axis.name === params.axis) view.window(params);
+      view?.window(params, instance);
     } else if (method === "event") {
       takeEvent(gyro, params);
-      requestStatus(gyro);
-      if (params.kind === "reloaded" && view?.gyro === gyro) requestModel(view);
+      requestOften(gyro);
       if (params.severity !== "info") announce(`${gyro.name}: ${params.text}`);
     }
   }
@@ -169,7 +164,7 @@ function decoded(part) {
 
 /** The target of the address, if it exists: #/GYRO/AXIS one axis, #/GYRO the first axis; null: the overview. */
 function addressTarget() {
-  const [, name, axisName] = place.split("/").map(decoded), gyro = gyros.get(name);
+  const [, name, axisName] = place.split("?")[0].split("/").map(decoded), gyro = gyros.get(name);
   const axis = axisName ? gyro?.axes.get(axisName) : gyro?.axes.values().next().value;
   return axis ? { gyro, axis } : null;
 }
@@ -178,26 +173,30 @@ function addressTarget() {
 function route() {
   const target = addressTarget();
   view?.destroy();
-  view = overview = null;
+  view = null;
   main.replaceChildren();
-  if (target) {
-    const { gyro, axis } = target, href = (one) => `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(one.name)}`;
-    const tabs = [...gyro.axes.values()].map((one) => el("a", { href: href(one), "aria-current": one === axis && "page" }, `${gyro.name} ${one.name}`));
-    main.append(el("nav", { class: "trail", "aria-label": "where" }, el("a", { href: "#/" }, "all gyros"), ...tabs));
-    view = new GyroView(main, { socket, gyro, axis, announce });
-    requestModel(view);
-    requestLine(view);
-  } else {
-    main.append(el("h1", { class: "unseen" }, "All gyros"));
-    overview = makeOverview(main);
-  }
+  if (target) showAxis(target.gyro, target.axis, place.split("?")[1] ?? "");
+  else main.append(overview.element);
   draw();
+}
+
+function showAxis(gyro, axis, query) {
+  const tabs = [...gyro.axes.values()].map((one) => [one, el("a", { "aria-current": one === axis && "page" }, `${gyro.name} ${one.name}`)]);
+  /** Puts time range and curves into the address, and into those of the other axes. */
+  const moved = (now) => {
+    for (const [one, tab] of tabs) tab.setAttribute("href", hrefOf(gyro, one) + (now && `?${now}`));
+    place = hrefOf(gyro, axis) + (now && `?${now}`);
+    if (location.hash !== place) history.replaceState(null, "", place);
+  };
+  main.append(el("nav", { class: "trail", "aria-label": "where" }, el("a", { href: "#/" }, "all gyros"), ...tabs.map(([, tab]) => tab)));
+  view = new GyroView(main, { socket, gyro, axis, gyros, query, moved, announce });
+  requestOften(gyro);
 }
 
 /** Changes the view if the target of the address now exists or has been replaced; returns true if it did. */
 function reroute() {
   const target = addressTarget();
-  if ((view || overview) && target?.axis === view?.axis && target?.gyro === view?.gyro) return false;
+  if (main.firstChild && target?.axis === view?.axis && target?.gyro === view?.gyro) return false;
   route();
   return true;
 }
@@ -224,7 +223,7 @@ function showAlarm(text) {
   alarm.hidden = text === "";
   setText(alarm, text);
   document.body.classList.toggle("cut", text !== "");
-  setText(find("link"), text ? "■ not connected" : "● connected");
+  setText(find("link"), text ? "■ not connected" : "prismweb connected");
   draw();
 }
 
@@ -250,7 +249,7 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   main.focus();
 });
 
-const nextTheme = startTheme(find("theme"), () => view?.strips.recolour());
+const nextTheme = startTheme(find("theme"), (isPrinted) => view?.strips.restyle(isPrinted));
 find("keys").addEventListener("click", () => find("help").showModal());
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || find("help").open || event.target.closest("input, select")) return;
@@ -263,6 +262,5 @@ setInterval(draw, 1000);
 
 /** Calls `act` periodically for each running instance. */
 const everyInstance = (period_ms, act) => setInterval(() => [...gyros.values()].filter((gyro) => gyro.state === "running" && socket.ready).forEach(act), period_ms);
-everyInstance(kStatus_ms, requestStatus);
+everyInstance(kStatus_ms, requestOften);
 everyInstance(kStability_ms, requestStability);
-everyInstance(kStatus_ms, (gyro) => { if (view?.gyro === gyro) requestLine(view); });

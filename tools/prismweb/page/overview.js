@@ -1,101 +1,143 @@
 // SPDX-License-Identifier: MIT
-// All gyros and axes of the host: one tile per axis, with its status first.
-import { el, setAttribute, setText } from "./dom.js";
-import { fixed, kUnknown, plusMinus, withUnit } from "./charts/format.js";
-import { kMarks } from "./quality.js";
-import { makeSpark } from "./spark.js";
-import { ageOf, statusOf, kTrace_s, modelName, partOfTrace, rateOf, readable } from "./state.js";
+// All gyros and axes of the host: a tile for each axis, or a table of many.
+import { el, setAttribute, setText, svg } from "./dom.js";
+import { fixed, moment, plusMinus, withUnit } from "./format.js";
+import { ageOf, hrefOf, kMarks, kTrace_s, makeAxis, modelName, partOfTrace, rateOf, readable, stabilityOf, stabilityText, statusOf } from "./state.js";
 
-function makeTile(gyro, axis) {
-  const value = (name) => el("dd", { class: `value ${name}` });
-  const part = {
-    mark: el("span", { class: "mark", "aria-hidden": "true" }),
-    word: el("span", { class: "word" }),
-    count: el("span", { class: "count" }),
-    note: el("p", { class: "note" }),
-    what: el("span", { class: "label" }),
-    rate: el("span", { class: "value big" }),
-    age: el("span", { class: "age" }),
-    bias: value("bias"), temperature: value("temperature"), stability: value("stability"), model: value("model"),
-    spark: makeSpark(),
-  };
-  const pair = (label, element) => el("div", {}, el("dt", {}, label), element);
-  const tile = el("a", { class: "tile", href: `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(axis.name)}` },
+const kMaxTiles = 8;
+const kWidth = 240, kHeight = 44, kPad = 3, kMaxStep_s = 2.5; // of a spark line
+
+/** Column: [heading, function of an axis' entry that returns the value to sort by]. */
+const kColumns = {
+  name: ["name", ({ name }) => name],
+  state: ["state", ({ status }) => ({ bad: "1 ", care: "2 ", good: "3 " })[status.level] + status.word],
+  rate: ["rate, deg/h", ({ rate }) => rate.deg_per_h],
+  stability: ["stability, deg/h", ({ stability }) => stability],
+  temperature: ["temperature, °C", ({ row }) => row.mean_temperature_degc],
+  model: ["model", ({ axis }) => modelName(axis)],
+  since: ["line since, UTC", ({ gyro }) => gyro.status?.state_since_s],
+};
+
+const kNumbers = ["rate", "stability", "temperature"];
+
+/** Path of member `part` of a trace, with a gap at a missing or unknown second; "" for fewer than two values. Exported for its test. */
+export function sparkPath(trace, span_s, part = 1) {
+  const known = trace.filter((row) => Number.isFinite(row[part])).map((row) => [row[0], row[part]]);
+  if (known.length < 2) return "";
+  const end_s = trace[trace.length - 1][0], values = known.map(([, value]) => value), low = Math.min(...values), high = Math.max(...values);
+  const scale = high > low ? (kHeight - 2 * kPad) / (high - low) : 0;
+  return known
+    .map(([time_s, value], i) => {
+      const x = kWidth * (1 - (end_s - time_s) / span_s), y = scale ? kHeight - kPad - (value - low) * scale : kHeight / 2;
+      const isNext = i > 0 && time_s - known[i - 1][0] < kMaxStep_s;
+      return `${isNext ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
+    })
+    .join("");
+}
+
+/** What tile and row show of an axis. */
+function entryOf(gyro, axis, linked, now_ms) {
+  const status = statusOf(gyro, axis, linked, now_ms), shown = readable(axis, status.old);
+  return { gyro, axis, status, row: shown.window ?? {}, rate: rateOf(shown), stability: stabilityOf(axis), name: `${gyro.name} ${axis.name}`.trim(),
+    age: status.old ? ageOf(axis, now_ms) : "" };
+}
+
+/** Orders entries by a column; unknown values are last. Exported for its test. */
+export function sorted(entries, column, isDown) {
+  const value = kColumns[column][1], unknown = (x) => x === undefined || x === null || Number.isNaN(x);
+  const compare = (a, b) => (typeof a === "string" ? a.localeCompare(b, "en", { numeric: true }) : a - b) * (isDown ? -1 : 1);
+  return [...entries].sort((one, other) => {
+    const [a, b] = [value(one), value(other)];
+    return unknown(a) || unknown(b) ? unknown(a) - unknown(b) : compare(a, b);
+  });
+}
+
+function makeTile({ gyro, axis }) {
+  const part = Object.fromEntries(["mark", "word", "count", "label", "big", "sd", "age"].map((name) => [name, el("span", { class: name })]));
+  const note = el("p", { class: "note" }), why = el("p", { class: "why" }), line = svg("path", { class: "spark-line", d: "" });
+  const pairs = { bias: "bias ± sd, deg/h", temperature: "temperature", stability: "stability, deg/h", model: "model" };
+  for (const name of Object.keys(pairs)) part[name] = el("dd", { class: `value ${name}` });
+  for (const number of [part.big, part.sd]) number.classList.add("value");
+  const element = el("a", { class: "tile", href: hrefOf(gyro, axis) },
     el("header", {}, el("h2", {}, gyro.name, el("span", { class: "axis" }, ` ${axis.name}`)), el("span", { class: "verdict" }, part.mark, part.word, part.count)),
-    el("p", { class: "rate" }, part.what, part.rate, el("span", { class: "unit" }, "deg/h"), part.age),
-    part.spark.element, part.note,
-    el("dl", {}, pair("bias ± sd, deg/h", part.bias), pair("temperature", part.temperature),
-      pair("stability since start, deg/h", part.stability), pair("model", part.model)));
-  return { element: tile, ...part };
+    el("p", { class: "rate" }, part.label, part.big, part.sd, el("span", { class: "unit" }, "deg/h"), part.age),
+    svg("svg", { class: "spark", viewBox: `0 0 ${kWidth} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line), note,
+    el("dl", {}, ...Object.entries(pairs).map(([name, label]) => el("div", {}, el("dt", {}, label), part[name]))), why);
+  let drawn = "";
+  return { element, draw({ axis, status, row, rate, name, age }) {
+    setAttribute(element, "class", `tile ${status.level}${status.old ? " old" : ""}`);
+    const texts = { mark: kMarks[status.level], word: status.word, count: status.count ?? "", label: rate.what, big: rate.text, sd: rate.sd, age, model: modelName(axis),
+      bias: plusMinus(row.bias_deg_per_h, row.sd_deg_per_h), temperature: withUnit(row.mean_temperature_degc, 3, "°C"), stability: stabilityText(axis.stability) };
+    for (const [key, text] of Object.entries(texts)) setText(part[key], text);
+    setText(note, axis.trace.length === 0 ? "" : status.old ? "last 10 min received" : "last 10 min");
+    setText(why, status.level === "good" ? "" : status.why);
+    setAttribute(element, "aria-label", [`${name.replace(/ (?=\S*$)/, " axis ")}: ${status.word}`, status.why, `${rate.what} ${rate.text} deg/h`, age].filter(Boolean).join(", "));
+    const trace = `${partOfTrace(axis)} ${axis.trace.length} ${axis.trace[0]} ${axis.trace.at(-1)}`; // a path has 600 points
+    if (trace !== drawn) setAttribute(line, "d", sparkPath(axis.trace, kTrace_s, partOfTrace(axis)));
+    drawn = trace;
+  } };
 }
 
-/** "0.01552 → 0.00677": standard deviation of 100 s means, raw and corrected. */
-function stabilityText(stability) {
-  const raw = stability?.raw?.sd_deg_per_h, corrected = stability?.corrected?.sd_deg_per_h;
-  if (!Number.isFinite(raw) && !Number.isFinite(stability?.all?.sd_deg_per_h)) return kUnknown;
-  if (!Number.isFinite(corrected)) return `${fixed(raw ?? stability.all.sd_deg_per_h, 5)} raw`;
-  return `${fixed(raw, 5)} → ${fixed(corrected, 5)}`;
-}
-
-function drawTile(tile, gyro, axis, linked, now_ms) {
-  const status = statusOf(gyro, axis, linked, now_ms), shown = readable(axis, status.old), row = shown.window ?? {};
-  setAttribute(tile.element, "class", `tile ${status.level}${status.old ? " old" : ""}`);
-  setText(tile.mark, kMarks[status.level]);
-  setText(tile.word, status.word);
-  setText(tile.count, status.count ?? "");
-  setText(tile.note, axis.trace.length === 0 ? "" : status.old ? "last 10 min received" : "last 10 min");
-  setAttribute(tile.element, "title", status.why);
-  const rate = rateOf(shown);
-  setText(tile.what, rate.what);
-  setText(tile.rate, fixed(rate.deg_per_h, 5));
-  setText(tile.age, status.old ? ageOf(axis, now_ms) : "");
-  setText(tile.bias, plusMinus(row.bias_deg_per_h, row.sd_deg_per_h, 5));
-  setText(tile.temperature, withUnit(row.mean_temperature_degc, 3, "°C"));
-  setText(tile.stability, stabilityText(axis.stability));
-  setText(tile.model, modelName(axis));
-  const texts = [`${gyro.name} axis ${axis.name}: ${status.word}`, status.why, `${rate.what} ${tile.rate.textContent} deg/h`, tile.age.textContent];
-  setAttribute(tile.element, "aria-label", texts.filter(Boolean).join(", "));
-  tile.spark.draw(axis.trace, kTrace_s, partOfTrace(axis));
+function makeRow({ gyro, axis, name }) {
+  const cells = Object.keys(kColumns).map((key) => el("td", { class: kNumbers.includes(key) ? "value" : key }));
+  cells[0] = el("th", { scope: "row" }, el("a", { href: hrefOf(gyro, axis) }, name));
+  const element = el("tr", {}, ...cells);
+  return { element, draw({ gyro, axis, status, rate, row, stability, age }) {
+    setAttribute(element, "class", `${status.level}${status.old ? " old" : ""}`);
+    setAttribute(cells[1], "title", status.why);
+    const texts = [`${kMarks[status.level]} ${[status.word, status.count, age].filter(Boolean).join(", ")}`, `${rate.text} ${rate.sd}`, fixed(stability, 5),
+      fixed(row.mean_temperature_degc, 3), modelName(axis), moment(gyro.status?.state_since_s)];
+    texts.forEach((text, i) => setText(cells[i + 1], text));
+  } };
 }
 
 /** "3 gyros, 5 axes: 4 good, 1 to check". */
-function sumUp(gyros, linked, now_ms) {
-  const counts = { good: 0, care: 0, bad: 0 };
-  let axes = 0;
-  for (const gyro of gyros.values()) {
-    if (gyro.axes.size === 0) counts[gyro.gone ? "bad" : "care"]++;
-    for (const axis of gyro.axes.values()) { counts[statusOf(gyro, axis, linked, now_ms).level]++; axes++; }
-  }
-  const parts = [`${counts.good} good`, counts.care && `${counts.care} caution`, counts.bad && `${counts.bad} to check`];
-  const plural = (n, one, many) => `${n} ${n === 1 ? one : many}`;
-  return `${plural(gyros.size, "gyro", "gyros")}, ${plural(axes, "axis", "axes")}: ${parts.filter(Boolean).join(", ")}`;
+function sumUp(gyros, entries) {
+  const count = (level) => entries.filter(({ status }) => status.level === level).length, plural = (n, one, many) => `${n} ${n === 1 ? one : many}`;
+  const parts = [`${count("good")} good`, count("care") && `${count("care")} caution`, count("bad") && `${count("bad")} to check`];
+  return `${plural(gyros.size, "gyro", "gyros")}, ${plural(entries.filter(({ axis }) => axis.name).length, "axis", "axes")}: ${parts.filter(Boolean).join(", ")}`;
 }
 
-/** Makes the overview in `parent`; call draw() after each change. */
-export function makeOverview(parent) {
-  const tiles = new Map();
-  const sum = el("p", { class: "sum", role: "status" }), grid = el("div", { class: "tiles" });
-  const empty = el("p", { class: "empty", hidden: true }, "No prismd is running on this host.");
-  parent.append(sum, grid, empty);
-  const remove = (key) => { tiles.get(key).element.remove(); tiles.delete(key); };
-  const tileOf = (key, gyro, axis) => {
-    if (!tiles.has(key)) { tiles.set(key, makeTile(gyro, axis)); grid.append(tiles.get(key).element); }
-    return tiles.get(key);
+/** Makes the overview; call draw() after each change. It keeps order and filter of the table. */
+export function makeOverview() {
+  let column = "name", isDown = false, arranged = "", redraw = () => {};
+  const sortBy = (key) => {
+    isDown = key === column && !isDown;
+    column = key;
+    redraw();
   };
-  return {
-    draw(gyros, linked, now_ms) {
-      const seen = new Set();
-      for (const gyro of gyros.values()) {
-        const axes = gyro.axes.size > 0 ? [...gyro.axes.values()] : [{ name: "", window: null, window_ms: -Infinity, trace: [], quality: "no_data", model: undefined }];
-        for (const axis of axes) {
-          const key = JSON.stringify([gyro.name, axis.name]);
-          seen.add(key);
-          drawTile(tileOf(key, gyro, axis), gyro, axis, linked, now_ms);
-        }
-      }
-      for (const key of [...tiles.keys()]) if (!seen.has(key)) remove(key);
-      empty.hidden = gyros.size > 0 || !linked;
-      setText(sum, linked ? sumUp(gyros, linked, now_ms) : "Not connected: all values are old.");
-    },
+  const sum = el("p", { class: "sum", role: "status" }), empty = el("p", { class: "empty", hidden: true }, "No prismd is running on this host.");
+  const filter = el("input", { type: "search", placeholder: "filter: name, state, model", "aria-label": "filter", input: () => redraw() });
+  const heads = Object.entries(kColumns).map(([key, [title]]) => el("th", { scope: "col", class: kNumbers.includes(key) && "number" }, el("button", { type: "button", click: () => sortBy(key) }, title)));
+  const tiles = el("div", { class: "tiles" }), body = el("tbody"), table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body), parts = new Map();
+  const element = el("div", {}, el("h1", { class: "unseen" }, "All gyros"), el("div", { class: "sum-line" }, sum, filter), tiles, table, empty);
+
+  const partOf = (entry, isTable) => {
+    const key = `${isTable} ${entry.name}`;
+    if (!parts.has(key)) parts.set(key, isTable ? makeRow(entry) : makeTile(entry));
+    return parts.get(key);
   };
+  /** Shows the entries in their order; the tiles of one gyro are a group. */
+  const arrange = (entries, isTable) => {
+    const elementsOf = (some) => some.map((entry) => partOf(entry, isTable).element);
+    const groups = [...new Set(entries.map(({ gyro }) => gyro))].map((gyro) => el("section", { class: "device", "aria-label": gyro.name }, ...elementsOf(entries.filter((one) => one.gyro === gyro))));
+    tiles.replaceChildren(...(isTable ? [] : groups));
+    body.replaceChildren(...(isTable ? elementsOf(entries) : []));
+    filter.hidden = table.hidden = !isTable;
+    heads.forEach((head, i) => setAttribute(head, "aria-sort", Object.keys(kColumns)[i] !== column ? "none" : isDown ? "descending" : "ascending"));
+  };
+  const draw = (gyros, linked, now_ms) => {
+    redraw = () => draw(gyros, linked, now_ms);
+    const axesOf = (gyro) => (gyro.axes.size > 0 ? [...gyro.axes.values()] : [makeAxis("")]);
+    const entries = [...gyros.values()].flatMap((gyro) => axesOf(gyro).map((axis) => entryOf(gyro, axis, linked, now_ms)));
+    const isTable = entries.length > kMaxTiles, wanted = filter.value.toLowerCase(), textOf = (entry) => `${entry.name} ${entry.status.word} ${modelName(entry.axis)}`;
+    // a new order only for a reason: rows that move each second cannot be clicked
+    const reason = JSON.stringify([column, isDown, wanted, entries.map(({ name, status }) => [name, status.word])]);
+    if (reason !== arranged) arrange(isTable ? sorted(entries, column, isDown).filter((entry) => textOf(entry).toLowerCase().includes(wanted)) : entries, isTable);
+    arranged = reason;
+    for (const entry of entries) partOf(entry, isTable).draw(entry);
+    empty.hidden = gyros.size > 0 || !linked;
+    setText(sum, linked ? sumUp(gyros, entries) : "Not connected: all values are old.");
+  };
+  return { element, draw };
 }

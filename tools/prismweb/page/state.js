@@ -1,18 +1,56 @@
 // SPDX-License-Identifier: MIT
-// State of each gyro and whether it is current. Independent of the document.
-import { levelOfQuality, levelOfState, textOfQuality, worse } from "./quality.js";
-import { kUnknown, span } from "./charts/format.js";
+// State of each gyro, whether it is current, and its words and levels: good, care (caution) or bad (check). Independent of the document.
+import { decimalsOf, fixed, kUnknown, span } from "./format.js";
+
+/** Level, word and explanation of each reason in a quality (docs/protocol.md). */
+const kReasons = {
+  good: ["good", "good", "corrected without reservation"],
+  warming: ["care", "warming up", "the averaging window is not full yet; no correction until it is"],
+  no_model: ["care", "no model", "no model loaded; rates are not corrected"],
+  extrapolating: ["care", "outside training range", "an input is outside the model's training range"],
+  fallback: ["care", "fallback model", "an input of the main model is unknown; the fallback model corrects"],
+  settling: ["care", "settling", "the lag filters have not settled after the start"],
+  slew_limited: ["care", "slew limited", "the applied bias is moving to the model's value (slew limit)"],
+  clocks_differ: ["bad", "wrong frame rate", "frames arrive at another rate than the description says; times and slopes are wrong"],
+  no_data: ["bad", "no data", "no current measurement"],
+  rate_invalid: ["bad", "rate invalid", "the gyro reports an invalid rate"],
+  input_missing: ["bad", "input missing", "an input of the model is unknown"],
+  over_limit: ["bad", "bias over limit", "the model's bias is above the configured limit"],
+  implausible: ["bad", "implausible", "a measured value is implausible for its sensor"],
+};
+/** Word and explanation of each state of a line without data. */
+const kLines = {
+  connecting: ["unplugged", "the device does not exist or does not accept a connection"],
+  silent: ["silent", "no data on the line"],
+  ended: ["ended", "the recording has ended"],
+  none: ["no line", "the configuration has no line"],
+};
+const kRank = { good: 0, care: 1, bad: 2 };
+export const kMarks = { good: "●", care: "▲", bad: "■" };
+
+export const worse = (a, b) => (kRank[a] >= kRank[b] ? a : b);
+const reasonsOf = (quality) => (quality || "no_data").split("+").map((reason) => kReasons[reason] ?? ["care", reason, reason]);
+
+/** Level of a quality such as "warming+no_model". Unknown reasons are "care". */
+export const levelOfQuality = (quality) => reasonsOf(quality).map(([level]) => level).reduce(worse);
+
+export const levelOfSeverity = (severity) => ({ error: "bad", warning: "care" })[severity] ?? "good";
+
+const delivers = (state) => state === "receiving" || state === "replaying";
+
+/** Word for the state of a line, also of a sensor. */
+export const wordOfLine = (state) => kLines[state]?.[0] ?? state;
 
 const kEventsKept = 256;
 const kFresh_ms = 3500; // rows come each second
 const kMaxGap_s = 2.5;
 export const kTrace_s = 600;
 
-/** `run`: number of starts since the page opened; `polls`: methods with a pending periodic request. */
-export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [], run: 0, polls: new Set() });
+/** `pending`, `missing`: methods whose result is awaited, and those to request again. */
+export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [], pending: new Set(), missing: new Set() });
 
-/** `model`: undefined until the first status, null without a model. */
-const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], stability: null, quality: "no_data", model: undefined });
+/** `model`: undefined until the first status, null without a model. `stability`, `correction`, `description`: results of `stability`, `bias`, `model`. */
+export const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], quality: "no_data" });
 
 export function axisOf(gyro, name) {
   if (!gyro.axes.has(name)) gyro.axes.set(name, makeAxis(name));
@@ -37,9 +75,11 @@ export function takeStatus(gyro, status, now_ms) {
   }
 }
 
-export function takeStability(gyro, answer) {
-  for (const [name, part] of byAxis(answer)) axisOf(gyro, name).stability = part;
+/** Keeps the result of `stability`, `bias` or `model` with each axis. */
+export function takeParts(gyro, method, answer) {
+  for (const [name, part] of byAxis(answer)) axisOf(gyro, name)[kMembers[method]] = part;
 }
+const kMembers = { stability: "stability", bias: "correction", model: "description" };
 
 /** Adds one second's row, live or from the history. If the data's time restarts, so does the trace. */
 export function takeWindow(gyro, row, now_ms) {
@@ -73,11 +113,16 @@ const corrects = ({ window, model }) => model !== null || Number.isFinite(window
 /** Index in a trace's [time_s, corrected, raw] of the rate that rateOf() returns. A line never mixes the two. */
 export const partOfTrace = (axis) => (corrects(axis) ? 1 : 2);
 
-/** The main value of an axis, {what, deg_per_h}: the corrected rate, or the raw rate without a model. */
+/**
+ * The main value of an axis, {what, deg_per_h, text, sd, decimals}: the corrected rate, or the raw rate without a model, with as many decimals as its
+ * standard deviation supports. Of a raw rate this is that of its means since the start.
+ */
 export function rateOf(axis) {
-  const { window } = axis, row = window ?? {};
-  const deg_per_h = corrects(axis) ? row.corrected_mean_deg_per_h : row.mean_rate_deg_per_h;
-  return { what: corrects(axis) || !window ? "corrected" : "raw (no model)", deg_per_h: isValid(row) ? deg_per_h : null };
+  const { window, stability } = axis, row = window ?? {}, corrected = corrects(axis);
+  const sd = corrected ? row.sd_mean_deg_per_h ?? row.sd_deg_per_h : null, decimals = decimalsOf(sd ?? stability?.all?.sd_deg_per_h);
+  const rate = isValid(row) ? row[corrected ? "corrected_mean_deg_per_h" : "mean_rate_deg_per_h"] : null;
+  return { what: corrected || !window ? "corrected" : "raw (no model)", deg_per_h: rate, text: fixed(rate, decimals), decimals,
+    sd: Number.isFinite(rate) && Number.isFinite(sd) ? `± ${fixed(sd, decimals)}` : "" };
 }
 
 export function takeEvent(gyro, event) {
@@ -93,6 +138,19 @@ export function takeInstance(gyro, { state, axes }) {
   for (const axis of axes) axisOf(gyro, axis);
 }
 
+/** The device's level and problems. Its level is "good" if the quality of one of its axes explains it. */
+function healthOf({ status, axes }) {
+  const isExplained = [...axes.values()].some((axis) => levelOfQuality(axis.quality) !== "good");
+  const level = isExplained ? "good" : { failed: "bad", caution: "care" }[status.health?.state] ?? "good";
+  return [level, (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text))]; // in the quality, too
+}
+
+/** The explanations of a quality that is not good. They name the inputs that are unknown. */
+function explained({ quality, correction }) {
+  const inputs = correction?.inputs ?? {}, unknown = Object.keys(inputs).filter((name) => !Number.isFinite(inputs[name].value)).join(", ");
+  return reasonsOf(quality).filter(([level]) => level !== "good").map(([, , text]) => (unknown ? text.replace("an input of the", `${unknown} of the`) : text));
+}
+
 /**
  * Returns the status of an axis: {level, word, count, why, old}. `old`: the values are not current. `count`: progress of the warm-up, or
  * empty; separate from `word`, so that a screen reader does not repeat it each second.
@@ -104,13 +162,14 @@ export function statusOf(gyro, axis, linked, now_ms) {
   if (gyro.gone) return { level: "bad", word: "prismd stopped", why: gyro.gone, old: true };
   if (!gyro.status) return { level: "care", word: "loading", why: "waiting for the first status", old: true };
   const state = gyro.status.state ?? "unknown";
-  if (levelOfState(state) === "bad") return { level: "bad", word: state, why: gyro.status.detail || "no data on the line", old: true };
+  if (!delivers(state)) return { level: "bad", word: wordOfLine(state), why: gyro.status.detail || kLines[state]?.[1] || state, old: true };
   if (now_ms - axis.window_ms > kFresh_ms) {
     return { level: "bad", word: "no data", why: "no row in the last seconds", old: true };
   }
-  const level = levelOfQuality(axis.quality);
+  const quality = levelOfQuality(axis.quality), [health, problems] = healthOf(gyro);
   const count = axis.quality?.includes("warming") && axis.full_s ? `${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
-  return { level, word: axis.quality, count, why: textOfQuality(axis.quality), old: false };
+  const word = health === "good" ? reasonsOf(axis.quality).map(([, one]) => one).join(", ") : health === "bad" ? "fault" : "caution";
+  return { level: worse(quality, health), word, count, why: [...explained(axis), ...problems].join("; ") || kReasons.good[2], old: false };
 }
 
 /** Returns true if each gyro has an axis and all axes are good; false without gyros. */
@@ -122,6 +181,19 @@ export function allGood(gyros, linked, now_ms) {
 /** Returns the worst level of a gyro's axes, for the title and announcements. */
 export const worstLevelOf = (gyro, linked, now_ms) =>
   [...gyro.axes.values()].map((axis) => statusOf(gyro, axis, linked, now_ms).level).reduce(worse, gyro.gone || !linked ? "bad" : "good");
+
+/** Standard deviation of the means since the start: of the corrected rate, without a model of the raw one. */
+export const stabilityOf = ({ stability }) => stability?.corrected?.sd_deg_per_h ?? stability?.all?.sd_deg_per_h;
+
+/** "0.01552 → 0.00677": raw and corrected. */
+export function stabilityText(stability) {
+  const raw = stability?.raw?.sd_deg_per_h, corrected = stability?.corrected?.sd_deg_per_h, all = raw ?? stability?.all?.sd_deg_per_h;
+  if (Number.isFinite(corrected)) return `${fixed(raw, 5)} → ${fixed(corrected, 5)}`;
+  return Number.isFinite(all) ? `${fixed(all, 5)} raw` : kUnknown;
+}
+
+/** The address of an axis. */
+export const hrefOf = (gyro, axis) => `#/${encodeURIComponent(gyro.name)}/${encodeURIComponent(axis.name)}`;
 
 /** The model's name; a dash if it is not known yet. */
 export const modelName = ({ model }) => (model === undefined ? kUnknown : model?.name || model?.kind || "none");

@@ -1,43 +1,53 @@
 // SPDX-License-Identifier: MIT
 // The strip charts, with a common time range, cursor and event marks. Charts outside the screen are not drawn; drawing is divided into
 // short slices so that the page stays responsive.
-import { Chart, kRightGap_px, labelWidth } from "./chart.js";
-import { kCharts } from "./chart_list.js";
-import { colour, el, setText } from "./dom.js";
-import { moment } from "./charts/format.js";
+import { Chart, kCharts } from "./chart.js";
+import { colour, el, measured, setText } from "./dom.js";
+import { moment } from "./format.js";
 import { listenToGestures } from "./gestures.js";
-import { levelOfSeverity } from "./quality.js";
+import { levelOfSeverity } from "./state.js";
 import { indexAt } from "./steps.js";
-import { measured } from "./timing.js";
 
 const kSlice_ms = 3;
-const kLabelMargin_px = 6; // between the labels and the plot in dygraphs
+/** Averaging time "1 s": the rates of the rate chart. */
+const kBySecond = { raw: "raw_1s", corrected: "corrected_1s" };
+/** Quantities of a compared axis, one for each chart, and their bands. */
+export const kCompared = ["corrected", "corrected_1s", "bias", "sd", "temperature", "slope", "uhfo", "samples"];
+export const kComparedColours = ["--second", "--third", "--fourth"];
 
 export class Strips {
-  /** `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live()}. */
+  /** `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live(), changed()}; changed() is called if the user adds a curve. */
   constructor(parent, view) {
     Object.assign(this, { view, rows: [], step_s: 1, complete: false, events: [], dirty: new Set(), visible: new Set(), cursor_s: null });
     this.time = el("output", { class: "cursor-time", "aria-live": "off" });
     this.line = el("div", { class: "cursor", hidden: true });
     this.element = el("div", { class: "strips", tabindex: "0", role: "group",
       "aria-label": "Charts. Arrow keys move the cursor, with Shift the time; plus and minus zoom; L returns to now." });
-    const hooks = { select: (time_s) => this.pointAt(time_s), underlay: (...args) => this.underlay(...args) };
+    const hooks = { select: (time_s) => this.pointAt(time_s), underlay: (...args) => this.underlay(...args), changed: view.changed };
     this.charts = kCharts.map((spec) => new Chart(spec, hooks));
     this.element.append(...this.charts.map((chart) => chart.element), this.line);
     parent.append(this.element);
     this.observer = this.observeVisibility();
-    this.stop = listenToGestures(this.element, (clientX) => this.timeAt(clientX), { ...view, touch: (time_s) => this.pointAt(time_s) });
+    this.stop = listenToGestures(this.element, (clientX) => this.timeAt(clientX), { ...view, touch: (time_s) => this.pointAt(time_s),
+      values: (plot, heights) => this.charts.find((chart) => chart.plot === plot)?.zoomValues(heights) });
+  }
+
+  /** Sets the curves of all charts: means of 1 s or of a window, and the names of the compared axes ("gyro2 x"). */
+  setCurves(bySecond, compared) {
+    const keyOf = ({ key }) => (bySecond && kBySecond[key]) || key, hasRight = this.charts.some(({ more }) => more);
+    for (const chart of this.charts) {
+      const own = chart.spec.series.map((one) => ({ ...one, key: keyOf(one) }));
+      const others = compared.flatMap((name, i) => own.filter(({ key }) => kCompared.includes(key))
+        .map((one) => ({ ...one, key: `${one.key} ${name}`, band: one.band && `${one.band} ${name}`, label: name, colour: kComparedColours[i] })));
+      chart.setSeries([...own, ...others], hasRight);
+    }
+    this.plotArea = undefined;
   }
 
   /** Left edge (from that of the strips) and width of the plots, px. Measured once after each change of size: it forces a layout. */
   area() {
-    this.plotArea ??= this.measure();
+    this.plotArea ??= this.charts[0].area();
     return this.plotArea;
-  }
-
-  measure() {
-    const plot = this.charts[0].plot, label = labelWidth(plot) + kLabelMargin_px;
-    return { left: plot.offsetLeft + label, width: Math.max(plot.clientWidth - label - kRightGap_px, 1) };
   }
 
   timeAt(clientX) {
@@ -49,15 +59,6 @@ export class Strips {
   draw(rows, step_s) {
     Object.assign(this, { rows, step_s });
     for (const chart of this.charts) this.dirty.add(chart);
-    this.schedule();
-  }
-
-  /** Redraws a fraction of the visible charts, those drawn least recently, after rows were appended. */
-  refresh(rows, step_s, share) {
-    Object.assign(this, { rows, step_s });
-    const oldestFirst = [...this.visible].sort((a, b) => a.drawn_ms - b.drawn_ms);
-    for (const chart of oldestFirst.slice(0, Math.ceil(oldestFirst.length * share))) this.dirty.add(chart);
-    for (const chart of this.charts) if (!this.visible.has(chart)) this.dirty.add(chart);
     this.schedule();
   }
 
@@ -80,16 +81,20 @@ export class Strips {
   drawChart(chart) {
     const begin_ms = performance.now(), [from_s, to_s] = this.view.range();
     this.dirty.delete(chart);
-    chart.drawn_ms = begin_ms;
     Object.assign(this.element.dataset, { from: from_s, to: to_s });
     chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000], this.complete);
     chart.show(this.selectedRow());
     measured("prism-chart", begin_ms);
   }
 
-  /** Draws all charts now, also invisible ones, for a picture. */
-  drawAll() {
-    for (const chart of this.charts) this.drawChart(chart);
+  /** Call before and after printing, and after the colours changed. Print has the width of a sheet, and charts that were not visible. */
+  restyle(isPrinted) {
+    this.element.classList.toggle("printed", isPrinted);
+    this.plotArea = undefined;
+    for (const chart of this.charts) {
+      chart.restyle(isPrinted);
+      if (isPrinted) this.drawChart(chart);
+    }
   }
 
   observeVisibility() {
@@ -103,15 +108,6 @@ export class Strips {
     }, { rootMargin: "100px" });
     for (const chart of this.charts) observer.observe(chart.element);
     return observer;
-  }
-
-  /** Sets the quantities of the rate chart, one of kMeans. */
-  useMeans(keys) {
-    this.charts[0].use(keys);
-  }
-
-  recolour() {
-    for (const chart of this.charts) chart.recolour();
   }
 
   /** Sets the time of the cursor; null hides it. */

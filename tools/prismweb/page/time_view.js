@@ -20,15 +20,20 @@ export class TimeView {
   /** Shows `from_s` to `to_s`, limited to 10 s to 366 days. A range that ends after now ends now and becomes live. */
   zoom(from_s, to_s) {
     const middle_s = (from_s + to_s) / 2, now_s = this.now();
-    this.span_s = Math.min(kMax_s, Math.max(kMin_s, to_s - from_s));
+    this.set(to_s - from_s, null);
     const end_s = middle_s + this.span_s / 2;
     this.end_s = end_s >= now_s ? null : end_s;
     this.changed();
   }
 
   setSpan(span_s) {
-    this.span_s = span_s;
+    this.set(span_s, this.end_s);
     this.changed();
+  }
+
+  /** Sets the range without a call of changed(); `end_s`: null for now. */
+  set(span_s, end_s) {
+    Object.assign(this, { span_s: Math.min(kMax_s, Math.max(kMin_s, span_s)), end_s });
   }
 
   /** Moves by a fraction of the range; negative: into the past. */
@@ -40,7 +45,7 @@ export class TimeView {
   /** Multiplies the length by `factor`. A live range stays live; another one keeps its middle. */
   scale(factor) {
     const [from_s, to_s] = this.range(), middle_s = (from_s + to_s) / 2;
-    if (this.isLive) return this.setSpan(Math.min(kMax_s, Math.max(kMin_s, factor * this.span_s)));
+    if (this.isLive) return this.setSpan(factor * this.span_s);
     this.zoom(middle_s - (factor * this.span_s) / 2, middle_s + (factor * this.span_s) / 2);
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Formats numbers, time spans and times. An unknown value is a dash, never a zero.
+// Formats numbers, time spans, times and scales. An unknown value is a dash, never a zero.
 export const kUnknown = "–";
 
 /** A number with the given decimals, a minus sign (U+2212) and no "-0"; a dash if it is not a finite number. */
@@ -15,17 +15,19 @@ export function withUnit(value, decimals, unit) {
   return text === kUnknown ? text : `${text}\u202f${unit}`;
 }
 
-/** Bias and its standard deviation, deg/h. */
-export function plusMinus(value, sd, decimals) {
-  const text = fixed(value, decimals);
-  if (text === kUnknown) return text;
-  return fixed(sd, decimals) === kUnknown ? text : `${text} ± ${fixed(sd, decimals)}`;
-}
-
 /** The number of decimals with which `span`, the range of a chart, has three digits. */
 export function decimalsFor(span) {
   if (!(span > 0)) return 3;
   return Math.min(9, Math.max(0, 2 - Math.floor(Math.log10(span))));
+}
+
+/** The number of decimals that a value with this standard deviation supports: the deviation has two digits. */
+export const decimalsOf = (sd) => decimalsFor(10 * sd);
+
+/** A value and its standard deviation with the decimals that this supports. */
+export function plusMinus(value, sd) {
+  const text = fixed(value, decimalsOf(sd));
+  return text === kUnknown || !Number.isFinite(sd) ? text : `${text} ± ${fixed(sd, decimalsOf(sd))}`;
 }
 
 /** An integer with thin spaces between groups of three digits. */
@@ -64,7 +66,35 @@ export function moment(time_s) {
   return `${t.getUTCFullYear()}-${twoDigits(t.getUTCMonth() + 1)}-${twoDigits(t.getUTCDate())} ${clock(time_s)}`;
 }
 
+/** Seconds since 1970 of "2026-11-23", "2026-11-23 14:03" or "2026-11-23T14:03:09Z", UTC; NaN for another text or day. */
+export function parseMoment(text) {
+  const [, date, time = "00:00"] = text.trim().match(/^(\d{4}-\d\d-\d\d)(?:[ T](\d\d:\d\d(?::\d\d)?)Z?)?$/) ?? [];
+  const time_s = Date.parse(`${date}T${time}Z`) / 1000;
+  return moment(time_s).startsWith(date) ? time_s : NaN;
+}
+
+/** "2026-11-23 14:03:09 – 15:03:09 UTC", with both dates if they differ. */
+export function period(from_s, to_s) {
+  const [from, to] = [moment(from_s), moment(to_s)];
+  return `${from} – ${to.slice(0, 10) === from.slice(0, 10) ? to.slice(11) : to} UTC`;
+}
+
 /** A name that is valid on every file system: letters, digits, `-`, `_`, `.`. */
 export function fileName(text) {
   return text.replace(/[^A-Za-z0-9_.-]+/g, "-").replace(/^[-.]+|-+$/g, "") || "gyro";
+}
+
+/**
+ * Ticks of a scale, with as few decimals as distinguish them: returns {v, label} of the multiples of 1, 2 or 5 times a power of ten from
+ * `low` to `high`: about `wanted` ticks, at least two; one if the range has no width.
+ */
+export function ticksOf(low, high, wanted) {
+  // if `low` and `high` differ only in their last digits, adjacent multiples are equal and the loop would not end
+  if (!(high - low > 1e-12 * Math.max(Math.abs(low), Math.abs(high)))) return Number.isFinite(low) ? [{ v: low, label: fixed(low, 3) }] : [];
+  const rough = (high - low) / Math.max(wanted, 1), power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((digit) => digit * power).find((candidate) => candidate >= rough * 0.85);
+  const decimals = Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9)));
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push({ v: k * step, label: fixed(k * step, decimals) });
+  return ticks.length >= 2 || wanted > 32 ? ticks : ticksOf(low, high, 2 * Math.max(wanted, 1));
 }
