@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 const from = (name) => import(new URL(`../../tools/prismweb/page/${name}`, import.meta.url));
-const { sorted, sparkPath } = await from("overview.js"), { inputsOf, lineRows, onScale } = await from("panels.js"), { csvOf } = await from("save.js");
+const { sorted, sparkPath } = await from("overview.js"), { inputsOf, lineRows, onScale } = await from("panels.js"), { csvOf } = await from("rows.js");
 const { modelName } = await from("state.js"), { ticksOf } = await from("format.js");
 
 test("a spark line ends at the right edge and has a gap at unknown seconds", () => {

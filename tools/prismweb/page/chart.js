@@ -56,12 +56,6 @@ function fillBlock(context, points, begin, end, area) {
   context.fill();
 }
 
-function legendOf(series) {
-  const values = series.map(() => el("span", { class: "value" }));
-  const entry = (one, i) => el("li", {}, el("span", { class: `swatch c${one.colour}`, "aria-hidden": "true" }), el("span", { class: "label" }, one.label), values[i]);
-  return { entries: series.map(entry), values };
-}
-
 export class Chart {
   /** `select(time_s)` is called with the time of the row under the mouse, or null; `changed()` if the user adds a curve. */
   constructor(spec, { select, underlay, changed }) {
@@ -84,9 +78,8 @@ export class Chart {
     this.choice.value = this.more;
     const more = kMore.filter(({ key }) => key === this.more).map((one) => ({ ...one, label: `${one.label}, ${one.unit}`, pattern: [6, 3], isRight: true }));
     Object.assign(this, { series: [...series, ...more], hasRight });
-    const { entries, values } = legendOf(this.series);
-    this.values = values;
-    this.legend.replaceChildren(...entries);
+    this.values = this.series.map(() => el("span", { class: "value" }));
+    this.legend.replaceChildren(...this.series.map((one, i) => el("li", {}, el("span", { class: `swatch c${one.colour}`, "aria-hidden": "true" }), el("span", { class: "label" }, one.label), this.values[i])));
     this.destroy();
   }
 

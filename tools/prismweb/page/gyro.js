@@ -2,10 +2,8 @@
 // The view of one axis: numbers, strip charts, inputs of the model, line counters, events.
 import { el, setText } from "./dom.js";
 import { fileName, moment, parseMoment, period, span } from "./format.js";
-import { makeNumbers } from "./numbers.js";
-import { makeEvents, makeInputs, makeLinePanel } from "./panels.js";
-import { LiveRows, loadRange } from "./rows.js";
-import { saveCsv } from "./save.js";
+import { makeEvents, makeInputs, makeLinePanel, makeNumbers } from "./panels.js";
+import { LiveRows, loadRange, saveCsv } from "./rows.js";
 import { statusOf, modelName } from "./state.js";
 import { stepFor } from "./steps.js";
 import { kCompared, kComparedColours, Strips } from "./strips.js";

@@ -6,7 +6,6 @@ import { GyroView } from "./gyro.js";
 import { makeOverview } from "./overview.js";
 import { Socket } from "./socket.js";
 import { allGood, axisOf, byAxis, hrefOf, worstLevelOf, kTrace_s, makeGyro, takeEvent, takeInstance, takeParts, takeStatus, takeWindow } from "./state.js";
-import { startTheme } from "./theme.js";
 
 const kStatus_ms = 2000, kStability_ms = 10000, kDrawDelay_ms = 60;
 const find = (id) => document.getElementById(id);
@@ -51,7 +50,7 @@ function updateTitle() {
     announce("all gyros are good");
   }
   badNames = names;
-  if (document.title !== titleOf(names)) document.title = titleOf(names);
+  document.title = names ? `■ ${names} – prism` : "prism";
 }
 
 function drawNow() {
@@ -62,8 +61,6 @@ function drawNow() {
   setText(find("utc"), `${clock(Date.now() / 1000)} UTC`);
   measured("prism-update", now_ms);
 }
-
-const titleOf = (names) => (names ? `■ ${names} – prism` : "prism");
 
 /** Sends a request unless the previous one is pending, because an unresponsive instance must not collect requests. */
 async function ask(gyro, method, params, take) {
@@ -222,7 +219,6 @@ function showAlarm(text) {
   const alarm = find("alarm");
   alarm.hidden = text === "";
   setText(alarm, text);
-  document.body.classList.toggle("cut", text !== "");
   setText(find("link"), text ? "■ not connected" : "prismweb connected");
   draw();
 }
@@ -248,6 +244,32 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault(); // the address names a gyro
   main.focus();
 });
+
+/** Connects the button of the theme: the system's, light or dark. changed(isPrinted) is called after each change of the theme. Print is light. */
+function startTheme(button, changed) {
+  const kChoices = ["system", "light", "dark"], kKey = "prism-theme", kLabels = { system: "◐ system", light: "☀ light", dark: "☾ dark" };
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  let choice = localStorage.getItem(kKey);
+  if (!kChoices.includes(choice)) choice = "system";
+  const apply = (isPrinted) => {
+    const dark = !isPrinted && (choice === "dark" || (choice === "system" && system.matches));
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    button.textContent = kLabels[choice];
+    button.setAttribute("aria-label", `theme: ${choice}; press for the next`);
+    changed(isPrinted);
+  };
+  const next = () => {
+    choice = kChoices[(kChoices.indexOf(choice) + 1) % kChoices.length];
+    localStorage.setItem(kKey, choice);
+    apply(false);
+  };
+  button.addEventListener("click", next);
+  system.addEventListener("change", () => apply(false));
+  addEventListener("beforeprint", () => apply(true));
+  addEventListener("afterprint", () => apply(false));
+  apply(false);
+  return next;
+}
 
 const nextTheme = startTheme(find("theme"), (isPrinted) => view?.strips.restyle(isPrinted));
 find("keys").addEventListener("click", () => find("help").showModal());

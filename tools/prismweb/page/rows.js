@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The rows of a view: the result of `range` (docs/protocol.md) and the live seconds after it.
-import { Steps } from "./steps.js";
+// The rows of a view: the result of `range` (docs/protocol.md), the live seconds after it, and their table as a file.
+import { el } from "./dom.js";
+import { moment } from "./format.js";
+import { kQuantities, Steps } from "./steps.js";
 
 const kMaxBack_s = 2.5, kMaxRecent = 120, kMaxStep_s = 1.5; // a longer step to the next second is a gap
 /** Column stem of `range`: quantity of the charts. */
@@ -97,4 +99,27 @@ export class LiveRows {
   forget(time_s) {
     this.steps.forget(time_s - this.steps.step_s);
   }
+}
+
+/**
+ * Returns the rows as CSV: time, and minimum, mean and maximum of each quantity; empty if unknown or if the steps do not have this value
+ * (`parts` of Steps). Comments contain no separators, because a cell that starts with "=" would be a formula.
+ */
+export function csvOf(rows, step_s, about, parts = {}) {
+  const quantities = Object.entries(kQuantities).filter(([name]) => rows.some((row) => row[name]));
+  const lines = about.map((line) => `# ${line.replace(/[\r\n,;\t"]+/g, " ")}`);
+  lines.push(`# step_s: ${step_s}`);
+  lines.push(["time_utc", "time_s", ...quantities.flatMap(([, member]) => ["min", "mean", "max"].map((part) => `${part}_${member}`))].join(","));
+  const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(12))) : "");
+  for (const row of rows) {
+    const cells = quantities.flatMap(([name]) => [0, 1, 2].map((part) => (parts[name]?.[part] === false ? "" : number(row[name]?.[part]))));
+    lines.push([moment(row.end_s).replace(" ", "T") + "Z", row.end_s, ...cells].join(","));
+  }
+  return lines.join("\n") + "\n";
+}
+
+export function saveCsv(name, ...table) {
+  const url = URL.createObjectURL(new Blob([csvOf(...table)], { type: "text/csv" }));
+  el("a", { href: url, download: `${name}.csv` }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 10000);
 }
