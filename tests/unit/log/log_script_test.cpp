@@ -147,8 +147,8 @@ class DiskPlayer {
     } else if (command == "files") {
       for (const auto& file : test::files_in(settings_.directory)) give(file);
       if (fs::exists(folder_.file("target"))) give("target");
-    } else if (command ==
-               "no_rights") {  // root has all rights: this thread takes those of the user nobody (plain-ok: user name)
+    } else if (command == "no_rights") {
+      // root has all rights: this thread takes those of the user nobody (plain-ok: user name)
       fs::create_directories(settings_.directory);
       fs::permissions(folder_.file(""), fs::perms::all);
       fs::permissions(settings_.directory, ::geteuid() == 0 ? fs::perms::others_read : fs::perms::owner_read);
@@ -230,7 +230,7 @@ class RowLogPlayer : public DiskPlayer {
     return true;
   }
 
-  // FILE lines A to B | FILE bytes from line A on, but for N: removes them.
+  // "rows A B": removes these. "bytes A N": cuts the file N bytes after the begin of row A.
   void damage(const std::string& file, std::istream& words) {
     std::string text = test::content(path(file));
     const auto what = next<std::string>(words);
@@ -249,14 +249,15 @@ class RowLogPlayer : public DiskPlayer {
   }
 
   void show(const std::string& file) {
-    std::string line = file + ":", text = test::content(path(file)), others, first, last, rows;
+    std::string line = file + ":", text = test::content(path(file)), others, first, last;
     const int other = ::open(path(file).c_str(), O_RDONLY | O_CLOEXEC);
     if (::flock(other, LOCK_SH | LOCK_NB) != 0) line += " locked,";
     ::close(other);
     std::istringstream in(text);
     int count = 0;
     const auto end_rows = [&] {
-      if (count > 0) line += fmt::format(" {} row{} from {}", count, count > 1 ? "s" : "", first);
+      if (count > 0)
+        line += count == 1 ? fmt::format(" row {}", first) : fmt::format(" {} rows {} to {}", count, first, last);
       count = 0;
     };
     for (std::string each; std::getline(in, each);) {
@@ -271,8 +272,8 @@ class RowLogPlayer : public DiskPlayer {
         line += " " + each.substr(2) + ";";
         others += each + "\n";
       } else if (each.size() > 20 && each[19] == 'Z') {
-        const std::string time = short_time(each);
-        if (count++ == 0) first = time;
+        last = short_time(each);
+        if (count++ == 0) first = last;
       } else if (!each.starts_with("time_utc,")) {
         end_rows();
         line += " torn " + each + ";";
@@ -286,11 +287,9 @@ class RowLogPlayer : public DiskPlayer {
   std::string read(std::string& cursor, std::size_t limit) {
     const RowResult page = log_->page({cursor, limit});
     if (!page) {
-      if (page.error().gone == 0) return std::regex_replace(page.error().text, std::regex("[0-9a-f]{32}"), "ID");
-      cursor = page.error().after.text();
+      if (page.error().gone > 0) cursor = page.error().after.text();
       missing_ += page.error().gone;
-      return fmt::format("gone {}: {}", page.error().gone,
-                         std::regex_replace(page.error().text, std::regex("[0-9a-f]{32}"), "ID"));
+      return page.error().text;
     }
     cursor = page->after.text();
     const auto before = std::exchange(missing_, page->missing);
