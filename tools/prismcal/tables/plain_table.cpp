@@ -437,7 +437,7 @@ Result<bool> PlainTable::next(Row& row) {
   return false;
 }
 
-// German programs write 743 and 1.006 for 743 and 1006; English ones 1,006, in which the comma is no decimal sign.
+// German programs write 743 and 1.006 for 743 and 1006; English ones 1,006, in which the comma is not a decimal sign.
 Result<void> PlainTable::check_groups() const {
   const bool none_shown =
       std::none_of(groups_.begin(), groups_.end(), [](const auto& group) { return group.is_shown(); });

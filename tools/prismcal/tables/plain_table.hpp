@@ -78,7 +78,7 @@ struct Row {
 /// Type of all cells of a column in the first rows.
 enum class ColumnKind { kNumber, kTime, kText };
 
-/// What a file of another program is, by its first bytes: "an Excel file (.xlsx)", "UTF-16 text", …; empty: none of
+/// The kind of a file of another program, by its first bytes: "an Excel file (.xlsx)", "UTF-16 text", …; empty: none of
 /// those that are not plain tables. Errors: those of FileReader::open().
 Result<std::string> foreign_file(const std::string& path);
 
