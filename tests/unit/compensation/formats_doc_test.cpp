@@ -131,17 +131,6 @@ Names keys_of(const std::string& text) {
   return names;
 }
 
-Names columns_where(bool (*chosen)(const ColumnInfo&)) {
-  Names names;
-  for (const ColumnInfo& column : kColumnInfo) {
-    if (chosen(column)) names.insert(std::string(column.name));
-  }
-  return names;
-}
-
-const Names kInWindow = columns_where([](const ColumnInfo& column) { return column.json > 0; });
-const Names kInSample = columns_where([](const ColumnInfo& column) { return column.in_sample != InSample::kNo; });
-
 // The fields of a class of the Python client.
 Names python_fields(const std::string& name) {
   const std::string file =
@@ -154,20 +143,15 @@ Names python_fields(const std::string& name) {
   return names;
 }
 
-TEST(LogColumns, NotificationsHaveTheMembersOfTheTable) {
+TEST(LogColumns, ThePythonClientHasTheMembersOfNotifications) {
   std::string window, sample;
   append_json(window, CompensatedWindow());
   append_json(sample, Compensated());
-  EXPECT_EQ(keys_of(window), kInWindow);
-  EXPECT_EQ(keys_of(sample), kInSample);
-}
-
-TEST(LogColumns, ThePythonClientHasTheMembersOfNotifications) {
-  Names window = kInWindow, sample = kInSample;
-  window.insert({"axis", "sensors"});
-  sample.insert("axis");
-  EXPECT_EQ(python_fields("Window"), window);
-  EXPECT_EQ(python_fields("Sample"), sample);
+  Names of_window = keys_of(window), of_sample = keys_of(sample);
+  of_window.insert({"axis", "sensors"});
+  of_sample.insert("axis");
+  EXPECT_EQ(python_fields("Window"), of_window);
+  EXPECT_EQ(python_fields("Sample"), of_sample);
 }
 
 TEST(LogColumns, FormatsDocumentListsTheUnitsOfSensors) {
