@@ -82,13 +82,15 @@ wait_for 5 field_is .state status receiving
 # A server that greets in Telnet and closes: its text is shown, and the pauses grow.
 greet='import socket, sys, time
 server = socket.create_server(("127.0.0.1", int(sys.argv[1])))
+print("listens", flush=True)
 while True: peer = server.accept()[0]; peer.send(b"\xff\xfb\x01login: "); peer.close(); print(time.monotonic(), flush=True)'
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 port=$(free_port)
 start server python3 -c "$greet" "$port"
+wait_for 20 grep -q listens "$dir/server.out"  # else the pauses grow before it
 net_config "\"tcp\": {\"address\": \"127.0.0.1:$port\"}, \"retry_min_s\": 0.05, \"retry_max_s\": 60"
 rm -f "$PRISM_SOCKET"; start_prismd
-wait_for 20 sh -c "[ \$(wc -l <'$dir/server.out') -ge 6 ]"
+wait_for 20 sh -c "[ \$(wc -l <'$dir/server.out') -ge 7 ]"
 awk '{ if (NR > 2 && $1 - last < 1.5 * pause) exit 1; pause = $1 - last; last = $1 }' <(tail -4 "$dir/server.out") || fail "pauses: $(cat "$dir/server.out")"
 contains "what came" "$(field .detail status)" 'the other end closed the connection; no frame came, but "\xff\xfb\x01login: "'
 contains "Telnet" "$(cat "$dir/prismd.err")" "the other end speaks Telnet (FF FB 01): set the port of the device server to raw TCP"
