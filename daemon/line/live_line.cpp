@@ -68,7 +68,7 @@ LiveLine::LiveLine(asio::io_context& io, pipeline::Device& device, std::size_t n
 void LiveLine::start() {
   asio::co_spawn(io_, watch(), asio::detached);
   retry_.reset();
-  open_or_pause();
+  open();
 }
 
 void LiveLine::begin_stop() {
@@ -95,29 +95,23 @@ void LiveLine::stop() {
 
 void LiveLine::reopen() {
   pause_timer_.cancel();
-  close();
-  open_or_pause();
+  open_.reset();
+  open();
 }
 
-void LiveLine::open_or_pause() {
-  if (!open()) pause();
-}
-
-bool LiveLine::open() {
+void LiveLine::open() {
   auto opened = transport::open(io_, settings());
-  if (!opened) {
-    not_opened(opened.error().text());
-    return false;
-  }
+  if (!opened) return not_opened(opened.error().text());
   open_.emplace().transport = std::move(*opened);
   begun_ = false;
   proceed({});
-  return true;
 }
 
 void LiveLine::not_opened(const std::string& why) {
   set(LineState::kConnecting, why);
   complain("line_absent", why + "; retrying");
+  open_.reset();
+  pause();
 }
 
 void LiveLine::opened() {
@@ -167,8 +161,6 @@ void LiveLine::converse() {
   open_->conversation.emplace(io_, *open_->transport, commands, poller_ ? &*poller_ : nullptr, std::move(owner));
   open_->conversation->start();
 }
-
-void LiveLine::close() { open_.reset(); }
 
 std::string LiveLine::prefix() const {
   return number_ == pipeline::kGyroLine ? "" : device_.setup.sensor_lines[number_ - 1].name + ": ";
@@ -227,11 +219,8 @@ void LiveLine::readable() {
 
 // A line that opens in steps.
 void LiveLine::proceed(const transport::Received& received) {
-  if (received.kind == transport::Received::Kind::kLost) {
-    not_opened(transport::describe(settings()) + ": " + received.why);
-    open_.reset();
-    return pause();
-  }
+  if (received.kind == transport::Received::Kind::kLost)
+    return not_opened(transport::describe(settings()) + ": " + received.why);
   listen();
   if (const std::string step = open_->transport->opening(); step.empty()) {
     opened();
@@ -255,7 +244,7 @@ void LiveLine::receiving() {
 
 void LiveLine::lose(const char* kind, const std::string& why) {
   complain(kind, transport::describe(settings()) + ": " + why + "; opening it again until data comes");
-  close();
+  open_.reset();
   device_.finish(number_);
   pause();
 }
@@ -401,7 +390,7 @@ void LiveLine::pause() {
   last_progress_ = Clock::now() + wait;
   pause_timer_.expires_after(wait);
   pause_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error && !stopping_ && !open_) open_or_pause();
+    if (!error && !stopping_ && !open_) open();
   });
 }
 

@@ -94,12 +94,10 @@ class LiveLine {
   boost::asio::awaitable<void> watch();
   void listen();
   void readable();
-  void open_or_pause();
-  bool open();
+  void open();
   void proceed(const transport::Received& received);
   void opened();
   void not_opened(const std::string& why);
-  void close();
   void count_hardware();
   void rest();
   void pause();

@@ -36,7 +36,7 @@ constexpr std::int64_t kLookAfterNew_s = 10;  // a line that flaps begins a segm
 constexpr std::int64_t kLookEvery_s = 60;
 constexpr std::int64_t kMinGrowth_s = 10;  // shorter: the growth is not known
 
-// How long until so many bytes more are stored.
+// Time until `bytes` more are stored.
 std::int64_t wait_for(std::int64_t bytes, double bytes_per_s) {
   constexpr double kMost_s = 1e11;  // above: not worth announcing
   if (bytes < 0) return 0;

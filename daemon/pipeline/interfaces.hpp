@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the parts of the daemon use of each other: events, the log and the capture.
+// Interfaces between the parts of the daemon: events, the log and the capture.
 #pragma once
 
 #include <atomic>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -15,40 +14,10 @@
 namespace prism::pipeline {
 namespace {
 
-bool take_number(std::string_view& text, std::uint64_t& number) {
-  if (!text.starts_with('-')) return false;
-  text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end == text.data()) return false;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return true;
-}
-
-}  // namespace
-
-bool is_log_id(std::string_view text) {
-  return text.size() == kLogIdChars &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
-std::string RowCursor::text() const { return fmt::format("{}-{}-{}-{}", log, segment, row, total); }
-
-std::optional<RowCursor> RowCursor::parse(std::string_view text) {
-  if (!is_log_id(text.substr(0, kLogIdChars))) return std::nullopt;
-  RowCursor cursor;
-  cursor.log = text.substr(0, kLogIdChars);
-  text.remove_prefix(kLogIdChars);
-  const bool good =
-      take_number(text, cursor.segment) && take_number(text, cursor.row) && take_number(text, cursor.total);
-  return good && text.empty() ? std::optional(cursor) : std::nullopt;
-}
-
-namespace {
-
 using nlohmann::json;
 
 constexpr std::size_t kStampChars = 16;           // 20261121T091100Z
-constexpr std::size_t kMaxDigits = 15;            // of a number in a name or header: sums do not overflow
+constexpr std::size_t kMaxDigits = 15;            // of a number in a name, header or cursor: sums do not overflow
 constexpr std::int64_t kMaxClockStep_s = 86'400;  // between two lines of an index; a larger step is damage
 
 bool take(std::string_view& text, std::string_view word) {
@@ -65,20 +34,16 @@ std::optional<std::uint64_t> take_number(std::string_view& text) {
   return number;
 }
 
-std::uint64_t unsigned_of(const json& object, const char* key) {
+// 0 or empty if it is missing or of another type.
+template <class T>
+T value_of(const json& object, const char* key) {
   const auto found = object.find(key);
-  return found != object.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+  const T* const value = found == object.end() ? nullptr : found->get_ptr<const T*>();
+  return value == nullptr ? T() : *value;
 }
-
-std::int64_t seconds_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number_integer() ? found->get<std::int64_t>() : 0;
-}
-
-std::string word_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
+std::uint64_t unsigned_of(const json& object, const char* key) { return value_of<std::uint64_t>(object, key); }
+std::int64_t seconds_of(const json& object, const char* key) { return value_of<std::int64_t>(object, key); }
+std::string word_of(const json& object, const char* key) { return value_of<std::string>(object, key); }
 
 // Clocks increase with the numbers: a smaller one is damage and makes no segment older than the one before it.
 void take_made(OldIndex& index, const json& line, std::uint64_t number) {
@@ -118,6 +83,26 @@ void take_line(OldIndex& index, const json& line) {
 }
 
 }  // namespace
+
+bool is_log_id(std::string_view text) {
+  return text.size() == kLogIdChars &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+std::string RowCursor::text() const { return fmt::format("{}-{}-{}-{}", log, segment, row, total); }
+
+std::optional<RowCursor> RowCursor::parse(std::string_view text) {
+  if (!is_log_id(text.substr(0, kLogIdChars))) return std::nullopt;
+  RowCursor cursor;
+  cursor.log = text.substr(0, kLogIdChars);
+  text.remove_prefix(kLogIdChars);
+  for (std::uint64_t RowCursor::*const part : {&RowCursor::segment, &RowCursor::row, &RowCursor::total}) {
+    const auto number = take(text, "-") ? take_number(text) : std::nullopt;
+    if (!number) return std::nullopt;
+    cursor.*part = *number;
+  }
+  return text.empty() ? std::optional(cursor) : std::nullopt;
+}
 
 std::string SegmentName::file(const std::string& name, const std::string& extension) const {
   const std::string running = extension == ".pcap" ? fmt::format("-{}s", running_s) : "";
