@@ -3,7 +3,7 @@
 _prismctl() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in status|bias|stability|line|model|config|events|history|rows|export|metrics|reload|send|version|watch) command=$word && break ;; esac
+    case $word in status|bias|stability|line|model|config|events|history|reload|version|rows|export|metrics|send|watch) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     *' -n'|*' --name') words=$(for file in /run/prismd/*.sock ${XDG_RUNTIME_DIR-/run/user/$UID}/prismd/*.sock; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
@@ -18,14 +18,14 @@ _prismctl() {
     config) words='-h --help' ;;
     events) words='-h --help --count' ;;
     history) words='-h --help --seconds' ;;
+    reload) words='-h --help' ;;
+    version) words='-h --help' ;;
     rows) words='-h --help --after --cursor --limit --follow' ;;
     export) words='-h --help --from --to' ;;
     metrics) words='-h --help --file' ;;
-    reload) words='-h --help' ;;
     send) words='-h --help --line --hex' ;;
-    version) words='-h --help' ;;
     watch) words='-h --help --samples --every --count' ;;
-    *) words='-h --help --version -s --socket -n --name --axis --json --no-start status bias stability line model config events history rows export metrics reload send version watch' ;;
+    *) words='-h --help --version -s --socket -n --name --axis --json --no-start status bias stability line model config events history reload version rows export metrics send watch' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

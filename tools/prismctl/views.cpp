@@ -387,7 +387,8 @@ std::string bias_view(const json& result) {
   }
   const json& axes = status["axes"];
   const json first = axes.is_object() && !axes.empty() ? axes.front() : json();
-  std::string text = labelled("time", "{}, {}", utc_of(at(first, "time_s")), age_text(at(first, "age_s")));
+  const std::string age = axes.size() > 1 ? ", " + age_text(at(first, "age_s")) : "";
+  std::string text = labelled("time", utc_of(at(first, "time_s")) + age);
   text += values_view(status);
   if (axes.size() > 1) return text;
   json others = at(first, "inputs");  // of the model, besides those shown
