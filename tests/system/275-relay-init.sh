@@ -45,7 +45,7 @@ same "the rows" "$(sql "SELECT count(*) FROM prism.rows")" 6
 objects >now
 cmp -s complete now || fail "the schema: $(diff complete now)"
 
-# An --init that fails changes nothing.
+# An --init that fails has no effect.
 sql "DELETE FROM prism.version; DROP VIEW prism.days; CREATE VIEW prism.days AS SELECT 1 AS one; DROP TABLE prism.gaps"
 objects >before
 code=0; prismrelay --init relay.json >out 2>refused.err || code=$?

@@ -62,7 +62,7 @@ wait_for 20 relay_is '.targets.postgresql.error | test("read-only")' true
 psql -X -q -h "$dir/pg" -U relay prism -c "SET default_transaction_read_only = off" -c "ALTER ROLE relay RESET default_transaction_read_only"
 wait_for 40 relay_is .targets.postgresql.up true
 
-# The database becomes an older copy of itself while a request is pending: the rows after its cursor are sent again (compared below).
+# The database is replaced by an older copy while a request is pending: the rows after its cursor are sent again (compared below).
 sql "DELETE FROM prism.rows; UPDATE prism.places SET cursor = 'earliest'; SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = 'prismrelay'" >/dev/null
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows" 20
 
