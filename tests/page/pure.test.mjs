@@ -225,10 +225,11 @@ test("a problem of the device is shown with all axes, unless the quality of an a
   assert.deepEqual(of("x"), { level: "care", word: "caution", count: "", why: "room stopped changing", old: false });
   Object.assign(gyro.axes.get("y"), { quality: "input_missing", correction: { inputs: { T: { value: 20, unit: "degC" }, room: { value: null, unit: "degC" } } } });
   assert.deepEqual([of("x").level, of("y").level, of("y").word], ["good", "bad", "input missing"]);
-  assert.equal(of("y").why, "room of the model is unknown; room stopped changing");
+  assert.equal(of("y").why, "an input of the model is unknown: room; room stopped changing");
   gyro.status.health = { state: "failed", problems: ["log: no space", "y: quality: no_model"] };
   gyro.axes.get("y").quality = "good";
   assert.deepEqual([of("x").level, of("x").word, of("x").why], ["bad", "fault", "log: no space"]);
+  assert.equal(state.inWords("room: connecting; quality is now warming+input_missing"), "room: unplugged; quality is now warming+input missing");
 });
 
 test("a second that was cut short does not remove the values before it", () => {

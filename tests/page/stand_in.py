@@ -83,7 +83,7 @@ class Gyro:
     def status(self):
         parts = {axis: {"axis": axis, "model": self.model(axis), "quality": self.quality(axis), "window": self.window(axis, int(self.now()) - 1),
                         "window_s": 100, "warm_s": 110, "full_s": 110} for axis in self.axes}
-        whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, **self.silence(), "gyro_serial": "SIMULATED",
+        whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, "state_since_s": self.first_s, **self.silence(), "gyro_serial": "SIMULATED",
                  "line": {"frames": int((time.time() - self.first_s) * 200), "bad_check": 2, "bad_length": 0, "bad_body": 0}, "timing": {"missing_frames": 3}}
         return {**whole, "axes": parts}
 

@@ -9,10 +9,8 @@ import { stepFor } from "./steps.js";
 import { kCompared, kComparedColours, Strips } from "./strips.js";
 import { TimeView } from "./time_view.js";
 
-const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kRetry_ms = 5000;
-const kReload_ms = 1500;
-const kMaxRows = 5000; // limit of `range`
-const kSpan_s = 3600;
+const kMoveDelay_ms = 150, kMaxOffset_s = 5, kTick_ms = 900, kSlowest_s = 15, kRetry_ms = 5000, kReload_ms = 1500;
+const kSpan_s = 3600, kMaxRows = 5000; // limit of `range`
 const kSpans = [[60, "1 min"], [300, "5 min"], [1200, "20 min"], [3600, "1 h"], [21600, "6 h"], [86400, "24 h"], [604800, "7 d"], [2592000, "30 d"], [31536000, "365 d"]];
 
 export class GyroView {
@@ -116,8 +114,7 @@ export class GyroView {
     const [from_s, to_s] = this.view.range();
     setText(this.period, period(from_s, to_s));
     if (this.isWrong || [this.from, this.to].includes(document.activeElement)) return;
-    Object.assign(this.from, { value: moment(from_s) });
-    Object.assign(this.to, { value: this.view.isLive ? "now" : moment(to_s) });
+    [this.from.value, this.to.value] = [moment(from_s), this.view.isLive ? "now" : moment(to_s)];
   }
 
   /** Shows the range of the two fields. A time to come is now. */

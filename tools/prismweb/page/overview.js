@@ -107,7 +107,7 @@ export function makeOverview() {
     redraw();
   };
   const sum = el("p", { class: "sum", role: "status" }), empty = el("p", { class: "empty", hidden: true }, "No prismd is running on this host.");
-  const filter = el("input", { type: "search", placeholder: "filter: name, state, model", "aria-label": "filter", input: () => redraw() });
+  const filter = el("input", { type: "search", size: 28, placeholder: "filter: name, state, model", "aria-label": "filter", input: () => redraw() });
   const heads = Object.entries(kColumns).map(([key, [title]]) => el("th", { scope: "col", class: kNumbers.includes(key) && "number" }, el("button", { type: "button", click: () => sortBy(key) }, title)));
   const tiles = el("div", { class: "tiles" }), body = el("tbody"), table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body), parts = new Map();
   const element = el("div", {}, el("h1", { class: "unseen" }, "All gyros"), el("div", { class: "sum-line" }, sum, filter), tiles, table, empty);

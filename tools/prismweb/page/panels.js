@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The numbers of one axis above its charts, and the panels beside them: inputs of the model, counters of the line, events.
+// The numbers of one axis above its charts, and panels: inputs of the model, counters of the line, events.
 import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, decimalsFor, fixed, kUnknown, moment, plusMinus, span, withUnit } from "./format.js";
-import { ageOf, isValid, kMarks, levelOfSeverity, modelName, rateOf, readable, stabilityText, wordOfLine } from "./state.js";
+import { ageOf, inWords, isValid, kMarks, levelOfSeverity, modelName, rateOf, readable, stabilityText, wordOfLine } from "./state.js";
 
 const kWidth = 240, kPad = 0.2, kEventsShown = 60;
 const kInputNames = { T: "T, temperature", dTdt: "dT/dt, slope", U: "U, UHFO" };
@@ -101,7 +101,7 @@ export function makeEvents(lookAt) {
   const entry = (event) => {
     const level = levelOfSeverity(event.severity), repeats = event.repeats ? ` (${event.repeats} more times)` : "";
     return el("li", { class: level }, el("button", { type: "button", click: () => lookAt(event.time_s) },
-      el("span", { class: "mark", "aria-label": event.severity }, kMarks[level]), el("time", {}, moment(event.time_s)), el("span", { class: "text" }, event.text + repeats)));
+      el("span", { class: "mark", "aria-label": event.severity }, kMarks[level]), el("time", {}, moment(event.time_s)), el("span", { class: "text" }, inWords(event.text) + repeats)));
   };
   return {
     element: list,

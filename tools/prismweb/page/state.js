@@ -138,17 +138,20 @@ export function takeInstance(gyro, { state, axes }) {
   for (const axis of axes) axisOf(gyro, axis);
 }
 
+/** A text of prismd with the page's words for qualities and states of lines. */
+export const inWords = (text) => text.replace(/[a-z]+(_[a-z]+)+|extrapolating|connecting/g, (word) => kReasons[word]?.[1] ?? wordOfLine(word));
+
 /** The device's level and problems. Its level is "good" if the quality of one of its axes explains it. */
 function healthOf({ status, axes }) {
   const isExplained = [...axes.values()].some((axis) => levelOfQuality(axis.quality) !== "good");
   const level = isExplained ? "good" : { failed: "bad", caution: "care" }[status.health?.state] ?? "good";
-  return [level, (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text))]; // in the quality, too
+  return [level, (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text)).map(inWords)]; // in the quality, too
 }
 
 /** The explanations of a quality that is not good. They name the inputs that are unknown. */
 function explained({ quality, correction }) {
   const inputs = correction?.inputs ?? {}, unknown = Object.keys(inputs).filter((name) => !Number.isFinite(inputs[name].value)).join(", ");
-  return reasonsOf(quality).filter(([level]) => level !== "good").map(([, , text]) => (unknown ? text.replace("an input of the", `${unknown} of the`) : text));
+  return reasonsOf(quality).filter(([level]) => level !== "good").map(([, , text]) => (unknown ? text.replace("model is unknown", `model is unknown: ${unknown}`) : text));
 }
 
 /**
