@@ -155,3 +155,13 @@ wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'" 
 same "messages about the invalid name" "$(grep -c 'xff.sock: skipped' relay.err)" 1
 prismrelay --status relay.json >status.txt; prismrelay --status --json relay.json >status.out
 for file in relay.err status.txt status.out; do is_printable "$file" || fail "$file is not printable"; done
+
+# A server that does not respond is reported; the relay waits for it, and SIGTERM ends the relay nevertheless.
+frozen=$(sql "SELECT pid FROM pg_stat_activity WHERE application_name = 'prismrelay'")
+kill -STOP "$frozen"
+wait_for 40 relay_is '.targets.postgresql | "\(.up) \(.error)"' "false postgresql: no response for 20 s"
+kill -TERM "$relay"; wait "$relay" || fail "exit code $? while the server does not respond"
+kill -CONT "$frozen"
+start_relay
+before=$(sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/second'")
+wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/second'" "$before"

@@ -69,7 +69,7 @@ bool is_valid(ColumnType type, std::string_view text) {
   return value && *value >= -max && *value <= max;
 }
 
-// Rounded as to_timestamp() does: earlier versions stored the times with it, and the arrival is part of a key.
+// Rounded as PostgreSQL's to_timestamp: earlier versions stored the times with it, and the arrival is part of a key.
 std::int64_t rounded_ns(double time_s) {
   constexpr std::int64_t kEpoch_s = 946'684'800;  // of PostgreSQL: 2000
   return (static_cast<std::int64_t>(std::rint((time_s - kEpoch_s) * 1e6)) + kEpoch_s * 1'000'000) * 1000;

@@ -3,11 +3,9 @@
 
 #include <fmt/format.h>
 #include <libpq-fe.h>
-#include <poll.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <set>
 #include <string_view>
@@ -20,8 +18,6 @@ namespace prism::prismrelay {
 namespace {
 
 constexpr const char* kServer = "postgresql";
-constexpr std::chrono::seconds kTimeout{20};
-constexpr std::chrono::seconds kInitTimeout{60};  // another --init, or an index of a large table
 
 // The files of schema/ by number, from 1.
 constexpr const char* kSchemaFiles[] = {
@@ -95,36 +91,44 @@ std::string field(const QueryResult& result, int row, int column) {
 
 }  // namespace
 
-/// Connection to the server. Each operation has a deadline.
+/// Connection to the server. A lost network ends an operation after 20 s; a server that is only slow is waited for.
 class Session {
  public:
   std::set<std::int64_t> days = {};  ///< with a partition, since 1970 UTC
 
-  static Result<std::unique_ptr<Session>> open(const PostgresSettings& settings, std::chrono::seconds timeout) {
+  static Result<std::unique_ptr<Session>> open(const PostgresSettings& settings) {
     std::string password;  // no error message contains it
     if (!settings.password_file.empty()) {
       auto read = read_password(settings.password_file);
       if (!read) return error_of(read);
       password = std::move(*read);
     }
-    const std::array keys = {"dbname", "password", "fallback_application_name", "client_encoding",
+    const std::array keys = {"fallback_application_name",
+                             "client_encoding",
+                             "connect_timeout",
+                             "tcp_user_timeout",
+                             "keepalives_idle",
+                             "keepalives_interval",
+                             "keepalives_count",
+                             "dbname",
+                             password.empty() ? nullptr : "password",
                              static_cast<const char*>(nullptr)};
-    const std::array values = {settings.connection.c_str(), password.empty() ? nullptr : password.c_str(), "prismrelay",
-                               "UTF8", static_cast<const char*>(nullptr)};
-    std::unique_ptr<Session> opened(new Session(PQconnectStartParams(keys.data(), values.data(), 1), timeout));
+    const std::array values = {"prismrelay",
+                               "UTF8",
+                               "20",
+                               "20000",
+                               "10",
+                               "5",
+                               "2",
+                               settings.connection.c_str(),
+                               password.c_str(),
+                               static_cast<const char*>(nullptr)};
+    std::unique_ptr<Session> opened(new Session(PQconnectdbParams(keys.data(), values.data(), 1)));
     PGconn* const handle = opened->connection_.get();
-    if (handle == nullptr) return make_error(kServer, "out of memory");
-    for (PostgresPollingStatusType state = PGRES_POLLING_WRITING; state != PGRES_POLLING_OK;) {
-      if (state == PGRES_POLLING_FAILED || PQstatus(handle) == CONNECTION_BAD)
-        return opened->connection_error("cannot connect");
-      if (!opened->wait(state == PGRES_POLLING_READING ? POLLIN : POLLOUT))
-        return make_error(kServer, "connection timed out");
-      state = PQconnectPoll(handle);
-    }
+    if (PQstatus(handle) != CONNECTION_OK) return opened->error();
     const std::string_view encoding = PQparameterStatus(handle, "server_encoding");
     if (encoding != "UTF8" && encoding != "SQL_ASCII")
       return make_error(kServer, fmt::format("the database has the encoding {}, expected UTF8", encoding));
-    PQsetnonblocking(handle, 1);
     PQsetNoticeProcessor(
         handle, [](void*, const char*) {}, nullptr);  // e.g. "relation exists, skipping"
     return opened;
@@ -132,10 +136,7 @@ class Session {
 
   /// Runs one or more statements and returns the result of the last one. Errors: the server's message in one line.
   Result<QueryResult> query(const std::string& sql) {
-    until_ = Clock::now() + timeout_;
-    sqlstate_.clear();
-    if (PQsendQuery(connection_.get(), sql.c_str()) == 0) return connection_error();
-    return last_result();
+    return checked(QueryResult(PQexec(connection_.get(), sql.c_str())));
   }
   Result<void> run(const std::string& sql) {
     if (const auto done = query(sql); !done) return error_of(done);
@@ -143,19 +144,17 @@ class Session {
   }
 
   /// Runs statements of which one is COPY … FROM STDIN, with `lines`.
-  Result<void> copy(const std::string& sql, std::string_view lines) {
+  Result<void> copy(const std::string& sql, const std::string& lines) {
     if (auto begun = run(sql); !begun) return begun;
-    while (!lines.empty()) {
-      const std::string_view part = lines.substr(0, 64 << 10);
-      const int queued = PQputCopyData(connection_.get(), part.data(), static_cast<int>(part.size()));
-      if (queued < 0) return connection_error();
-      if (queued > 0) lines.remove_prefix(part.size());
-      if (auto sent = flush(); !sent) return sent;
+    if (PQputCopyData(connection_.get(), lines.data(), static_cast<int>(lines.size())) != 1 ||
+        PQputCopyEnd(connection_.get(), nullptr) != 1)
+      return error();
+    Result<QueryResult> done = QueryResult();
+    while (PGresult* const result = PQgetResult(connection_.get())) {
+      QueryResult next(result);
+      if (done) done = checked(std::move(next));
     }
-    while (PQputCopyEnd(connection_.get(), nullptr) == 0) {
-      if (auto sent = flush(); !sent) return sent;
-    }
-    if (const auto done = last_result(); !done) return error_of(done);
+    if (!done) return error_of(done);
     return {};
   }
 
@@ -175,70 +174,28 @@ class Session {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   struct Finish {
     void operator()(PGconn* connection) const { PQfinish(connection); }
   };
-  Session(PGconn* connection, std::chrono::seconds timeout) : connection_(connection), timeout_(timeout) {}
+  explicit Session(PGconn* connection) : connection_(connection) {}
 
-  // libpq's message, or `fallback` if it has none.
-  tl::unexpected<Error> connection_error(const char* fallback = "connection lost") const {
+  tl::unexpected<Error> error() const {
     const std::string message = one_line(PQerrorMessage(connection_.get()));
-    return make_error(kServer, message.empty() ? fallback : message);
+    return make_error(kServer, message.empty() ? "connection lost" : message);
   }
 
-  // Waits until the socket is ready. Returns false at the end of the operation's time, or if poll() fails.
-  bool wait(short events) const {
-    for (;;) {
-      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until_ - Clock::now()).count();
-      if (left < 0) return false;
-      pollfd socket{PQsocket(connection_.get()), events, 0};
-      const int ready = ::poll(&socket, 1, static_cast<int>(left) + 1);
-      if (ready > 0) return true;
-      if (ready < 0 && errno != EINTR) return false;
-    }
-  }
-
-  Result<void> flush() {
-    for (;;) {
-      const int left = PQflush(connection_.get());
-      if (left == 0) return {};
-      if (left < 0) return connection_error();
-      if (!wait(POLLIN | POLLOUT)) return make_error(kServer, "write timed out");
-      if (PQconsumeInput(connection_.get()) == 0) return connection_error();
-    }
-  }
-
-  // Returns the last result, the first error, or the begin of COPY.
-  Result<QueryResult> last_result() {
-    if (auto sent = flush(); !sent) return error_of(sent);
-    QueryResult last;
-    Result<QueryResult> error = QueryResult();
-    for (;;) {
-      while (PQisBusy(connection_.get()) != 0) {
-        if (!wait(POLLIN)) return make_error(kServer, "response timed out");
-        if (PQconsumeInput(connection_.get()) == 0) return connection_error();
-      }
-      QueryResult result(PQgetResult(connection_.get()));
-      if (!result) break;
-      const ExecStatusType state = PQresultStatus(result.get());
-      if (state == PGRES_COPY_IN) return result;
-      if (state != PGRES_COMMAND_OK && state != PGRES_TUPLES_OK && error) {
-        error = make_error(kServer, one_line(PQresultErrorMessage(result.get())));
-        const char* const code = PQresultErrorField(result.get(), PG_DIAG_SQLSTATE);
-        sqlstate_ = code != nullptr ? code : "";
-      }
-      last = std::move(result);
-    }
-    if (!error) return error;
-    if (!last) return connection_error();
-    return last;
+  Result<QueryResult> checked(QueryResult result) {
+    const ExecStatusType state = PQresultStatus(result.get());
+    sqlstate_.clear();
+    if (state == PGRES_COMMAND_OK || state == PGRES_TUPLES_OK || state == PGRES_COPY_IN) return result;
+    const char* const code = PQresultErrorField(result.get(), PG_DIAG_SQLSTATE);
+    if (code == nullptr) return error();
+    sqlstate_ = code;
+    return make_error(kServer, one_line(PQresultErrorMessage(result.get())));
   }
 
   std::unique_ptr<PGconn, Finish> connection_;
-  std::chrono::seconds timeout_;
-  Clock::time_point until_ = Clock::now() + timeout_;  // end of this operation
-  std::string sqlstate_;                               // of the last failed operation; empty: not of the server
+  std::string sqlstate_;  // of the last failed operation; empty: not of the server
 };
 
 namespace {
@@ -429,7 +386,7 @@ std::string schema_sql() {
 }
 
 Result<std::string> init_schema(const PostgresSettings& settings) {
-  const auto opened = Session::open(settings, kInitTimeout);
+  const auto opened = Session::open(settings);
   if (!opened) return error_of(opened);
   Session& session = **opened;
   const auto locked = session.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.version'))");
@@ -449,7 +406,7 @@ Database::~Database() = default;
 
 Result<std::map<LogKey, std::string>> Database::connect() {
   session_.reset();
-  auto opened = Session::open(settings_, kTimeout);
+  auto opened = Session::open(settings_);
   if (!opened) return error_of(opened);
   session_ = std::move(*opened);
   return keep(session_, read_cursors(*session_, site_));

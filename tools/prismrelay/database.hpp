@@ -22,8 +22,7 @@ Result<std::string> init_schema(const PostgresSettings& settings);
 
 class Session;
 
-/// Each operation may wait for the server, 20 s for each of its responses. After an error the connection is closed:
-/// connect() must follow.
+/// Each operation waits for the server. After an error the connection is closed: connect() must follow.
 class Database {
  public:
   Database(const PostgresSettings& settings, const std::string& site);

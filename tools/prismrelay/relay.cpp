@@ -11,6 +11,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <set>
@@ -59,6 +60,7 @@ constexpr auto kIdle = 5s;             // then the connection is checked
 constexpr auto kPartitionsEvery = 1h;  // creates partitions in advance and drops old ones
 constexpr int kCalmPages = 60;         // without a fault, before its end is logged: about a minute
 constexpr std::size_t kMaxWarnings = 1000;
+constexpr auto kSlow = 20s;  // of the database or a disk: reported, and waited for
 
 class Relay {
  public:
@@ -88,6 +90,7 @@ class Relay {
     log_line(Level::kInfo,
              fmt::format("sending the rows of {} as site {}", fmt::join(settings_.instances, ", "), settings_.site));
     io_.run();
+    if (late_ > 0) std::_Exit(0);  // a thread does not end
     database_thread_.join();
     file_thread_.join();
     log_line(Level::kInfo, "stopped");
@@ -144,17 +147,33 @@ class Relay {
     if (warnings_.size() < kMaxWarnings && warnings_.insert(text).second) log_line(Level::kWarning, text);
   }
 
-  // Runs `work` in the thread and returns its result in the loop.
-  template <class Work>
-  asio::awaitable<std::invoke_result_t<Work>> in_thread(asio::thread_pool& thread, Work work) {
+  // Runs `work` in the thread and returns its result in the loop. Calls `late` if it lasts longer than kSlow.
+  template <class Work, class Late>
+  asio::awaitable<std::invoke_result_t<Work>> in_thread(asio::thread_pool& thread, Work work, Late late) {
     std::optional<std::invoke_result_t<Work>> result;
-    asio::steady_timer done(io_, Clock::time_point::max());
+    asio::steady_timer done(io_, kSlow);
     asio::post(thread, [&] {
-      result.emplace(work());
-      asio::post(io_, [&] { done.cancel(); });
+      auto value = work();
+      asio::post(io_, [&, value = std::move(value)]() mutable {
+        result.emplace(std::move(value));
+        done.cancel();
+      });
     });
     co_await done.async_wait(kUse);
+    if (!result) {
+      ++late_;
+      late();
+      done.expires_at(Clock::time_point::max());
+      co_await done.async_wait(kUse);
+      --late_;
+    }
     co_return std::move(*result);
+  }
+
+  template <class Work>
+  asio::awaitable<std::invoke_result_t<Work>> in_database(Work work) {
+    const auto late = [this] { report_.targets[kDatabase].down("postgresql: no response for 20 s"); };
+    co_return co_await in_thread(database_thread_, work, late);
   }
 
   asio::awaitable<void> sleep(Clock::duration time) {
@@ -413,14 +432,14 @@ class Relay {
     }
   }
 
-  // Connects to the database and stores the batches, again after each error. connect() reads the cursors: rows that were
-  // not stored are requested again.
+  // Connects to the database and stores the batches, again after each error. connect() reads the cursors: rows that
+  // were not stored are requested again.
   asio::awaitable<void> store_rows() {
     Target& target = report_.targets[kDatabase];
     const auto connect = [this] { return database_->connect(); };
     std::chrono::milliseconds pause = kFirstRetry;
     for (;;) {
-      auto cursors = co_await in_thread(database_thread_, connect);
+      auto cursors = co_await in_database(connect);
       if (cursors) {
         if (!commit_failed_) target.up();
         cursors_ = std::move(*cursors);
@@ -450,14 +469,14 @@ class Relay {
     const auto ping = [this] { return database_->ping(); };
     for (Clock::time_point partitions_due;;) {
       if (Clock::now() >= partitions_due) {
-        const auto dropped = co_await in_thread(database_thread_, keep_days);
+        const auto dropped = co_await in_database(keep_days);
         if (!dropped) co_return dropped.error();
         for (const std::string& line : *dropped) log_line(Level::kWarning, line);
         partitions_due = Clock::now() + kPartitionsEvery;
       }
       co_await gather();
       if (batch_.empty()) {
-        const auto alive = co_await in_thread(database_thread_, ping);
+        const auto alive = co_await in_database(ping);
         if (!alive) co_return alive.error();
         commit_failed_ = commit_failed_ && !batch_.empty();  // else the refused rows are no longer offered
         if (!commit_failed_) target.up();
@@ -465,7 +484,7 @@ class Relay {
       }
       batch = std::exchange(batch_, {});
       batch_bytes_ = 0;
-      const auto done = co_await in_thread(database_thread_, commit);
+      const auto done = co_await in_database(commit);
       commit_failed_ = !done;
       for (const auto& item : batch) {
         item->is_done = true;
@@ -550,7 +569,10 @@ class Relay {
 
   asio::awaitable<void> write(const char* what, std::string path, std::string text, bool is_metrics) {
     const auto work = [&] { return is_metrics ? metrics::write_exposition(path, text) : write_text_file(path, text); };
-    const auto written = co_await in_thread(file_thread_, work);
+    const auto late = [&] {
+      problems_.set(what, {.text = fmt::format("cannot write the {}: no response of the disk", what)});
+    };
+    const auto written = co_await in_thread(file_thread_, work, late);
     if (written) problems_.clear(what, fmt::format("the {} is written again", what));
     if (!written) problems_.set(what, {.text = fmt::format("cannot write the {}: {}", what, written.error().text())});
   }
@@ -559,7 +581,7 @@ class Relay {
   Report report_;
   Problems problems_;
   std::set<std::string> warnings_;
-  int large_pages_ = 0;
+  int large_pages_ = 0, late_ = 0;
   asio::io_context io_{1};
   asio::signal_set signals_{io_, SIGTERM, SIGINT};
   std::optional<Mqtt> mqtt_;
