@@ -145,7 +145,7 @@ export function makeNumbers() {
       setText(mark, kMarks[status.level]);
       setText(word, status.word);
       setText(progress, status.count ?? "");
-      setText(why, `${status.why}; means of ${span(axis.window_s ?? 100)}`);
+      setText(why, status.old ? status.why : `${status.why}; means of ${span(axis.window_s ?? 100)}`);
       const main = rateOf(shown);
       setText(label, main.what);
       setText(rate, main.text);
