@@ -102,7 +102,7 @@ deaf() {
 }
 api 'range?seconds=7000&points=5000' >range.json  # the first large response also fills the caches of the store
 deaf short 10 16
-deaf mixed 10 96  # 16 MiB of responses per client, and intermediate results
+deaf mixed 10 32  # 4 MiB per client, and intermediate results
 deaf http 6 144  # 128 MiB in total, and intermediate results
 same "prismweb serves others" "$(api status | jq -r .state)" "$(field .state status)"
 ! grep -q "Traceback" deaf.out || fail "$(cat deaf.out)"

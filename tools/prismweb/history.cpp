@@ -357,10 +357,8 @@ asio::awaitable<Result<std::vector<Period>>> History::seconds_of_log(View view) 
       cursor = page->after;
     }
   }
-  if (!found.empty()) {
-    const std::vector<Period> newer = recent_.after(memory_s - 1);
-    found.insert(found.end(), newer.begin(), newer.end());
-  }
+  const std::vector<Period> newer = recent_.after(memory_s - 1);
+  found.insert(found.end(), newer.begin(), newer.end());
   co_return found;
 }
 

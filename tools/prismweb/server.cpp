@@ -137,7 +137,10 @@ asio::awaitable<bool> send(Stream& stream, Connection& connection, const Fields&
 class WsSession : public std::enable_shared_from_this<WsSession> {
  public:
   WsSession(Stream stream, std::shared_ptr<WsClient> client, std::shared_ptr<Connection> connection)
-      : ws_(std::move(stream)), client_(std::move(client)), connection_(std::move(connection)) {}
+      : ws_(std::move(stream)),
+        tick_(ws_.get_executor(), kFirstMessage),
+        client_(std::move(client)),
+        connection_(std::move(connection)) {}
 
   asio::awaitable<void> run(Fields request) {
     const auto self = shared_from_this();
@@ -152,6 +155,7 @@ class WsSession : public std::enable_shared_from_this<WsSession> {
     asio::co_spawn(ws_.get_executor(), watch(self), asio::detached);
     co_await read();
     is_ended_ = true;
+    tick_.cancel();
     client_->end();
   }
 
@@ -194,13 +198,12 @@ class WsSession : public std::enable_shared_from_this<WsSession> {
 
   // Disconnects a client that is not admitted in time or does not read.
   asio::awaitable<void> watch(std::shared_ptr<WsSession> self) {
-    asio::steady_timer tick(ws_.get_executor(), kFirstMessage);
-    co_await tick.async_wait(kUse);
+    co_await tick_.async_wait(kUse);
     const CloseReason late{1008, "no token received in 10 s"};
     if (!is_ended_ && !client_->is_admitted()) co_return co_await close(late);
     while (!is_ended_) {
-      tick.expires_after(kWatchInterval);
-      co_await tick.async_wait(kUse);
+      tick_.expires_after(kWatchInterval);
+      co_await tick_.async_wait(kUse);
       const auto now = std::chrono::steady_clock::now();
       if (writing_since_ && now - *writing_since_ >= kWriteTimeout) co_return self->drop();
     }
@@ -215,6 +218,7 @@ class WsSession : public std::enable_shared_from_this<WsSession> {
   }
 
   websocket::stream<Stream> ws_;
+  asio::steady_timer tick_;  ///< of watch()
   const std::shared_ptr<WsClient> client_;
   const std::shared_ptr<Connection> connection_;
   std::optional<std::chrono::steady_clock::time_point> writing_since_;
