@@ -21,11 +21,6 @@ bool tells_alike(const MessageType& kind) {
          std::all_of(kind.roles.channels.begin() + kRoleChannels, kind.roles.channels.end(), always);
 }
 
-// Of the channels with a role: they are read in each frame.
-constexpr double DecodedMessage::*kRoleValues[kRoleChannels] = {&DecodedMessage::temperature_degc,
-                                                                &DecodedMessage::uhfo_v};
-constexpr bool QuantitySet::*kRoleQuantities[kRoleChannels] = {&QuantitySet::temperature, &QuantitySet::uhfo};
-
 }  // namespace
 
 std::uint32_t sensor_stride(double frames_hz) {
@@ -196,14 +191,17 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
   for (const int field : roles.latency) {
     if (const double latency = view.value(field); !std::isnan(latency)) reading.latency_s += latency;
   }
-  for (std::size_t i = 0; i < kRoleChannels; ++i) {
-    if (!description_->channels[i].present) continue;
+  const auto read_role = [&](ChannelRole role, double& value, bool& out_of_bounds) {  // in each frame
+    const auto i = static_cast<std::size_t>(role);
+    if (!description_->channels[i].present) return;
     SlowValue& channel = channels_[i];
     channel.push(view, roles.channels[i], steps_, adjacent_);
-    reading.*kRoleValues[i] = channel.value();
-    reading.out_of_bounds.*kRoleQuantities[i] = channel.out_of_bounds();
+    value = channel.value();
+    out_of_bounds = channel.out_of_bounds();
     out_of_range_ += channel.out_of_range() ? 1 : 0;
-  }
+  };
+  read_role(ChannelRole::kTemperature, reading.temperature_degc, reading.out_of_bounds.temperature);
+  read_role(ChannelRole::kUhfo, reading.uhfo_v, reading.out_of_bounds.uhfo);
   if (channels_.size() > kRoleChannels) read_sensors(roles, view, reading);
   return true;
 }

@@ -2,11 +2,13 @@
 // Start-up commands and polls: read from JSON, and run without a clock of their own.
 #include "drivers/wire/description/commands.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
@@ -15,13 +17,13 @@
 #include "base/json_table.hpp"
 #include "drivers/commands.hpp"
 #include "tests/support/blocks.hpp"
+#include "tests/support/scripts.hpp"
 #include "tests/unit/wire/descriptions.hpp"
 
 namespace prism::drivers {
 namespace {
 
 using std::chrono::milliseconds;
-using testing::HasSubstr;
 using At = StartUp::Time;
 
 At after(int ms) { return At() + milliseconds(ms); }
@@ -90,53 +92,48 @@ TEST(Commands, DoNotChangeTheIdOfADescription) {
   EXPECT_EQ((*commanded)->commands.start->size(), 1u);
 }
 
-TEST(StartUp, SendsTheStepsInTheirOrder) {
-  StartUp run = start_up(R"([{"send": "one\r", "expect": "OK"}, {"wait_ms": 200}, {"send": "two"}])");
-  EXPECT_EQ(text_of(run.proceed(after(0))), "one\r");
-  EXPECT_EQ(text_of(run.proceed(after(0))), "");
-  EXPECT_EQ(run.text(), "step 1 of 3");
-  EXPECT_EQ(run.deadline(), after(1000));
-  run.received(bytes_of("noise O"));
-  EXPECT_EQ(text_of(run.proceed(after(10))), "");
-  run.received(bytes_of("K\r\n"));
-  EXPECT_EQ(text_of(run.proceed(after(20))), "");
-  EXPECT_EQ(run.text(), "step 2 of 3");
-  EXPECT_EQ(text_of(run.proceed(after(219))), "");
-  EXPECT_EQ(text_of(run.proceed(after(220))), "two");
-  EXPECT_EQ(text_of(run.proceed(after(220))), "");
-  EXPECT_TRUE(run.is_done());
-  EXPECT_FALSE(run.has_failed());
-}
+Poller poller(const std::string& poll) { return Poller(*read("{\"poll\": " + poll + "}").commands.poll); }
 
-TEST(StartUp, ReportsWhatItReceivedInsteadOfTheAnswer) {
-  StartUp run = start_up(R"([{"wait_ms": 0}, {"send": "A", "expect": "OK\r"}, {"send": "B"}])");
-  EXPECT_EQ(text_of(run.proceed(after(0))), "A");
-  run.proceed(after(0));
-  run.received(bytes_of("ERR"));
-  run.proceed(after(999));
-  EXPECT_FALSE(run.has_failed());
-  EXPECT_EQ(text_of(run.proceed(after(1000))), "");
-  EXPECT_TRUE(run.has_failed());
-  EXPECT_EQ(run.text(), "step 2 of 3: expected OK, received 45 52 52");
-  StartUp mute = start_up(R"([{"send": "A", "expect_hex": "FA 31"}])");
-  mute.proceed(after(0));
-  mute.proceed(after(1000));
-  EXPECT_EQ(mute.text(), "step 1 of 1: expected FA 31, received nothing");
-  StartUp flooded = start_up(R"([{"send": "A", "expect": "OK"}])");
-  flooded.proceed(after(0));
-  flooded.received(bytes_of(std::string(1000, '.')));
-  flooded.proceed(after(1000));
-  EXPECT_THAT(flooded.text(), HasSubstr("received 1000 bytes, the last 2E 2E"));
-}
+/// A time in ms gives the bytes that are sent then; `< TEXT` are received, `MS begin` opens the line, `MS replied`.
+class ConversationPlayer {
+ public:
+  std::vector<std::string> play(const std::string& command, std::istream& words) {
+    if (command == "start") {
+      start_.emplace(start_up(test::rest_of(words)));
+    } else if (command == "poll") {
+      poll_.emplace(poller(test::rest_of(words)));
+    } else if (command == "<") {
+      start_->received(bytes_of(test::rest_of(words)));
+    } else if (command == "state") {
+      return {state()};
+    } else {
+      const At now = after(std::stoi(command));
+      const auto what = test::next<std::string>(words);
+      if (what == "begin") poll_->begin(now);
+      if (what == "replied") poll_->replied(now);
+      if (!what.empty()) return {};
+      const std::string sent = text_of(start_ ? start_->proceed(now) : poll_->proceed(now));
+      if (!sent.empty()) return {"> " + bytes_text(bytes_of(sent))};
+    }
+    return {};
+  }
 
-TEST(StartUp, AnAnswerBeforeItsCommandDoesNotCount) {
-  StartUp run = start_up(R"([{"send": "A", "expect": "OK"}, {"send": "B", "expect": "OK"}])");
-  run.proceed(after(0));
-  run.received(bytes_of("OKOK"));
-  EXPECT_EQ(text_of(run.proceed(after(1))), "B");
-  run.proceed(after(1002));
-  EXPECT_TRUE(run.has_failed());
-}
+ private:
+  std::string state() const {
+    const auto at = (start_ ? start_->deadline() : poll_->deadline()) - after(0);
+    if (start_)
+      return fmt::format("{}{}{}, until {}", start_->text(), start_->is_done() ? ", done" : "",
+                         start_->has_failed() ? ", failed" : "", at / milliseconds(1));
+    const PollCounters& counters = poll_->counters();
+    return fmt::format("{} requests, {} missed, {} skipped, next at {}", counters.requests, counters.missed,
+                       counters.skipped, at / milliseconds(1));
+  }
+
+  std::optional<StartUp> start_;
+  std::optional<Poller> poll_;
+};
+
+TEST(Conversation, Scripts) { test::expect_scripts<ConversationPlayer>("wire/conversations.txt"); }
 
 // Answers of random bytes never end the program; the start-up ends in its time.
 TEST(StartUp, TenThousandDamagedAnswers) {
@@ -157,8 +154,6 @@ TEST(StartUp, TenThousandDamagedAnswers) {
   }
 }
 
-Poller poller(const std::string& poll) { return Poller(*read("{\"poll\": " + poll + "}").commands.poll); }
-
 TEST(Poller, PeriodsDoNotDrift) {
   Poller poll = poller(R"({"every_ms": 1000, "send": "READ?", "within_ms": 300, "pause_ms": 20})");
   std::mt19937 random(1);
@@ -178,56 +173,6 @@ TEST(Poller, PeriodsDoNotDrift) {
   EXPECT_EQ(poll.counters().requests, 86'400u);
   EXPECT_EQ(poll.counters().missed, 0u);
   EXPECT_EQ(poll.counters().skipped, 0u);
-}
-
-TEST(Poller, AsksInTurnAndCountsMissedReplies) {
-  Poller poll =
-      poller(R"({"every_ms": 1000, "within_ms": 300, "pause_ms": 20, "requests": [{"send": "A"}, {"send": "B"}]})");
-  poll.begin(after(0));
-  EXPECT_EQ(text_of(poll.proceed(after(0))), "A");
-  EXPECT_EQ(text_of(poll.proceed(after(50))), "");
-  poll.replied(after(50));
-  EXPECT_EQ(poll.deadline(), after(70));
-  EXPECT_EQ(text_of(poll.proceed(after(60))), "") << "the pause on a shared line";
-  EXPECT_EQ(text_of(poll.proceed(after(70))), "B");
-  EXPECT_EQ(text_of(poll.proceed(after(370))), "") << "no reply";
-  EXPECT_EQ(poll.counters().missed, 1u);
-  EXPECT_EQ(poll.deadline(), after(1000));
-  poll.replied(after(400));  // too late
-  EXPECT_EQ(poll.deadline(), after(1000));
-  EXPECT_EQ(text_of(poll.proceed(after(1000))), "A");
-}
-
-// Version 0.3 asked an instrument that closes its connection after each reply ten times a second instead of once a
-// minute.
-TEST(Poller, KeepsItsPeriodsWhenTheLineIsOpenedAgain) {
-  Poller poll =
-      poller(R"({"every_ms": 60000, "within_ms": 300, "pause_ms": 20, "requests": [{"send": "A"}, {"send": "B"}]})");
-  poll.begin(after(0));
-  EXPECT_EQ(text_of(poll.proceed(after(0))), "A");
-  poll.replied(after(10));
-  EXPECT_EQ(text_of(poll.proceed(after(30))), "B");
-  poll.replied(after(40));
-  poll.begin(after(140));  // opened again
-  EXPECT_EQ(poll.deadline(), after(60'000));
-  EXPECT_EQ(text_of(poll.proceed(after(60'000))), "A");
-  poll.begin(after(60'100));  // lost without a reply
-  EXPECT_EQ(poll.deadline(), after(120'000));
-  EXPECT_EQ(text_of(poll.proceed(after(120'000))), "A") << "a round begins with its first request";
-  EXPECT_EQ(poll.counters().requests, 4u);
-  EXPECT_EQ(poll.counters().missed, 1u);
-  poll.begin(after(500'000));  // after a long absence
-  EXPECT_EQ(poll.deadline(), after(500'000));
-}
-
-TEST(Poller, SkipsPeriodsThatARoundCovers) {
-  Poller poll = poller(R"({"every_ms": 100, "send": "A", "within_ms": 350, "pause_ms": 0})");
-  poll.begin(after(0));
-  poll.proceed(after(0));
-  EXPECT_EQ(text_of(poll.proceed(after(350))), "A") << "the round of 300 ms, late";
-  EXPECT_EQ(poll.counters().skipped, 2u);
-  poll.replied(after(351));
-  EXPECT_EQ(poll.deadline(), after(400));
 }
 
 }  // namespace

@@ -35,20 +35,6 @@ std::string refusal(const std::string& from, const std::string& to) {
   return parsed ? "accepted" : parsed.error().text();
 }
 
-TEST(Description, TakesAScaleAsManualsStateIt) {
-  for (const auto& [text, value] : {std::pair{"1/16777216", 1.0 / 16777216},
-                                    {"2^-24", 1.0 / 16777216},
-                                    {"250/2^23", 250.0 / 8388608},
-                                    {"0.5", 0.5},
-                                    {"-1/4", -0.25}}) {
-    std::string changed = kGood;
-    changed.replace(changed.find("\"s32\""), 5, std::string("\"s32\", \"scale\": \"") + text + '"');
-    const auto parsed = parse_frame_description(changed, "f.json");
-    ASSERT_TRUE(parsed) << parsed.error().text();
-    EXPECT_EQ((*parsed)->kinds[0].fields[0].scaling.scale, value) << text;
-  }
-}
-
 TEST(Description, CompilesAGoodDescription) {
   const auto parsed = parse_frame_description(kGood, "f.json");
   ASSERT_TRUE(parsed) << parsed.error().text();
