@@ -53,7 +53,7 @@ struct CounterRule {
   }
 };
 
-/// What a channel is for the models: T, U, or an input of its own name.
+/// Use of a channel by the models: T, U, or an input of its own name.
 enum class ChannelRole : std::uint8_t { kTemperature, kUhfo, kSensor };
 
 /// A quantity besides the gyro's, which need not be in every frame.

@@ -356,7 +356,8 @@ struct ChannelDraft {
   SensorStatement plausible;
 };
 
-/// Stores the draft as channel `i`, with its fields in each message type. Returns the first of them, if any is whole.
+/// Stores the draft as channel `i`, with its fields in each message type. Returns the first field that has it in one
+/// piece.
 const Field* add_channel(const Section& s, const ChannelDraft& draft, FrameDescription& description, std::size_t i) {
   Channel& channel = description.channels[i];
   const SensorName sensor = channel.sensor;
