@@ -25,7 +25,7 @@ std::string short_id(const json& id, const std::string& otherwise) {
 
 // "warming (15 of 100 s)", "no_data (no current measurement)"; `answer` is one of status or bias.
 std::string quality_words(const json& answer) {
-  const std::string quality = text_of(at(answer, "quality"));
+  std::string quality = text_of(at(answer, "quality"));
   if (quality == "no_data") return quality + " (no current measurement)";
   if (quality.find("warming") == std::string::npos) return quality;
   return fmt::format("{} ({} of {} s)", quality, seconds_of(at(answer, "warm_s"), 0),

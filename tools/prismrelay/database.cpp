@@ -290,7 +290,7 @@ Result<void> store_lines(Session& session, BatchItem& item, Table table) {
   if (auto copied = session.copy(to.copy, item.text(table)); !copied) return copied;
   for (Record& record : item.of(table)) {
     const std::string where = fmt::format(fmt::runtime(to.where), record.segment, record.row);
-    const auto stored = session.run("SAVEPOINT line;" + to.insert + where + to.on_conflict + "RELEASE line");
+    auto stored = session.run("SAVEPOINT line;" + to.insert + where + to.on_conflict + "RELEASE line");
     if (stored) continue;
     if (!session.is_refused(stored)) return stored;
     item.refuse(table, record, stored.error().what);
