@@ -298,7 +298,7 @@ class RowLogPlayer : public DiskPlayer {
     const auto answer = nlohmann::json::parse(page->json + "}");
     for (const auto& segment : answer["segments"])
       for (const std::string row : segment["rows"]) got_.push_back(short_time(row));
-    const std::string text = summary();
+    std::string text = summary();
     all.insert(all.end(), got_.begin(), got_.end());
     got_ = std::move(all), missing_ += before;
     return text;

@@ -79,7 +79,7 @@ Written write_any(Random& random) {
 class PlainTables : public testing::Test {
  protected:
   std::string written(const std::string& text) {
-    const std::string path = folder_.file("table.csv");
+    std::string path = folder_.file("table.csv");
     std::ofstream(path, std::ios::binary) << text;
     return path;
   }

@@ -105,7 +105,7 @@ TEST(SampleGrid, FollowsADrift) {
 
 TEST(SampleGrid, AsksForTheStepOfOtherStamps) {
   const auto batches = [](std::size_t size) {
-    return [=](std::size_t k, double, std::mt19937&) { return static_cast<double>(k / size * size) * 0.01; };
+    return [=](std::size_t k, double, std::mt19937&) { return static_cast<double>(k - k % size) * 0.01; };
   };
   for (const std::size_t size : {2, 4, 16, 100})
     EXPECT_THAT(refusal_of(stamps_of(batches(size), 0.01, 4000)),
@@ -137,7 +137,7 @@ TEST(SampleGrid, NamesBothReadingsOfEvenJumps) {
 TEST(SampleGrid, AStatedStepDecides) {
   const auto even = sample_grid(stamps_of(rounded(1), 1.02, 4000), "x", 1.0).value();
   EXPECT_EQ(even.lost, 80u);
-  const Stamp batches = [](std::size_t k, double, std::mt19937&) { return static_cast<double>(k / 10 * 10); };
+  const Stamp batches = [](std::size_t k, double, std::mt19937&) { return static_cast<double>(k - k % 10); };
   const auto grid = sample_grid(stamps_of(batches, 1, 4000, {{2000, 50}}), "x", 1.0).value();
   EXPECT_EQ(grid.interval_s, 1);
   EXPECT_EQ(grid.lost, 50u);
