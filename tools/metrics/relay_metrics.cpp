@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/metrics/relay_metrics.hpp"
 
+#include <limits>
+
 #include "base/json_member.hpp"
 
 namespace prism::metrics {
@@ -24,9 +26,7 @@ constexpr Family kRelayBehind{"prism_relay_behind_seconds", Type::kGauge,
 constexpr Family kRelayLag{"prism_relay_lag_seconds", Type::kGauge,
                            "Time from the arrival of the last row at the host to its commit."};
 
-void add_known(Exposition& out, const Family& family, const Labels& labels, const json& value) {
-  if (value.is_number()) out.add(family, labels, value.get<double>());
-}
+constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();  // add() leaves it out
 
 }  // namespace
 
@@ -35,17 +35,17 @@ void add_relay(Exposition& out, const json& status) {
   for (const auto& [name, target] : member(status, "targets").items()) {
     const Labels labels = {{"target", name}};
     out.add(kRelayTargetUp, labels, flag_member(target, "up"));
-    add_known(out, kRelayFailures, labels, member(target, "failures"));
-    add_known(out, kRelayDropped, labels, member(target, "dropped_messages"));
-    add_known(out, kRelayLast, labels, member(target, "last_s"));
+    out.add(kRelayFailures, labels, number_member(target, "failures", kAbsent));
+    out.add(kRelayDropped, labels, number_member(target, "dropped_messages", kAbsent));
+    out.add(kRelayLast, labels, number_member(target, "last_s", kAbsent));
   }
   for (const json& log : member(status, "logs")) {
     const Labels labels = {{"gyro", text_member(log, "gyro")}, {"axis", text_member(log, "axis")}};
-    add_known(out, kRelayRows, labels, member(log, "rows"));
-    add_known(out, kRelayRefused, labels, member(log, "refused_rows"));
-    add_known(out, kRelayMissing, labels, member(log, "missing_rows"));
-    add_known(out, kRelayBehind, labels, member(log, "behind_s"));
-    add_known(out, kRelayLag, labels, member(log, "lag_s"));
+    out.add(kRelayRows, labels, number_member(log, "rows", kAbsent));
+    out.add(kRelayRefused, labels, number_member(log, "refused_rows", kAbsent));
+    out.add(kRelayMissing, labels, number_member(log, "missing_rows", kAbsent));
+    out.add(kRelayBehind, labels, number_member(log, "behind_s", kAbsent));
+    out.add(kRelayLag, labels, number_member(log, "lag_s", kAbsent));
   }
 }
 

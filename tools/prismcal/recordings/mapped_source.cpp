@@ -133,7 +133,7 @@ class Averaging {
   std::int64_t last_ns_ = 0, last_step_ns_ = INT64_MAX, last_sample_ns_ = INT64_MIN;
 };
 
-/// What the times show: lost samples, and options for rows that are farther apart than a window accepts.
+/// Notes on the times: samples that are lost; the options that a window needs if its rows are far apart.
 std::vector<std::string> notes_on(const std::vector<std::int64_t>& rate_stamps_ns,
                                   const std::vector<std::int64_t>& stamps_ns, const std::string& path,
                                   std::optional<double> interval_s) {

@@ -23,8 +23,8 @@ double median_step_ns(const Stamps& stamps, std::size_t rows) {
   return static_cast<double>(*middle) / static_cast<double>(rows);
 }
 
-/// The mean of the steps that are no hole: neither alone nor with one of its neighbours near to its count of intervals,
-/// as the long step of a late stamp is.
+/// The mean of the steps between stamps, without holes. A late stamp also makes a long step, but the next step is then
+/// shorter: a step is a hole only if it stays too long together with each of its neighbours.
 double first_interval_ns(const Stamps& stamps, double usual_ns) {
   const auto is_long = [&](std::size_t begin, std::size_t end) {
     return static_cast<double>(stamps[end] - stamps[begin]) > (static_cast<double>(end - begin) + 0.5) * usual_ns;
