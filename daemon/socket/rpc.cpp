@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/post.hpp>
+#include <boost/asio/experimental/concurrent_channel.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <chrono>
@@ -35,79 +35,49 @@ using nlohmann::json;
 constexpr std::size_t kMostSentBytes = 1024;
 constexpr std::size_t kMaxBatch = 100;    // requests in one line
 constexpr std::size_t kMaxValues = 2000;  // JSON values in one line, containers included
-constexpr double kLongestWait_s = 30;
 
-// The integer parameter, 1 to max, or `otherwise` if it is missing; nullopt if it is invalid.
-std::optional<std::size_t> count_param(const json& params, const char* key, std::size_t otherwise, std::size_t max) {
-  if (params.is_null() || (params.is_object() && !params.contains(key))) return otherwise;
-  if (!params.is_object() || !params[key].is_number_integer()) return std::nullopt;
-  const auto value = params[key].get<std::int64_t>();
-  if (value < 1 || value > static_cast<std::int64_t>(max)) return std::nullopt;
-  return static_cast<std::size_t>(value);
-}
+/// The params of a request: reads the members that it has. It is no longer good after one that is invalid.
+class Params {
+ public:
+  explicit Params(const json& params) : params_(params), is_good_(params.is_null() || params.is_object()) {}
 
-struct SendParams {
-  std::size_t line = 0;             // 0: the gyro's; sensor lines follow
-  std::vector<std::uint8_t> bytes;  // 1 to kMostSentBytes
+  bool good() const { return is_good_; }
+  /// `accept` returns false for an invalid value.
+  template <class Accept>
+  void read(const char* key, const Accept& accept) {
+    const auto found = params_.find(key);
+    if (is_good_ && found != params_.end()) is_good_ = accept(*found);
+  }
+  /// A text, flag or number, as `value` is one.
+  template <class Value>
+  void value(const char* key, Value& value) {
+    read(key, [&](const json& found) {
+      const bool fits = found.type_name() == std::string_view(json(value).type_name());
+      if (fits) value = found.get<Value>();
+      return fits;
+    });
+  }
+  /// An integer from 1 to `most`.
+  template <class Count>
+  void count(const char* key, Count most, Count& value) {
+    read(key, [&](const json& found) {
+      const bool fits = found.is_number_integer() && found >= 1 && found <= most;
+      if (fits) value = found.get<Count>();
+      return fits;
+    });
+  }
+  /// An array of at least one value; null is absent.
+  template <class Accept>
+  void each(const char* key, const Accept& accept) {
+    read(key, [&](const json& list) {
+      return list.is_null() || (list.is_array() && !list.empty() && std::all_of(list.begin(), list.end(), accept));
+    });
+  }
+
+ private:
+  const json& params_;
+  bool is_good_;
 };
-
-// {"text": "READ?"} or {"hex": "55 AA"}, and "line" for a sensor line.
-Result<SendParams> send_params(const json& params, const pipeline::Setup& setup) {
-  SendParams wanted;
-  const auto text_of = [&](const char* key) { return params.value(key, json("")); };
-  bool good = params.is_object() && params.contains("text") != params.contains("hex");
-  if (good && text_of("text").is_string() && text_of("hex").is_string()) {
-    const std::string text = text_of("text");
-    wanted.bytes = params.contains("text") ? std::vector<std::uint8_t>(text.begin(), text.end())
-                                           : hex_bytes(text_of("hex").get<std::string>());
-  }
-  good = !wanted.bytes.empty() && wanted.bytes.size() <= kMostSentBytes;
-  if (good && params.contains("line")) {
-    const auto& lines = setup.sensor_lines;
-    while (wanted.line < lines.size() && params["line"] != lines[wanted.line].name) ++wanted.line;
-    good = wanted.line++ < lines.size();
-  }
-  if (good) return wanted;
-  return make_error("send", fmt::format(R"(found {}, expected {{"text": 1 to {} bytes}} or {{"hex": "55 AA"}}, )"
-                                        R"(and "line" only for a sensor line)",
-                                        shortened(json_text(params)), kMostSentBytes));
-}
-
-struct RowParams {
-  pipeline::RowQuery query;
-  double wait_s = 0;  // longest wait for a first row
-};
-
-Result<RowParams> row_params(const json& params) {
-  RowParams wanted;
-  const auto wrong = [&] {
-    return make_error(
-        "rows",
-        fmt::format(R"(found {}, expected {{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "header": true}})",
-                    shown(params), pipeline::RowQuery::kMostRows, kLongestWait_s));
-  };
-  if (params.is_null()) return wanted;
-  if (!params.is_object()) return wrong();
-  if (params.contains("after")) {
-    if (!params["after"].is_string()) return wrong();
-    wanted.query.after = params["after"];
-  }
-  const auto limit = count_param(params, "limit", wanted.query.limit, pipeline::RowQuery::kMostRows);
-  if (!limit) return wrong();
-  wanted.query.limit = *limit;
-  if (params.contains("name"))  // without it, 0.3 would read the whole log at each call
-    return make_error("rows",
-                      "\"name\" was removed in prism 0.4; pass the cursor of the last response as \"after\" "
-                      "(prismctl rows --cursor stores it in a file)");
-  if (params.contains("header") && !params["header"].is_boolean()) return wrong();
-  wanted.query.header = params.value("header", false);
-  if (params.contains("wait_s")) {
-    if (!params["wait_s"].is_number()) return wrong();
-    wanted.wait_s = params["wait_s"];
-    if (!(wanted.wait_s >= 0 && wanted.wait_s <= kLongestWait_s)) return wrong();
-  }
-  return wanted;
-}
 
 using nlohmann::ordered_json;
 
@@ -130,21 +100,6 @@ std::vector<std::string> names_of(const pipeline::Device& device, std::uint32_t 
     if (chosen >> i & 1) names.push_back(device.axes[i].name);
   }
   return names;
-}
-
-// Returns a bit for each axis in the list "axes", all if it is missing; nullopt if it is invalid.
-std::optional<std::uint32_t> axes_param(const json& params, const pipeline::Device& device) {
-  if (!params.is_object() || !params.contains("axes")) return Subscription::kAllAxes;
-  const json& list = params["axes"];
-  if (!list.is_array() || list.empty()) return std::nullopt;
-  std::uint32_t chosen = 0;
-  for (const json& name : list) {
-    std::size_t axis = 0;
-    while (axis < device.axes.size() && name != device.axes[axis].name) ++axis;
-    if (axis == device.axes.size()) return std::nullopt;
-    chosen |= 1U << axis;
-  }
-  return chosen;
 }
 
 // Parsing 65 kB of small values would delay the line by 4 ms. Each value but the first follows one of these characters.
@@ -179,8 +134,9 @@ struct Rpc::Call {
   void fail(int code, const std::string& message, const ordered_json* data = nullptr) const {
     if (wants_answer) client->answer(rpc_error(id, code, message, data));
   }
-  void fail_count(const char* key, std::size_t most) const {
-    fail(kInvalidParams, fmt::format("found {}, expected {{\"{}\": 1 to {}}}", shown(params), key, most));
+  /// The params are not as `expected`.
+  void refuse(const std::string& expected, const char* place = "") const {
+    fail(kInvalidParams, fmt::format("{}found {}, expected {}", place, shortened(json_text(params)), expected));
   }
   /// A response up to its result, which is existing JSON text.
   std::string begin() const {
@@ -188,8 +144,8 @@ struct Rpc::Call {
     line.pop_back();
     return line += ",\"result\":";
   }
-  /// An object with the axis `name`, up to its value.
-  std::string begin(const std::string& name) const { return begin() + R"({"axes":{)" + json_text(json(name)) + ":"; }
+  /// The start of an object with axes, up to the value of the first.
+  std::string begin(const std::string& axis) const { return begin() + R"({"axes":{)" + json_text(json(axis)) + ":"; }
 };
 
 std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_view line) {
@@ -281,24 +237,28 @@ bool Rpc::take_axes(Call& call) {
 
 // The JSON of rows and events was written when they occurred; here it is only joined, that of rows without a copy.
 void Rpc::history(const Call& call) {
-  const auto count = count_param(call.params, "seconds", 100, History::kRows);
-  if (!count) return call.fail_count("seconds", History::kRows);
+  std::size_t count = 100;
+  Params params(call.params);
+  params.count("seconds", History::kRows, count);
+  if (!params.good()) return call.refuse(fmt::format(R"({{"seconds": 1 to {}}})", History::kRows));
   std::vector<Piece> line;
   for (const std::size_t axis : call.axes) {
     const std::string& name = sources_.device.axes[axis].name;
     line.push_back({text(line.empty() ? call.begin(name) + "[" : "]," + json_text(json(name)) + ":[")});
-    sources_.publisher.history(axis).append_to(line, *count);
+    sources_.publisher.history(axis).append_to(line, count);
   }
   line.push_back({text("]}}}\n")});
   call.client->answer(std::move(line));
 }
 
 void Rpc::events(const Call& call) {
-  const auto count = count_param(call.params, "count", EventLog::kKept, EventLog::kKept);
-  if (!count) return call.fail_count("count", EventLog::kKept);
+  std::size_t count = EventLog::kKept;
+  Params params(call.params);
+  params.count("count", EventLog::kKept, count);
+  if (!params.good()) return call.refuse(fmt::format(R"({{"count": 1 to {}}})", EventLog::kKept));
   std::string line = call.begin() + '[';
   const auto& recent = sources_.events.recent();
-  const std::size_t first = recent.size() - std::min(*count, recent.size());
+  const std::size_t first = recent.size() - std::min(count, recent.size());
   for (std::size_t i = first; i < recent.size(); ++i) (line += i > first ? "," : "") += recent[i].json;
   call.client->answer(line += "]}\n");
 }
@@ -326,14 +286,27 @@ void Rpc::rows(const Call& call) {
   if (call.axes.size() != 1)
     return call.fail(kInvalidParams,
                      fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
-  auto params = row_params(call.params);
-  if (!params) return call.fail(kInvalidParams, params.error().text());
+  if (call.params.is_object() && call.params.contains("name"))  // without it, 0.3 would read the whole log at each call
+    return call.fail(kInvalidParams,
+                     "rows: \"name\" was removed in prism 0.4; pass the cursor of the last response as \"after\" "
+                     "(prismctl rows --cursor stores it in a file)");
+  constexpr double kLongestWait_s = 30;
+  pipeline::RowQuery query;
+  double wait_s = 0;  // longest wait for a first row
+  Params params(call.params);
+  params.value("after", query.after);
+  params.count("limit", pipeline::RowQuery::kMostRows, query.limit);
+  params.value("header", query.header);
+  params.value("wait_s", wait_s);
+  if (!params.good() || !(wait_s >= 0 && wait_s <= kLongestWait_s))
+    return call.refuse(fmt::format(R"({{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "header": true}})",
+                                   pipeline::RowQuery::kMostRows, kLongestWait_s),
+                       "rows: ");
   if (sources_.device.axes[call.axes.front()].log == nullptr)
     return call.fail(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
   if (std::exchange(call.client->reads_rows, true))
     return call.fail(kBusy, "rows: found a pending request of this client, expected one at a time");
-  asio::co_spawn(call.client->socket().get_executor(), answer_rows(call, std::move(params->query), params->wait_s),
-                 asio::detached);
+  asio::co_spawn(call.client->socket().get_executor(), answer_rows(call, std::move(query), wait_s), asio::detached);
 }
 
 void Rpc::synced() {
@@ -343,24 +316,13 @@ void Rpc::synced() {
   }
 }
 
-/// A page that the disk thread reads.
-struct Reading {
-  explicit Reading(const asio::any_io_executor& executor) : done(executor, asio::steady_timer::time_point::max()) {}
-  asio::steady_timer done;  ///< cancelled when `page` is there
-  std::optional<pipeline::RowResult> page;
-};
-
 namespace {
 
-// The disk thread posts the page, and with it its share of `reading`, which must end on the thread of its timer.
-void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, std::shared_ptr<Reading> reading) {
-  log.read(query, [reading = std::move(reading)](pipeline::RowResult page) mutable {
-    const auto executor = reading->done.get_executor();
-    asio::post(executor, [mine = std::exchange(reading, nullptr), page = std::move(page)]() mutable {
-      mine->page = std::move(page);
-      mine->done.cancel();
-    });
-  });
+using Pages = asio::experimental::concurrent_channel<void(boost::system::error_code, pipeline::RowResult)>;
+
+// The disk thread sends the page.
+void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, const std::shared_ptr<Pages>& pages) {
+  log.read(query, [pages](pipeline::RowResult page) { pages->try_send(boost::system::error_code(), std::move(page)); });
 }
 
 }  // namespace
@@ -375,10 +337,10 @@ asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, doub
   pipeline::RowResult page;
   for (;;) {
     const std::uint64_t seen = syncs_;
-    const auto reading = std::make_shared<Reading>(executor);
-    read_page(log, query, reading);
-    while (!reading->page) co_await reading->done.async_wait(kUse);
-    page = std::move(*reading->page);
+    const auto pages = std::make_shared<Pages>(executor, 1);
+    read_page(log, query, pages);
+    auto [closed, read] = co_await pages->async_receive(kUse);
+    page = std::move(read);
     const bool found = !page || page->rows > 0 || page->missing > 0;
     if (found || Client::Clock::now() >= until || !call.client->open()) break;
     if (syncs_ != seen) continue;
@@ -400,34 +362,29 @@ asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, doub
 
 void Rpc::change_subscription(const Call& call) {
   const bool on = call.method->name == "subscribe";
+  const std::vector<std::string> names = names_of(sources_.device);
+  std::uint32_t every = 1, axes = 0;
+  bool all_streams = true;
   Subscription wanted = call.client->subscription;
-  const json streams = call.params.is_object() ? call.params.value("streams", json()) : json();
-  const auto every = count_param(call.params, "every", 1, 1'000'000);
-  bool known = streams.is_array() && !streams.empty() && every;
-  if (streams.is_null() && every) {
-    known = true;
-    wanted = on ? Subscription{static_cast<std::uint32_t>(*every), true, true} : Subscription{};
-  }
-  const auto axes = axes_param(call.params, sources_.device);
-  known = known && axes;
-  for (const json& stream : streams.is_array() ? streams : json::array()) {
-    if (stream == "sample") {
-      wanted.sample_every = on && every ? static_cast<std::uint32_t>(*every) : 0;
-    } else if (stream == "window") {
-      wanted.windows = on;
-    } else if (stream == "event") {
-      wanted.events = on;
-    } else {
-      known = false;
-    }
-  }
-  if (!known) {
-    return call.fail(kInvalidParams,
-                     "found " + shown(call.params) +
-                         R"(, expected {"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
-                         json_text(json(names_of(sources_.device))) + "}");
-  }
-  wanted.axes = *axes;
+  Params params(call.params);
+  params.count("every", 1'000'000U, every);
+  params.each("streams", [&](const json& stream) {
+    all_streams = false;
+    if (stream == "sample") wanted.sample_every = on ? every : 0;
+    if (stream == "window") wanted.windows = on;
+    if (stream == "event") wanted.events = on;
+    return stream == "sample" || stream == "window" || stream == "event";
+  });
+  params.each("axes", [&](const json& name) {
+    const auto axis = std::find(names.begin(), names.end(), name) - names.begin();
+    axes |= 1U << axis;
+    return axis < std::ssize(names);
+  });
+  if (!params.good())
+    return call.refuse(R"({"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
+                       json_text(json(names)) + "}");
+  if (all_streams) wanted = on ? Subscription{every, true, true} : Subscription{};
+  wanted.axes = axes == 0 ? Subscription::kAllAxes : axes;
   call.reply({{"sample_every", wanted.sample_every},
               {"window", wanted.windows},
               {"event", wanted.events},
@@ -445,11 +402,27 @@ void Rpc::reload(const Call& call) {
 
 void Rpc::send(const Call& call) {
   if (!call.client->privileged()) return call.fail(kNotPermitted, "send needs root or the user that prismd runs as");
-  const auto params = send_params(call.params, sources_.device.setup);
-  if (!params) return call.fail(kInvalidParams, params.error().what);
+  std::size_t line = 0;  // the gyro's; sensor lines follow
+  std::string bytes;
+  Params params(call.params);
+  params.value("text", bytes);
+  params.read("hex", [&](const json& hex) {
+    const auto found = hex.is_string() ? hex_bytes(hex.get<std::string>()) : std::vector<std::uint8_t>();
+    bytes.assign(found.begin(), found.end());
+    return !call.params.contains("text");
+  });
+  const auto& lines = sources_.device.setup.sensor_lines;
+  params.read("line", [&](const json& name) {
+    while (line < lines.size() && name != lines[line].name) ++line;
+    return line++ < lines.size();
+  });
+  if (!params.good() || bytes.empty() || bytes.size() > kMostSentBytes)
+    return call.refuse(fmt::format(
+        R"({{"text": 1 to {} bytes}} or {{"hex": "55 AA"}}, and "line" only for a sensor line)", kMostSentBytes));
   if (!send_) return call.fail(kFailed, "send: a replay has no device");
-  if (const auto sent = send_(params->line, params->bytes); !sent) return call.fail(kFailed, sent.error().text());
-  call.reply({{"sent", params->bytes.size()}});
+  const auto sent = send_(line, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  if (!sent) return call.fail(kFailed, sent.error().text());
+  call.reply({{"sent", bytes.size()}});
 }
 
 }  // namespace prism::socket

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <deque>
@@ -44,19 +44,6 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
   if (error) return make_error(settings.path, "cannot listen: " + error.message());
   socket->release();
   return acceptor;
-}
-
-// Returns complete lines without line ends; the rest stays in `pending`.
-std::deque<std::string> take_lines(std::string& pending) {
-  std::deque<std::string> lines;
-  std::size_t begin = 0;
-  for (std::size_t end; (end = pending.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    std::string_view line(pending.data() + begin, end - begin);
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    if (!line.empty()) lines.emplace_back(line);
-  }
-  pending.erase(0, begin);
-  return lines;
 }
 
 }  // namespace
@@ -139,32 +126,32 @@ std::string Server::admit(const Client& client) {
 
 // Reads no more requests from a client until the previous ones are answered.
 asio::awaitable<void> Server::talk(std::shared_ptr<Client> client) {
-  std::array<char, 4096> buffer;
   std::string pending;
+  auto buffer = asio::dynamic_buffer(pending, kMaxRequestBytes + 1);
   while (client->open()) {
-    auto [error, size] = co_await client->socket().async_read_some(asio::buffer(buffer), kUse);
-    if (error) break;
-    pending.append(buffer.data(), size);
-    for (const std::string& line : take_lines(pending)) {
-      std::deque<nlohmann::json> requests;
-      for (bool parsed = false; !parsed || !requests.empty(); parsed = true) {
-        co_await turn_.async_send(boost::system::error_code(), kUse);
-        if (client->gone()) client->close();
-        if (!client->open()) {
-          requests.clear();
-        } else if (!parsed) {
-          requests = rpc_.take(client, line);
-        } else {
-          rpc_.one(client, std::move(requests.front()));
-          requests.pop_front();
-        }
-        turn_.try_receive([](boost::system::error_code) {});
-      }
+    auto [error, size] = co_await asio::async_read_until(client->socket(), buffer, '\n', kUse);
+    if (error == asio::error::not_found) {
+      client->answer(rpc_error(nullptr, kInvalidRequest,
+                               fmt::format("found a line of more than {} bytes; connection closed", kMaxRequestBytes)));
     }
-    if (pending.size() <= kMaxRequestBytes) continue;
-    client->answer(rpc_error(nullptr, kInvalidRequest,
-                             fmt::format("found a line of more than {} bytes; connection closed", kMaxRequestBytes)));
-    break;
+    if (error) break;
+    std::string_view line(pending.data(), size - 1);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    std::deque<nlohmann::json> requests;
+    for (bool parsed = line.empty(); !parsed || !requests.empty(); parsed = true) {
+      co_await turn_.async_send(boost::system::error_code(), kUse);
+      if (client->gone()) client->close();
+      if (!client->open()) {
+        requests.clear();
+      } else if (!parsed) {
+        requests = rpc_.take(client, line);
+      } else {
+        rpc_.one(client, std::move(requests.front()));
+        requests.pop_front();
+      }
+      turn_.try_receive([](boost::system::error_code) {});
+    }
+    pending.erase(0, size);
   }
   client->close();
   publisher_.remove(client.get());
