@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_document.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 #include "drivers/wire/description/keys.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/support/generated.hpp"
@@ -32,7 +33,9 @@ std::string refusal(const std::string& from, const std::string& to) {
   if (at == std::string::npos) return "the test's own text has no " + from;
   text.replace(at, from.size(), to);
   const auto parsed = parse_frame_description(text, "f.json");
-  return parsed ? "accepted" : parsed.error().text();
+  if (!parsed) return parsed.error().text();
+  const auto proved = run_test_vectors(**parsed);
+  return proved ? "accepted" : proved.error().text();
 }
 
 TEST(Description, CompilesAGoodDescription) {

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/wire/decode/frame_decoder.hpp"
@@ -61,6 +65,60 @@ inline std::vector<wire::DecodedMessage> decode(const wire::FrameDescriptionPtr&
   decoder.feed(bytes, 0, readings);
   decoder.finish(readings);
   return readings;
+}
+
+/// One byte in a thousand is flipped, dropped or followed by another.
+enum class Damage { kFlip, kDrop, kInsert };
+inline constexpr Damage kDamages[] = {Damage::kFlip, Damage::kDrop, Damage::kInsert};
+
+/// A frame of a stream.
+struct Part {
+  std::uint64_t offset = 0, length = 0;
+};
+
+/// The stream after damage, and the offsets of the frames that it did not touch.
+struct Damaged {
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::uint64_t> intact;
+};
+
+inline Damaged damage(const std::vector<std::uint8_t>& good, const std::vector<Part>& frames, Damage what,
+                      unsigned seed = 99) {
+  std::mt19937 random(seed);
+  Damaged result;
+  std::vector<std::uint64_t> new_offset(good.size() + 1);
+  std::vector<bool> hit(good.size(), false);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    // Of two equal bytes the dropped one is unknown, and so is the damaged frame.
+    const bool twin = i + 1 < good.size() && good[i] == good[i + 1];
+    hit[i] = random() % 1000 == 0 && !(what == Damage::kDrop && twin);
+    new_offset[i] = result.bytes.size();
+    if (hit[i] && what == Damage::kDrop) continue;
+    result.bytes.push_back(hit[i] && what == Damage::kFlip ? static_cast<std::uint8_t>(good[i] ^ (1 + random() % 255))
+                                                           : good[i]);
+    if (hit[i] && what == Damage::kInsert) result.bytes.push_back(static_cast<std::uint8_t>(random()));
+  }
+  for (const Part& frame : frames) {
+    bool touched = false;
+    for (std::uint64_t i = frame.offset; i < frame.offset + frame.length; ++i) {
+      const bool behind_the_end = what == Damage::kInsert && i + 1 == frame.offset + frame.length;
+      touched = touched || (hit[i] && !behind_the_end);
+    }
+    if (!touched) result.intact.push_back(new_offset[frame.offset]);
+  }
+  return result;
+}
+
+/// How many intact frames the decoder does not find after damage, and how many it finds.
+inline std::pair<std::size_t, std::size_t> lost_frames(const wire::FrameDescriptionPtr& description,
+                                                       const std::vector<std::uint8_t>& good,
+                                                       const std::vector<Part>& frames, Damage what) {
+  const Damaged damaged = damage(good, frames, what);
+  std::set<std::uint64_t> found;
+  for (const wire::DecodedMessage& reading : decode(description, damaged.bytes)) found.insert(reading.offset);
+  const auto seen = static_cast<std::size_t>(std::count_if(damaged.intact.begin(), damaged.intact.end(),
+                                                           [&](std::uint64_t at) { return found.contains(at); }));
+  return {damaged.intact.size() - seen, seen};
 }
 
 }  // namespace prism::test

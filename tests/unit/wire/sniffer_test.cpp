@@ -58,43 +58,5 @@ TEST(Sniffer, MatchesNothingInGarbage) {
   for (const SniffScore& score : sniffer.ranking()) EXPECT_FALSE(score.fits) << sniff_line(score);
 }
 
-TEST(Sniffer, DoesNotMatchRareFrames) {
-  const auto description = test::shipped("trplg");
-  std::vector<std::uint8_t> bytes(10'000, 0x5A);
-  const auto frames = second_of(description);
-  bytes.insert(bytes.end(), frames.begin(), frames.end());
-  Sniffer sniffer({description});
-  sniffer.feed(bytes, 0);
-  const SniffScore score = sniffer.ranking()[0];
-  EXPECT_EQ(score.frames, 199u);
-  EXPECT_FALSE(score.fits) << "most of the line is something else";
-}
-
-TEST(Sniffer, NeedsMoreThanOneFrame) {
-  const auto description = test::shipped("trplg");
-  auto bytes = second_of(description);
-  bytes.resize(13 + 20 - 5);  // the rest of a frame, one complete, the start of the next
-  Sniffer sniffer({description});
-  sniffer.feed(bytes, 0);
-  const SniffScore score = sniffer.ranking()[0];
-  EXPECT_EQ(score.frames, 0u) << "a weak frame waits for confirmation";
-  bytes = second_of(description);
-  bytes.resize(13 + 2 * 20);
-  Sniffer two({description});
-  two.feed(bytes, 0);
-  EXPECT_FALSE(two.ranking()[0].fits);
-  EXPECT_TRUE(two.ranking()[0].too_few) << sniff_line(two.ranking()[0]);
-  EXPECT_TRUE(sniff_line(two.ranking()[0]).ends_with(": too few, at least 3 are needed"));
-}
-
-TEST(Sniffer, ReportsCountsAndTheRate) {
-  const auto description = test::shipped("trplg");
-  const auto bytes = second_of(description);
-  Sniffer sniffer({description});
-  sniffer.feed(std::span(bytes).first(13), 0);
-  sniffer.feed(std::span(bytes).subspan(13), 1'000'000'000);
-  EXPECT_EQ(sniff_line(sniffer.ranking()[0]), "trplg              fits  199 frames, 99.7 % of 3993 bytes, 199 Hz");
-}
-
 }  // namespace
 }  // namespace prism::wire
