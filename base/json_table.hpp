@@ -39,6 +39,18 @@ Json unsigned_schema();
 /// One, or an array of at least `least`.
 Json one_or_more_schema(const Json& one, int least);
 
+/// kRequiredByCheck: the row's own function, or a check, has the error.
+enum Required { kRequired, kRequiredByCheck };
+
+/// The help of a key: "text", kRequired, or {kRequired, "text"}.
+struct KeyHelp {
+  KeyHelp(const char* help) : text(help) {}
+  KeyHelp(Required by, const char* help = "") : text(help), is_required(true), has_own_error(by == kRequiredByCheck) {}
+
+  const char* text;
+  bool is_required = false, has_own_error = false;
+};
+
 /// The keys of a JSON object that a T stores. A row names a member of T by a pointer to it, or by a function that
 /// returns a reference to it. An absent key leaves the member unchanged; an optional member without a value is printed
 /// as null. `help` is plain text; a key without help shares that of the next key in the man page.
@@ -52,12 +64,13 @@ class JsonTable {
     std::function<void(const T&, Json&)> print;    ///< puts the key into the object, or nothing
     std::function<Json(const T& usual)> usual;     ///< a plain value; null: without a default
     std::function<Json(const T& usual)> contents;  ///< of an object: its part of the schema; null: a plain value
-    bool is_required = false;
+    bool is_required = false, has_own_error = false;
   };
 
   /// Errors are those of the section; `object` has the defaults.
   void read(const Section& section, T& object) const {
     for (const Row& row : rows_) {
+      if (row.is_required && !row.has_own_error && section.good()) section.require(row.key);
       if (section.good()) row.read(section, object);
     }
   }
@@ -94,7 +107,7 @@ class JsonTable {
 
   /// A number stored in another unit: member = number · unit.
   template <class Member>
-  JsonTable& number(const char* key, Range range, Member member, const char* help, double unit = 1) {
+  JsonTable& number(const char* key, Range range, Member member, KeyHelp help, double unit = 1) {
     return value(
         key, limits_schema("number", range), member, help,
         [range, unit](const Section& section, const std::string& name) { return section.number(name, range) * unit; },
@@ -102,7 +115,7 @@ class JsonTable {
   }
 
   template <class Member>
-  JsonTable& integer(const char* key, Range range, Member member, const char* help, std::int64_t unit = 1) {
+  JsonTable& integer(const char* key, Range range, Member member, KeyHelp help, std::int64_t unit = 1) {
     return value(
         key, limits_schema("integer", range), member, help,
         [range, unit](const Section& section, const std::string& name) { return section.integer(name, range) * unit; },
@@ -110,7 +123,7 @@ class JsonTable {
   }
 
   template <class Member>
-  JsonTable& boolean(const char* key, Member member, const char* help) {
+  JsonTable& boolean(const char* key, Member member, KeyHelp help) {
     return value(
         key, {{"type", "boolean"}}, member, help,
         [](const Section& section, const std::string& name) { return section.boolean(name); },
@@ -118,7 +131,7 @@ class JsonTable {
   }
 
   template <class Member>
-  JsonTable& text(const char* key, Member member, const char* help, TextRule rule = TextRule::kLongText) {
+  JsonTable& text(const char* key, Member member, KeyHelp help, TextRule rule = TextRule::kLongText) {
     return value(
         key, {{"type", "string"}}, member, help,
         [rule](const Section& section, const std::string& name) { return section.text(name, {}, rule); },
@@ -127,7 +140,7 @@ class JsonTable {
 
   /// A string of any characters.
   template <class Member>
-  JsonTable& raw_text(const char* key, Member member, const char* help) {
+  JsonTable& raw_text(const char* key, Member member, KeyHelp help) {
     return value(
         key, {{"type", "string"}}, member, help,
         [](const Section& section, const std::string& name) { return section.raw_text(name); },
@@ -136,7 +149,7 @@ class JsonTable {
 
   /// An unsigned number of up to 64 bits: a number, or a string like "0x1F".
   template <class Member>
-  JsonTable& bits(const char* key, Member member, const char* help) {
+  JsonTable& bits(const char* key, Member member, KeyHelp help) {
     return value(
         key, unsigned_schema(), member, help,
         [](const Section& section, const std::string& name) { return section.bits(name); },
@@ -145,7 +158,7 @@ class JsonTable {
 
   /// One of them, or an array of at least one.
   template <class Member>
-  JsonTable& bit_list(const char* key, Member member, const char* help) {
+  JsonTable& bit_list(const char* key, Member member, KeyHelp help) {
     return value(
         key, one_or_more_schema(unsigned_schema(), 1), member, help,
         [](const Section& section, const std::string& name) { return section.bit_list(name); },
@@ -154,7 +167,7 @@ class JsonTable {
 
   /// Bytes in hex: "A5 5A".
   template <class Member>
-  JsonTable& bytes(const char* key, Member member, const char* help) {
+  JsonTable& bytes(const char* key, Member member, KeyHelp help) {
     return value(
         key, {{"type", "string"}, {"pattern", "^( *[0-9a-fA-F]{2})+ *$"}}, member, help,
         [](const Section& section, const std::string& name) { return section.bytes(name); },
@@ -163,7 +176,7 @@ class JsonTable {
 
   /// An array of numbers; the member is a vector of the standard library or of Eigen.
   template <class Member>
-  JsonTable& numbers(const char* key, Range range, Member member, const char* help) {
+  JsonTable& numbers(const char* key, Range range, Member member, KeyHelp help) {
     return value(
         key, {{"type", "array"}, {"items", limits_schema("number", range)}}, member, help,
         [range](const Section& section, const std::string& name) { return section.numbers(name, range); },
@@ -172,7 +185,7 @@ class JsonTable {
 
   /// One string, or an array of at least one.
   template <class Member>
-  JsonTable& texts(const char* key, Member member, const char* help) {
+  JsonTable& texts(const char* key, Member member, KeyHelp help) {
     return value(
         key, one_or_more_schema({{"type", "string"}}, 1), member, help,
         [](const Section& section, const std::string& name) { return section.texts(name); },
@@ -181,7 +194,7 @@ class JsonTable {
 
   /// The member is a string with one of the names, or their index.
   template <class Member>
-  JsonTable& choice(const char* key, std::span<const char* const> names, Member member, const char* help) {
+  JsonTable& choice(const char* key, std::span<const char* const> names, Member member, KeyHelp help) {
     std::vector<const char*> all(names.begin(), names.end());
     return value(
         key, {{"type", "string"}, {"enum", all}}, member, help,
@@ -200,7 +213,7 @@ class JsonTable {
 
   /// A nested object. An optional member gets a value if the key exists.
   template <class X, class Member>
-  JsonTable& object(const char* key, const JsonTable<X>& table, Member member, const char* help) {
+  JsonTable& object(const char* key, const JsonTable<X>& table, Member member, KeyHelp help) {
     Row& row = add(key, Json::object(), help);
     row.read = [=](const Section& section, T& object) {
       auto& stored = std::invoke(member, object);
@@ -229,7 +242,7 @@ class JsonTable {
   /// name; `label` stands for a name in the man page.
   template <class X, class Member, class Naming>
   JsonTable& named(const char* key, const char* label, TextRule rule, const JsonTable<X>& table, Member member,
-                   Naming naming, const char* help) {
+                   Naming naming, KeyHelp help) {
     Row& row = add(key, {{"type", "object"}, {"$comment", label}}, help);
     row.read = [=](const Section& section, T& object) {
       const Section all = section.object(key);
@@ -248,7 +261,7 @@ class JsonTable {
 
   /// An array of objects, stored in a vector or an optional one.
   template <class X, class Member>
-  JsonTable& list(const char* key, const JsonTable<X>& table, Member member, const char* help) {
+  JsonTable& list(const char* key, const JsonTable<X>& table, Member member, KeyHelp help) {
     Row& row = add(key, {{"type", "array"}}, help);
     row.read = [=](const Section& section, T& object) {
       if (!section.has(key)) return;
@@ -271,7 +284,7 @@ class JsonTable {
   /// empty but for kNamed.
   enum class Form { kOne, kOneOrMore, kList, kNamed };
   template <class X, class Put>
-  JsonTable& objects(Form form, const char* key, const JsonTable<X>& table, Put put, const char* help,
+  JsonTable& objects(Form form, const char* key, const JsonTable<X>& table, Put put, KeyHelp help,
                      TextRule rule = TextRule::kMessageName) {
     Row& row = add(key, Json::object(), help);
     row.read = [=](const Section& section, T& object) {
@@ -304,7 +317,8 @@ class JsonTable {
   JsonTable& group(const JsonTable<X>& table, Member member) {
     for (const auto& inner : table.rows()) {
       Row& row = rows_.emplace_back();
-      row.key = inner.key, row.schema = inner.schema, row.is_required = inner.is_required;
+      row.key = inner.key, row.schema = inner.schema;
+      row.is_required = inner.is_required, row.has_own_error = inner.has_own_error;
       row.read = [=](const Section& section, T& object) { inner.read(section, std::invoke(member, object)); };
       if (inner.print) row.print = [=](const T& object, Json& json) { inner.print(std::invoke(member, object), json); };
       if (inner.usual) row.usual = [=](const T& usual) { return inner.usual(std::invoke(member, usual)); };
@@ -320,7 +334,7 @@ class JsonTable {
 
   /// A plain value: `read` returns it from a section and a key, `print` returns its JSON.
   template <class Member, class Read, class Print>
-  JsonTable& value(const char* key, Json schema, Member member, const char* help, Read read, Print print) {
+  JsonTable& value(const char* key, Json schema, Member member, KeyHelp help, Read read, Print print) {
     Row& row = add(key, std::move(schema), help);
     row.read = [=](const Section& section, T& object) {
       if (section.has(key)) store(read(section, key), std::invoke(member, object));
@@ -331,7 +345,7 @@ class JsonTable {
   }
 
   /// A key with its own functions: `read` reads it (also if it is absent), `print` puts it into the object.
-  JsonTable& custom(const char* key, Json schema, const char* help, std::function<void(const Section&, T&)> read,
+  JsonTable& custom(const char* key, Json schema, KeyHelp help, std::function<void(const Section&, T&)> read,
                     std::function<void(const T&, Json&)> print) {
     Row& row = add(key, std::move(schema), help);
     row.read = std::move(read);
@@ -340,7 +354,7 @@ class JsonTable {
   }
 
   /// A key that the function of another row reads.
-  JsonTable& known(const char* key, Json schema, const char* help) {
+  JsonTable& known(const char* key, Json schema, KeyHelp help) {
     return custom(
         key, std::move(schema), help, [name = std::string(key)](const Section& section, T&) { section.has(name); },
         nullptr);
@@ -360,17 +374,14 @@ class JsonTable {
   /// The last key is required.
   JsonTable& required() {
     rows_.back().is_required = true;
-    rows_.back().read = [key = rows_.back().key, read = rows_.back().read](const Section& section, T& object) {
-      section.require(key);
-      read(section, object);
-    };
     return *this;
   }
 
   /// The schema of the last key has these rules, too: the check in then() has its own message.
   JsonTable& also(const Json& rules, bool is_required = false) {
-    if (!rules.is_null()) rows_.back().schema.update(rules);
-    rows_.back().is_required = rows_.back().is_required || is_required;
+    Row& row = rows_.back();
+    if (!rules.is_null()) row.schema.update(rules);
+    if (is_required && !row.is_required) row.is_required = row.has_own_error = true;
     return *this;
   }
 
@@ -394,11 +405,12 @@ class JsonTable {
     const char* name;
   };
 
-  Row& add(const char* key, Json schema, const char* help) {
+  Row& add(const char* key, Json schema, KeyHelp help) {
     Row& row = rows_.emplace_back();
     row.key = key;
     row.schema = std::move(schema);
-    if (*help != '\0') row.schema["description"] = help;
+    if (*help.text != '\0') row.schema["description"] = help.text;
+    row.is_required = help.is_required, row.has_own_error = help.has_own_error;
     return row;
   }
 

@@ -60,8 +60,7 @@ JsonTable<TextColumn> column_keys() {
           },
           [](int stored) { return Json(stored + 1); })
       .required()
-      .choice("unit", kSensorUnitNames, unit, "The sensor's unit.")
-      .required()
+      .choice("unit", kSensorUnitNames, unit, {kRequired, "The sensor's unit."})
       .number("min", kAnyNumber, &TextColumn::min, "")
       .print_if([](const TextColumn& column) { return column.min > kAnyNumber.min; })
       .number("max", kAnyNumber, &TextColumn::max, "A value outside is unknown.")
@@ -288,14 +287,15 @@ JsonTable<OutputConfig> output_keys() {
   return JsonTable<O>()
       .object("line", place_keys(), &O::line,
               "Where the frames leave: device, tcp (address or listen) or udp (address). Format as of the gyro's line.")
-      .text("frames", &O::frames,
-            "same: every byte of the device goes out again, with the rates of the served axes corrected and the checks "
-            "computed again. prism: prism's own message (docs/wire.md). Else a frame description, which is encoded.")
-      .required()
+      .text(
+          "frames", &O::frames,
+          {kRequired,
+           "same: every byte of the device goes out again, with the rates of the served axes corrected and the checks "
+           "computed again. prism: prism's own message (docs/wire.md). Else a frame description, which is encoded."})
       .choice("when_unknown", kUnknownPolicies, &O::when_unknown,
-              "Without a correction: raw passes frames as received, hold applies the last correction for hold_s, drop "
-              "sends nothing.")
-      .required()
+              {kRequired,
+               "Without a correction: raw passes frames as received, hold applies the last correction for hold_s, drop "
+               "sends nothing."})
       .number("hold_s", {0.1, 86400}, &O::hold_s, "")
       .print_if(holds)
       .choice("then", kAfterHold, &O::then_drop, "Duration of hold, and what follows.")

@@ -22,8 +22,7 @@ constexpr std::array kParities = {"none", "even", "odd"};
 JsonTable<WireFormat> line_keys() {
   using W = WireFormat;
   return JsonTable<W>()
-      .integer("baud", {50, 20'000'000}, &W::baud, "")
-      .required()
+      .integer("baud", {50, 20'000'000}, &W::baud, kRequired)
       .integer("data_bits", {7, 8}, &W::data_bits, "")
       .integer("stop_bits", {1, 2}, &W::stop_bits, "")
       .choice("parity", kParities, &W::parity, "");
@@ -100,27 +99,23 @@ const JsonTable<FrameDraft>& frame_keys() {
   static const JsonTable<F> keys =
       JsonTable<F>()
           .known("$schema", {{"type", "string"}}, "for editors")
-          .known("format", {{"const", kFormats.front()}}, "")
-          .also({}, true)
-          .known("version", {{"const", 1}}, "")
-          .also({}, true)
+          .known("format", {{"const", kFormats.front()}}, kRequiredByCheck)
+          .known("version", {{"const", 1}}, kRequiredByCheck)
           .then([](const Section& s, F&) {
             s.text("$schema", "");
             s.choice("format", kFormats);
             s.integer("version", {1, 1});
           })
           .group(JsonTable<D>()
-                     .text("name", &D::name, "one word; also the name of the file", TextRule::kName)
-                     .required()
+                     .text("name", &D::name, {kRequired, "one word; also the name of the file"}, TextRule::kName)
                      .text("title", &D::title, "")
                      .text("source", &D::source, "source of the format")
                      .custom(
                          "proved", {{"type", "string"}}, "how it was verified, or that it is not verified",
                          [](const Section& s, D&) { s.text("proved", ""); }, nullptr)
-                     .object("line", line_keys(), &D::wire, "speed and character format of the line")
-                     .required()
-                     .number("rate_hz", kRateHz, &D::rate_hz, "nominal frames a second, of those that carry the gyro")
-                     .required()
+                     .object("line", line_keys(), &D::wire, {kRequired, "speed and character format of the line"})
+                     .number("rate_hz", kRateHz, &D::rate_hz,
+                             {kRequired, "nominal frames a second, of those that carry the gyro"})
                      .number("rate_tolerance", {0, 0.5}, &D::rate_tolerance,
                              "relative tolerance of rate_hz between devices")
                      .number("latency_us", {0, 1e6}, &D::latency_s,

@@ -52,8 +52,7 @@ JsonTable<StepDraft> conversion_keys() {
   const auto bridge = [](auto& step) -> auto& { return step.bridge; };
   static constexpr std::array kSteps = {"table", "bridge", "platinum"};
   return JsonTable<StepDraft>()
-      .choice("step", kSteps, &StepDraft::kind, "")
-      .required()
+      .choice("step", kSteps, &StepDraft::kind, kRequired)
       .group(JsonTable<TableStep>()
                  .numbers("x", kAnyNumber, &TableStep::x, "table: rising")
                  .numbers("y", kAnyNumber, &TableStep::y, "table: as many values, rising or falling"),
@@ -235,12 +234,10 @@ void add_type(JsonTable<T>& keys, Read read_type) {
 JsonTable<ConditionDraft> condition_keys() {
   using C = ConditionDraft;
   return JsonTable<C>()
-      .text("field", &C::field, "")
-      .required()
+      .text("field", &C::field, kRequired)
       .bits("modulus", &C::modulus, "")
       .bits("mask", &C::mask, "")
-      .bit_list("values", &C::values, "")
-      .required();
+      .bit_list("values", &C::values, kRequired);
 }
 
 JsonTable<Field> number_keys() {
@@ -363,8 +360,7 @@ JsonTable<SyncDraft> sync_keys() {
   using S = SyncDraft;
   return JsonTable<S>()
       .integer("at", kEarly, &S::at, "")
-      .bytes("bytes", &S::bytes, "")
-      .required()
+      .bytes("bytes", &S::bytes, kRequired)
       .bytes("mask", &S::mask, "which bits count; as many bytes as in bytes");
 }
 
@@ -384,8 +380,7 @@ JsonTable<LengthRule> length_keys() {
   const auto at = [](auto& length) -> auto& { return length.field.at; };
   JsonTable<L> keys;
   keys.integer("min", kLength, &L::min, "")
-      .integer("max", kLength, &L::max, "")
-      .required()
+      .integer("max", kLength, &L::max, kRequired)
       .then([](const Section& s, L& length) {
         if (length.min > length.max) s.fail("max", fmt::format("{} is below min {}", length.max, length.min));
       })
@@ -420,8 +415,7 @@ Json length_schema() {
 JsonTable<ItemRule> item_keys() {
   using I = ItemRule;
   return JsonTable<I>()
-      .integer("from", kStart, &I::from, "")
-      .required()
+      .integer("from", kStart, &I::from, kRequired)
       .integer("to", {-kMaxFrameBytes, 0}, &I::to, "")
       .integer("id_size", {1, 4}, &I::id_size, "")
       .integer("length_size", {1, 2}, &I::length_size, "")
@@ -436,8 +430,7 @@ JsonTable<ItemRule> item_keys() {
 JsonTable<ColumnsRule> text_keys() {
   using C = ColumnsRule;
   return JsonTable<C>()
-      .raw_text("separators", &C::separators, "the characters between two columns: \",;\\t\"")
-      .required()
+      .raw_text("separators", &C::separators, {kRequired, "the characters between two columns: \",;\\t\""})
       .boolean("collapse", &C::collapse, "runs of separators count as one")
       .integer("columns", {0, FrameView::kMaxElements}, &C::columns, "exact number; 0: any")
       .value(
@@ -456,10 +449,8 @@ JsonTable<ColumnsRule> text_keys() {
 JsonTable<BlockRule> block_keys() {
   using B = BlockRule;
   return JsonTable<B>()
-      .known("mask", {{"type", "string"}}, "the field whose bits select the blocks")
-      .also({}, true)
-      .integer("from", kStart, &B::from, "")
-      .required()
+      .known("mask", {{"type", "string"}}, {kRequiredByCheck, "the field whose bits select the blocks"})
+      .integer("from", kStart, &B::from, kRequired)
       .value(
           "sizes",
           {{"type", "array"},
@@ -486,7 +477,7 @@ struct LayoutDraft {
 
 JsonTable<LayoutDraft> layout_keys() {
   using L = LayoutDraft;
-  return JsonTable<L>().integer("at", kEarly, &L::at, "").texts("parts", &L::parts, "").required();
+  return JsonTable<L>().integer("at", kEarly, &L::at, "").texts("parts", &L::parts, kRequired);
 }
 
 void add_layout(const Section& s, const std::string&, const LayoutDraft& layout, MessageType& kind) {
@@ -566,8 +557,7 @@ JsonTable<CheckDraft> check_keys() {
   static constexpr std::array kSums = {"crc", "sum", "xor", "fletcher", "parity"};
   static constexpr std::array kStored = {"no", "hex", "decimal"};
   const JsonTable<R> first = JsonTable<R>()
-                                 .choice("kind", kSums, &R::sum, "")
-                                 .required()
+                                 .choice("kind", kSums, &R::sum, kRequired)
                                  .integer("from", kOffset, &R::from, "first byte covered; negative: from the end")
                                  .integer("to", kOffset, &R::to, "first byte not covered; 0: the end")
                                  .custom(
@@ -598,9 +588,9 @@ JsonTable<CheckDraft> check_keys() {
 const JsonTable<BitsDraft>& bits_keys(bool value_is_required, bool mask_is_required) {
   const auto make = [](bool value, bool mask) {
     JsonTable<BitsDraft> keys;
-    keys.text("field", &BitsDraft::field, "").required().bits("mask", &BitsDraft::mask, "");
+    keys.text("field", &BitsDraft::field, kRequired).bits("mask", &BitsDraft::mask, "");
     if (mask) keys.required();
-    if (value) keys.bits("value", &BitsDraft::value, "").required();
+    if (value) keys.bits("value", &BitsDraft::value, kRequired);
     return keys;
   };
   static const JsonTable<BitsDraft> both = make(true, true), one = make(true, false), set = make(false, true);
@@ -614,8 +604,7 @@ JsonTable<BodyRule> body_keys() {
   return JsonTable<B>()
       .integer("from", kOffset, &B::from, "")
       .integer("to", kOffset, &B::to, "")
-      .bits("mask", &B::mask, "")
-      .required()
+      .bits("mask", &B::mask, kRequired)
       .bits("value", &B::value, "");
 }
 
@@ -681,8 +670,7 @@ void measure(const Section&, MessageType& kind) {
 
 JsonTable<int> part_keys() {
   return JsonTable<int>()
-      .integer("size", kLength, std::identity(), "bytes")
-      .required()
+      .integer("size", kLength, std::identity(), {kRequired, "bytes"})
       .known("fields", {{"type", "object"}, {"additionalProperties", field_keys().schema()}},
              "positions count from the part's first byte")  // read at the positions set by a message type's layout
       .also({}, true);
@@ -693,8 +681,7 @@ const JsonTable<MessageType>& message_keys() {
   using Form = JsonTable<M>::Form;
   static const JsonTable<M> keys =
       JsonTable<M>()
-          .text("name", &M::name, "", TextRule::kMessageName)
-          .required()
+          .text("name", &M::name, kRequired, TextRule::kMessageName)
           .objects(Form::kOneOrMore, "sync", sync_keys(), add_sync, "constant bytes")
           .value(
               "after", {{"type", "string"}, {"pattern", "^ *[0-9a-fA-F]{2} *$"}}, &M::after,

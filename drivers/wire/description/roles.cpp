@@ -48,9 +48,7 @@ struct FieldsDraft {
   std::vector<std::string> field;
 };
 
-JsonTable<FieldsDraft> fields_keys() {
-  return JsonTable<FieldsDraft>().texts("field", &FieldsDraft::field, "").required();
-}
+JsonTable<FieldsDraft> fields_keys() { return JsonTable<FieldsDraft>().texts("field", &FieldsDraft::field, kRequired); }
 
 void assign(const Section& s, const std::vector<std::string>& names, FrameDescription& description,
             FieldList MessageFields::*role) {
@@ -116,8 +114,7 @@ const JsonTable<AxisDraft>& axis_keys() {
   using A = AxisDraft;
   static const JsonTable<A> keys =
       JsonTable<A>()
-          .texts("field", &A::field, "")
-          .required()
+          .texts("field", &A::field, kRequired)
           .value(
               "sign", {{"type", "number"}, {"enum", {1, -1}}}, &A::sign, "",
               [](const Section& s, const std::string& key) {
@@ -334,8 +331,7 @@ void add_counter(const Section& s, const std::string&, const CounterDraft& draft
 JsonTable<CounterDraft> counter_keys() {
   using C = CounterRule;
   return JsonTable<CounterDraft>()
-      .texts("field", &CounterDraft::field, "")
-      .required()
+      .texts("field", &CounterDraft::field, kRequired)
       .group(JsonTable<C>()
                  .bits("modulus", &C::modulus, "default: the range of its bits")
                  .boolean("step_varies", &C::step_varies, "externally triggered: a larger step is not a loss")
@@ -497,7 +493,7 @@ JsonTable<FrameDraft> role_keys() {
           s.fail("sensors", fmt::format("found {} sensors, expected at most {}", sensors, kMaxSensors));
       })
       .objects(Form::kNamed, "sensors",
-               channel_keys().choice("unit", kSensorUnitNames, &ChannelDraft::unit, "of the field").required(),
+               channel_keys().choice("unit", kSensorUnitNames, &ChannelDraft::unit, {kRequired, "of the field"}),
                add_sensor, "further channels by name, for configurations that name axes", TextRule::kSensorName)
       .then(check_purpose)
       .object("gyro", gyro_keys(), std::identity(), "")
