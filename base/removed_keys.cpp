@@ -18,6 +18,7 @@ std::span<const RemovedKey> removed_keys() {
       {KeyFile::kPrismd, "log/keep_for", false,
        "it has no effect; a consumer keeps its own cursor (prismctl rows --cursor)"},
       {KeyFile::kRelay, "postgresql/follower", false, "it has no effect; the relay keeps its cursors in the database"},
+      {KeyFile::kRelay, "metrics", false, "it has no effect; let a timer run prismctl metrics (fleet.md)"},
       {KeyFile::kWeb, "foxglove", false, "it has no effect; read the gyro with the Python client (clients.md)"},
       {KeyFile::kWeb, "passwords", true, "let nginx or caddy ask for the passwords (page.md, \"Other hosts\")"},
       {KeyFile::kWeb, "tls", true, "let nginx or caddy have the certificate (page.md, \"Other hosts\")"},

@@ -69,4 +69,10 @@ bool would_start(const std::string& socket) {
   return !std::filesystem::exists(path.parent_path() / "running" / path.stem(), error);
 }
 
+std::vector<std::string> relay_status_files() {
+  std::vector<std::string> files = {"/run/prismrelay/status.json"};
+  if (is_set("XDG_RUNTIME_DIR")) files.push_back(std::string(std::getenv("XDG_RUNTIME_DIR")) + "/prismrelay.json");
+  return files;
+}
+
 }  // namespace prism::config

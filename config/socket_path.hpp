@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Directories and names of the instances' sockets: prismd creates them there, and prismctl looks for them there.
+// Where programs find each other on a host: the sockets of the instances and the status of the relay.
 #pragma once
 
 #include <string>
@@ -26,5 +26,8 @@ std::string instance_name(const std::string& socket);
 /// if an operator has stopped it. Reads the directories that prismd@.socket and prismd@.service keep next to the
 /// socket.
 bool would_start(const std::string& socket);
+
+/// Where a relay writes its status by default: first that of root and systemd, then, if it exists, that of the user.
+std::vector<std::string> relay_status_files();
 
 }  // namespace prism::config

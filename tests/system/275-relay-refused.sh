@@ -35,7 +35,7 @@ gyro axis 5 axis
 touch "$dir/"$'\xff.sock'
 start_relay
 grow good other bad worse gap rounding parts
-wait_for 10 sql_is "SELECT string_agg(segment || ' ' || row_number || ' ' || split_part(line, ',', 2), ', ' ORDER BY row_number) FROM prism.refused_rows WHERE gyro = 'lab/bad'" "1 7 7, 1 777 777, 1 1500 1500"
+wait_for 10 sql_is "SELECT string_agg(segment || ' ' || row_number || ' ' || split_part(line, ',', 3), ', ' ORDER BY row_number) FROM prism.refused_rows WHERE gyro = 'lab/bad'" "1 7 7, 1 777 777, 1 1500 1500"
 contains "the reason" "$(sql "SELECT why FROM prism.refused_rows WHERE gyro = 'lab/bad' AND row_number = 7")" 'violates check constraint "no_sevens"'
 wait_for 20 sql_is "SELECT max(row_number) - count(*) FROM prism.rows WHERE gyro = 'lab/bad'" 3
 for gyro in good other; do wait_for 20 sql_is "SELECT max(row_number) - count(*) FROM prism.rows WHERE gyro = 'lab/$gyro'" 0; done

@@ -9,11 +9,11 @@ bad_config() { echo "$1" >bad.json; refused 78 "$2" prismrelay --check bad.json;
 # A configuration error is reported in one line at the start.
 bad_config '{"postgresql": {"connection": "dbname=x"}}' '"site" is missing'
 bad_config '{"site": "a/b", "postgresql": {"connection": "dbname=x"}}' 'found "a/b", expected 1 to 64 printable characters without blanks, /, + and #'
-bad_config '{"site": "lab"}' 'has no target, expected postgresql, mqtt or metrics'
+bad_config '{"site": "lab"}' 'has no target, expected postgresql or mqtt'
 bad_config '{"site": "lab", "postgresql": {"connection": "dbname=x password=y"}}' 'contains a password; put it in the file named by password_file'
 bad_config '{"site": "lab", "mqtt": {"host": "h", "portt": 1}}' 'portt'
-bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "metrics": {"file": "/x/p.prom"}}' 'found "g" twice'
-echo '{"site": "lab", "status_file": "/nowhere/x", "metrics": {"file": "/x/p.prom"}}' >nowhere.json
+bad_config '{"site": "lab", "instances": ["g", "/x/g.sock"], "mqtt": {"host": "h"}}' 'found "g" twice'
+echo '{"site": "lab", "status_file": "/nowhere/x", "mqtt": {"host": "h"}}' >nowhere.json
 refused 1 'cannot read the status; is prismrelay running?' prismrelay --status nowhere.json
 refused 64 '--what' prismrelay --what
 
@@ -84,7 +84,7 @@ sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log
 grep -q Robert "log/$last" || fail "the line was not changed: $(tail -1 "log/$last")"
 kill -CONT "$relay"
 start_prismd
-wait_for 20 sql_is "SELECT count(*) || ' ' || min(why) FROM prism.refused_rows" '1 quality: found "Robert"); DROP TABLE"'
+wait_for 20 sql_is "SELECT count(*) || ' ' || min(why) FROM prism.refused_rows" '1 column quality: found "Robert"); DROP TABLE", expected a valid value'
 sql "SELECT line FROM prism.refused_rows" >line
 grep -qxF "$(cat line)" "log/$last" || fail "the line in refused_rows differs from that of the log"
 
@@ -149,7 +149,9 @@ same "an event" "$(sql "SELECT count(*) FROM prism.events WHERE gyro = 'lab/host
 log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | \"\(.rows > 0) \(.caught_up) \(.refused_rows) \(.error | test(\"no valid row\"))\"" "$2"; }
 wait_for 20 log_is unreadable "false false 4 true"
 wait_for 20 log_is hostile "true true 1 false"
-contains "human-readable status" "$(prismrelay --status relay.json)" "axis z: 0 rows, not sending, 4 invalid lines: no valid row; last error: "
+prismrelay --status relay.json >status.txt
+contains "human-readable status" "$(cat status.txt)" "axis z: 0 rows, not sending, 4 invalid lines: no valid row; last error: "
+contains "human-readable status" "$(cat status.txt)" "axis z: 4 rows, up to date, 1 invalid line"
 before=$(sql "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'")
 wait_for 20 sql_above "SELECT count(*) FROM prism.rows WHERE gyro = 'lab/gyro'" "$before"
 same "messages about the invalid name" "$(grep -c 'xff.sock: skipped' relay.err)" 1

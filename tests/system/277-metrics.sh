@@ -44,15 +44,19 @@ same "promtool on hostile texts" "$(promtool check metrics <both 2>&1)" ""
 promtool check rules "$PRISM_SOURCE/config/prometheus/prism.rules.yml" >rules.out || fail "$(cat rules.out)"
 promtool test rules "$PRISM_SOURCE/tests/metrics/prism.rules.test.yml" >rules.out 2>&1 || fail "$(cat rules.out)"
 
-# The relay writes the same metrics to the directory of node_exporter; a stopped gyro is down and has no values.
+# A loop instead of a timer writes them to the directory of node_exporter, with those of the relay; a stopped gyro is down and has no
+# values.
 mkdir textfiles
 port=$(free_port)
-relay_config ", \"metrics\": {\"file\": \"textfiles/prism.prom\", \"every_s\": 1}, \"postgresql\": {\"connection\": \"host=127.0.0.1 port=1 dbname=x\"}"
+relay_config ", \"postgresql\": {\"connection\": \"host=127.0.0.1 port=1 dbname=x\"}"
+sed -i "s|status.json|run/prismrelay.json|" relay.json
 start_relay
+export -n PRISM_SOCKET
+start timer sh -c "while sleep 0.2; do XDG_RUNTIME_DIR=run prismctl metrics --file textfiles/prism.prom 2>>timer.err; done"
 has() { grep -qF "$1" textfiles/prism.prom; }
-wait_for 15 has 'prism_up{gyro="lab/gyro"} 1'
-wait_for 15 has 'prism_up{gyro="lab/hostile"} 1'
-wait_for 15 has 'prism_relay_target_up{target="postgresql"} 0'
+wait_for 15 has 'prism_up{gyro="gyro"} 1'
+wait_for 15 has 'prism_up{gyro="hostile"} 1'
+wait_for 15 has 'prism_relay_target_up{site="lab",target="postgresql"} 0'
 same "promtool on the metrics of the relay" "$(promtool check metrics <textfiles/prism.prom 2>&1)" ""
 start exporter prometheus-node-exporter --web.listen-address="127.0.0.1:$port" --collector.disable-defaults --collector.textfile --collector.textfile.directory="$dir/textfiles"
 other=$(free_port)
@@ -64,9 +68,13 @@ END
 start prometheus prometheus --config.file=prometheus.yml --storage.tsdb.path="$dir/tsdb" --web.listen-address="127.0.0.1:$other"
 found() { curl -s -G "http://127.0.0.1:$other/api/v1/query" --data-urlencode "query=$1" | jq -r '.data.result[0].value[1] // "nothing"'; }
 found_is() { [ "$(found "$1")" = "$2" ]; }
-wait_for 30 found_is 'prism_line_receiving{gyro="lab/gyro"}' 1
-wait_for 10 found_is 'count(prism_rate_degrees_per_hour{gyro="lab/gyro"}) > 0' 1
+wait_for 30 found_is 'prism_line_receiving{gyro="gyro"}' 1
+wait_for 10 found_is 'count(prism_rate_degrees_per_hour{gyro="gyro"}) > 0' 1
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
-wait_for 15 found_is 'prism_up{gyro="lab/gyro"}' 0
-wait_for 15 found_is 'count(prism_rate_degrees_per_hour{gyro="lab/gyro"})' nothing
+wait_for 15 found_is 'prism_up{gyro="gyro"}' 0
+wait_for 15 found_is 'count(prism_rate_degrees_per_hour{gyro="gyro"})' nothing
 wait_for 15 found_is 'ALERTS{alertname="PrismDown"}' 1
+wait_for 15 found_is 'prism_relay_up{site="lab"}' 1
+kill -STOP "$relay"
+wait_for 15 found_is 'prism_relay_up{site="lab"}' 0
+same "values of a relay that has stalled" "$(found prism_relay_target_up)" nothing

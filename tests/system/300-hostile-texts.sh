@@ -21,7 +21,7 @@ read -r -a pids <pids || true  # read returns 1: the file has no line end
 children+=("${pids[@]}")
 count=$(jq length made.json)
 
-# All gyros at once to a database, a broker and a metrics file, with an additional file that is not a socket.
+# All gyros at once to a database and a broker, with an additional file that is not a socket.
 touch "s/$(printf 'x\xff').sock"
 start_postgres
 server_user=mosquitto
@@ -30,7 +30,7 @@ server_folder "$dir/mqtt"
 printf 'listener %s 127.0.0.1\nallow_anonymous true\npersistence false\n' "$port" >mqtt/mosquitto.conf
 start broker mosquitto -c "$dir/mqtt/mosquitto.conf"
 cat >relay.json <<END
-{"site": "lab", "instances": "$dir/s/", "status_file": "status.json", "metrics": {"file": "$dir/relay.prom", "every_s": 1},
+{"site": "lab", "instances": "$dir/s/", "status_file": "run/prismrelay.json",
  "postgresql": {"connection": "host=$dir/pg dbname=prism user=relay"}, "mqtt": {"host": "127.0.0.1", "port": $port}}
 END
 prismrelay --init relay.json >init.out 2>&1 || fail "$(cat init.out)"
@@ -41,8 +41,8 @@ wait_for 60 sql_is "SELECT count(*) FROM prism.rows" "$((count * rows))"
 psql -X -q -A -t -h "$dir/pg" -U relay prism -c "SELECT json_agg(json_build_object('gyro', gyro, 'serial', metadata ->> 'gyro_serial')) FROM prism.segments" >segments.json
 jq -e --slurpfile made made.json '(map({key: .gyro, value: .serial}) | from_entries) as $found | $made[0] | all($found["lab/" + .instance] == .text)' segments.json >/dev/null ||
   fail "the serial numbers in the database differ: $(cat segments.json)"
-wait_for 20 test -s relay.prom
-wait_for 20 grep -q "prism_up.*} 1" relay.prom
+env -u PRISM_SOCKET prismctl metrics >relay.prom
+grep -q "prism_relay_rows_total.*} [1-9]" relay.prom || fail "the metrics lack the rows of the relay: $(head -c 500 relay.prom)"
 same "promtool on the metrics of the relay" "$(promtool check metrics <relay.prom 2>&1)" ""
 retained() { mosquitto_sub -h 127.0.0.1 -p "$port" -W 3 --retained-only -t 'prism/lab/+/+/status' -F "$1" 2>/dev/null || true; }
 topics=$(retained %t)

@@ -5,9 +5,11 @@ import json, os, socketserver, sys, time
 
 HOSTILE = "a\\u0000b\x00c'; DROP TABLE prism.rows;--\"\n\\.\n\033[2J\033]0;title\007\x7f\x9b31m\u202e<img src=x>$(id)`id`+#/"
 unreadable = sys.argv[2:] == ["unreadable"]
-columns = HOSTILE if unreadable else "time_s,samples,quality,arrival_s"
+COLUMNS = ("time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,mean_temperature_degc,"
+           "slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,corrected_mean_deg_per_h,quality,sd_mean_deg_per_h,arrival_s")
+columns = HOSTILE if unreadable else COLUMNS
 begin = int(time.time()) - 5
-rows = [f"{begin + i},50,good,{begin + i}" for i in range(4)] + ([] if unreadable else [HOSTILE])
+rows = [f",{begin + i},50,0,,,,0,,,,,,,,,good,,{begin + i}" for i in range(4)] + ([] if unreadable else [HOSTILE])
 window = {"axis": "z", "time_s": begin, "rate_deg_per_h": 8.5, "quality": HOSTILE}
 status = {"name": HOSTILE, "version": HOSTILE, "state": HOSTILE, "detail": HOSTILE, "gyro_serial": HOSTILE,
           "device": HOSTILE, "frames": HOSTILE, "age_s": 0.1,

@@ -37,24 +37,26 @@ documented "runuser -u prismrelay -- prismrelay --init"
 inside systemctl stop "$unit" 2>/dev/null
 documented "systemctl enable --now prismrelay"
 becomes 10 "the relay reports the gyro as stopped" stopped relay_says '.instances["lab1/gyro1"].state'
-becomes 20 "the relay writes the metrics file" 0 exit_code inside test -e /run/prismrelay/prism.prom
 same "the relay does not start the gyro" "$(property ActiveState)" inactive
-contains "the metrics show a stopped gyro" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
 inside systemctl start "$unit"
 becomes 15 "the relay reports a started gyro as running" running relay_says '.instances["lab1/gyro1"].state'
 becomes 20 "its rows are in the database" yes ledger_has_more_than 2
 documented "prismrelay --status"
 documented "su postgres -c \"psql prism -c 'SELECT gyro, axis, arrival, corrected_deg_per_h, quality FROM prism.latest'\""
 documented "mosquitto_sub -t 'prism/lab1/+/+/status' -C 1"
-documented "ln -s /run/prismrelay/prism.prom /var/lib/prometheus/node-exporter/prism.prom"
-becomes 20 "the metrics file is updated" 0 exit_code inside grep -q prism_line_receiving /run/prismrelay/prism.prom
+prom=/var/lib/prometheus/node-exporter/prism.prom
+documented "printf '[Service]\\nType=oneshot\\nExecStart=prismctl metrics --file $prom\\n' >/etc/systemd/system/prism-metrics.service"
+documented "printf '[Timer]\\nOnActiveSec=1s\\nOnUnitActiveSec=15s\\nAccuracySec=1s\\n[Install]\\nWantedBy=timers.target\\n' >/etc/systemd/system/prism-metrics.timer"
+documented "systemctl enable --now prism-metrics.timer"
+becomes 20 "the timer writes the metrics" 0 exit_code inside grep -q prism_line_receiving $prom
+contains "the metrics have the relay" "$(inside cat $prom)" 'prism_relay_target_up{site="lab1",target="postgresql"} 1'
 documented "curl -s localhost:9100/metrics | grep prism_line_receiving"
 same "each row is in the database once" "$(ledger 'SELECT count(*) - count(DISTINCT (log, segment, row_number)) FROM prism.rows')" 0
 contains "the relay reports its status to systemd" "$(property StatusText "$relay")" " gyros run; mqtt: up; postgresql: up"
 inside systemctl stop "$unit" 2>/dev/null
-sleep 16   # longer than the interval of the metrics
+sleep 16   # longer than the timer's interval
 same "a gyro that is stopped later is not started either" "$(property ActiveState)" inactive
-contains "the metrics show this gyro as stopped" "$(inside cat /run/prismrelay/prism.prom)" 'prism_up{gyro="lab1/gyro1"} 0'
+contains "the metrics show this gyro as stopped" "$(inside cat $prom)" 'prism_up{gyro="gyro1"} 0'
 rights=$(inside sh -c "grep -E '^(NoNewPrivs|Seccomp|CapBnd|CapEff):' /proc/$(property MainPID "$relay")/status" | awk '{print $2}' | xargs)
 same "the relay: no capabilities, no new privileges, system calls filtered" "$rights" "0000000000000000 0000000000000000 1 2"
 inside systemctl kill --signal=STOP "$relay"
@@ -67,9 +69,11 @@ before=$(ledger 'SELECT count(*) FROM prism.rows')
 becomes 20 "the restarted relay sends rows" yes ledger_has_more_than "$before"
 check "the relay stops" inside systemctl stop "$relay"
 same "the relay stopped without an error" "$(property Result "$relay")" success
+becomes 30 "the metrics show the stopped relay" 0 exit_code inside grep -q 'prism_relay_up{site="lab1"} 0' $prom
 check "purge of the relay" inside dpkg --purge prism-relay
 check "purge removes the relay's configuration" inside test ! -e /etc/prism/relay.json -a ! -e /etc/prism/credentials
 inside userdel prismrelay   # purge keeps the user, because files may have its ID
-inside rm -f /var/lib/prometheus/node-exporter/prism.prom
+inside systemctl disable --now prism-metrics.timer 2>/dev/null
+inside rm -f $prom /etc/systemd/system/prism-metrics.service /etc/systemd/system/prism-metrics.timer
 inside systemctl stop mosquitto prometheus-node-exporter "postgresql@$version-main"
 fi

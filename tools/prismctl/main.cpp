@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -23,7 +22,7 @@
 #include "tools/client/instances.hpp"
 #include "tools/command_line.hpp"
 #include "tools/metrics/exposition.hpp"
-#include "tools/metrics/gyro_metrics.hpp"
+#include "tools/metrics/families.hpp"
 #include "tools/prismctl/commands.hpp"
 #include "tools/prismctl/views.hpp"
 #include "tools/prismctl/words.hpp"
@@ -125,29 +124,31 @@ boost::asio::awaitable<Result<void>> request(client::Client& client, metrics::Gy
 }
 
 // Writes the metrics of the given socket ($PRISM_SOCKET, too) or instance, else of all sockets in the socket
-// directories. An instance that does not respond, or that a connection would start, has prism_up 0. `file`: empty for
-// standard output.
+// directories and of the relays. An instance that does not respond, or that a connection would start, has prism_up 0.
+// `file`: empty for standard output.
 int metrics(const Choice& choice, const std::string& file) {
-  std::vector<std::string> sockets, invalid;
+  std::map<std::string, std::string> sockets;  // by name: one that runs, else the first
+  std::vector<std::string> invalid;
+  metrics::Exposition exposition;
   const char* const environment = std::getenv("PRISM_SOCKET");
   if (choice.socket.empty() && choice.name.empty() && (environment == nullptr || *environment == '\0')) {
-    sockets = client::running_sockets(&invalid);
+    for (const std::string& path : client::running_sockets()) sockets[config::instance_name(path)] = path;
+    for (const auto& [name, path] : client::list_instances({}, &invalid)) sockets.try_emplace(name, path);
+    metrics::add_relays(exposition);
   } else {
     const auto found = client::find_socket(choice.socket, choice.name);
     if (!found) return fail(found.error());
-    sockets = {*found};
+    sockets[config::instance_name(*found)] = *found;
   }
   for (const std::string& path : invalid)
     fmt::print(stderr, "prismctl: {}: the name is skipped, expected {}\n", path, rule_text(TextRule::kName));
-  metrics::Exposition exposition;
-  for (const std::string& path : sockets) {
+  for (const auto& [name, path] : sockets) {
     metrics::GyroAnswers answers;
     const client::Work work = [&](client::Client& client) { return request(client, answers); };
     if (!config::would_start(path)) (void)client::connected(path, work);  // without an answer, it is down
-    metrics::add_gyro(exposition, config::instance_name(path), answers);
+    metrics::add_gyro(exposition, name, answers);
   }
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  metrics::add_time(exposition, std::chrono::duration<double>(now).count());
+  metrics::add_time(exposition);
   if (file.empty()) {
     fmt::print("{}", exposition.text());
     return 0;

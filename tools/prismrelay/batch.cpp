@@ -29,17 +29,9 @@ constexpr std::size_t kMaxNameBytes = 128;
 constexpr std::size_t kMaxFieldBytes = 1000;  // of an event or an invalid line
 constexpr double kMaxTime_s = 9.2e9;          // the year 2261
 constexpr std::int64_t kDay_ns = 86'400'000'000'000;
-constexpr std::size_t kTime = compensation::column_index("time_s"), kArrival = compensation::column_index("arrival_s");
 
 // The times are converted; all other columns have the same name in the log and in prism.rows.
 bool is_copied(const ColumnInfo& column) { return column.type != ColumnType::kTime; }
-
-// Replaces what PostgreSQL cannot store.
-std::string database_text(std::string_view text) {
-  std::string valid = valid_utf8(text);
-  for (std::size_t at = 0; (at = valid.find('\0', at)) != std::string::npos;) valid.replace(at, 1, "\xef\xbf\xbd");
-  return valid;
-}
 
 // JSON whose texts PostgreSQL can store.
 std::string database_json(const json& value) {
@@ -50,95 +42,56 @@ std::string database_json(const json& value) {
   return text;
 }
 
-// Fields of a line. Empty lines have one field.
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (std::size_t comma; (comma = line.find(',')) != std::string_view::npos; line.remove_prefix(comma + 1))
-    fields.push_back(line.substr(0, comma));
-  fields.push_back(line);
-  return fields;
-}
-
-// The types are those of the columns in schema/*.sql.
-bool is_valid(ColumnType type, std::string_view text) {
-  if (type == ColumnType::kText)
-    return text.size() <= 200 && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_+") == std::string_view::npos;
-  if (type == ColumnType::kReal) return parse_number<double>(text).has_value();
-  const std::int64_t max = type == ColumnType::kInteger ? INT32_MAX : type == ColumnType::kFlag ? INT16_MAX : INT64_MAX;
-  const auto value = parse_number<std::int64_t>(text);
-  return value && *value >= -max && *value <= max;
-}
-
-// Rounded as PostgreSQL's to_timestamp: earlier versions stored the times with it, and the arrival is part of a key.
-std::int64_t rounded_ns(double time_s) {
-  constexpr std::int64_t kEpoch_s = 946'684'800;  // of PostgreSQL: 2000
-  return (static_cast<std::int64_t>(std::rint((time_s - kEpoch_s) * 1e6)) + kEpoch_s * 1'000'000) * 1000;
-}
-
-std::string time_text(double time_s) { return utc_nano_text(rounded_ns(time_s)); }
-
-std::string in_quotes(std::string_view text) { return "\"" + shortened(text, 40) + "\""; }
-
-/// Converts the rows of one segment. Checks every value, so that the server refuses few.
+/// Converts the rows of one segment with the reader of the log, which checks every value: so the server refuses few.
 class RowConverter {
  public:
   /// `columns`: the header line of the segment. Columns are identified by name; unknown ones are skipped.
-  explicit RowConverter(std::string_view columns) {
-    field_of_.fill(-1);
-    const auto names = split(columns);
-    sensors_.resize(names.size());
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const bool is_plain = std::all_of(names[i].begin(), names[i].end(),
-                                        [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; });
-      if (const std::size_t column = compensation::column_index(names[i]); column < kColumnInfo.size()) {
-        field_of_[column] = static_cast<int>(i);
-      } else if (is_plain && sensor_of_column(names[i])) {
-        sensors_[i] = names[i];
+  explicit RowConverter(const std::string& columns) {
+    std::vector<SensorName> sensors;
+    for (std::size_t begin = 0, end = 0; end != columns.size(); begin = end + 1) {
+      end = std::min(columns.find(',', begin), columns.size());
+      const std::string name = columns.substr(begin, end - begin);
+      const auto sensor = sensor_of_column(name);
+      if (const std::size_t column = compensation::column_index(name); column < exists_.size()) {
+        exists_[column] = true;
+      } else if (sensor && is_sensor_name(sensor->name)) {
+        sensors.push_back(*sensor);
       }
     }
+    layout_ = compensation::CsvLayout::parse(columns, "", std::make_shared<const std::vector<SensorName>>(sensors));
   }
 
-  /// Appends record.line to `csv`, and sets record.arrival_s. Returns an error and appends nothing if a field is
-  /// invalid for the type of its column.
-  std::optional<std::string> append(std::string& csv, std::string_view prefix, Record& record) const {
-    const auto fields = split(record.line);
-    if (fields.size() != sensors_.size())
-      return fmt::format("found {} fields, expected {}", fields.size(), sensors_.size());
-    const auto at = [&](std::size_t column) {
-      return field_of_[column] < 0 ? std::string_view() : fields[field_of_[column]];
-    };
-    const auto time_s = parse_number<double>(at(kTime));
-    if (!time_s || std::abs(*time_s) > kMaxTime_s) return "time_s: found " + in_quotes(at(kTime));
-    const std::string_view arrival_text = at(at(kArrival).empty() ? kTime : kArrival);  // logs of 0.1 have no arrival
-    const auto arrival_s = parse_number<double>(arrival_text);
-    if (!arrival_s || !(*arrival_s >= 0 && *arrival_s < kMaxTime_s))
-      return "arrival_s: found " + in_quotes(arrival_text);
-    for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
-      if (is_copied(kColumnInfo[c]) && !at(c).empty() && !is_valid(kColumnInfo[c].type, at(c)))
-        return fmt::format("{}: found {}", kColumnInfo[c].name, in_quotes(at(c)));
-    }
+  /// Appends record.line to `csv`, and sets record.arrival_ns. Returns an error and appends nothing if the line is not
+  /// a row.
+  std::optional<std::string> append(std::string& csv, std::string_view prefix, Record& record) {
+    if (!layout_) return layout_.error().what;
+    if (const auto read = compensation::read_csv(record.line, "", *layout_, row_); !read) return read.error().what;
+    const compensation::SecondMean& second = row_.window.second_mean;
+    const std::int64_t time_ns = (second.second + 1) * 1'000'000'000;
+    record.arrival_ns = second.arrival_ns > 0 ? second.arrival_ns : time_ns;  // logs of 0.1 have no arrival
+    if (record.arrival_ns < 0) return "found a time before 1970";
     std::string sensors;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (sensors_[i].empty() || fields[i].empty()) continue;
-      const auto value = parse_number<double>(fields[i]);
-      if (!value) return fmt::format("{}: found {}", sensors_[i], in_quotes(fields[i]));
-      // Formats the value again, because JSON does not allow .5.
-      fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",", sensors_[i], *value);
+    for (std::size_t i = 0; i < second.sensors.size(); ++i) {
+      if (!std::isfinite(second.sensors[i])) continue;
+      fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",",
+                     sensor_column((*second.sensor_list)[i]), second.sensors[i]);
     }
-    record.arrival_s = *arrival_s;
-    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, time_text(*arrival_s),
-                   time_text(*time_s));
+    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, utc_nano_text(record.arrival_ns),
+                   utc_nano_text(time_ns));
     if (!sensors.empty()) ((csv += "\"{") += sensors) += "}\"";
     for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
-      if (is_copied(kColumnInfo[c])) (csv += ',') += at(c);
+      if (!is_copied(kColumnInfo[c])) continue;
+      csv += ',';
+      if (exists_[c]) compensation::kLogColumns[c].append(csv, row_);
     }
     csv += '\n';
     return std::nullopt;
   }
 
  private:
-  std::array<int, kColumnInfo.size()> field_of_;  ///< index of the line's field, −1: absent
-  std::vector<std::string> sensors_;              ///< by index of the line's field; empty: not a sensor
+  std::array<bool, kColumnInfo.size()> exists_ = {};  ///< in the header line
+  Result<compensation::CsvLayout> layout_;
+  compensation::CompensatedWindow row_;  ///< the last one
 };
 
 bool is_segment(const json& segment) {
@@ -163,26 +116,18 @@ bool is_page(const json& page) {
 }
 
 // Gyro and axis as CSV fields, each followed by a comma.
-std::string key_fields(const LogKey& log) {
-  std::string fields;
-  append_quoted(fields, log.gyro);
-  append_quoted(fields += ',', log.axis);
-  return fields += ',';
-}
+std::string key_fields(const LogKey& log) { return csv_text(log.gyro) + ',' + csv_text(log.axis) + ','; }
 
 void add_gap(BatchItem& item, const char* kind, const std::string& cursor) {
-  std::string& text = item.text(Table::kGaps);
-  append_quoted(text += key_fields(item.log) + kind + ',', cursor);
-  text += fmt::format(",{}\n", item.missing);
-  item.of(Table::kGaps).emplace_back();
+  std::string& text = item.texts[kGaps];
+  text += fmt::format("{}{},{},{}\n", key_fields(item.log), kind, csv_text(cursor), item.missing);
+  item.records[kGaps].push_back({.end = text.size()});
 }
 
 void add_refused(BatchItem& item, const Record& record, const std::string& reason) {
-  std::string& text = item.text(Table::kRefused);
-  text += fmt::format("{}{},{},{},", key_fields(item.log), item.log_id, record.segment, record.row);
-  append_quoted(text, reason, kMaxFieldBytes);
-  append_quoted(text += ',', record.line, kMaxFieldBytes);
-  text += '\n';
+  item.texts[kRefused] +=
+      fmt::format("{}{},{},{},{},{}\n", key_fields(item.log), item.log_id, record.segment, record.row,
+                  csv_text(reason, kMaxFieldBytes), csv_text(record.line, kMaxFieldBytes));
 }
 
 void add_segment(BatchItem& item, const json& segment) {
@@ -190,24 +135,24 @@ void add_segment(BatchItem& item, const json& segment) {
   record.segment = count_member(segment, "segment"), record.row = count_member(segment, "first");
   const std::string prefix = fmt::format("{}{},{},", key_fields(item.log), item.log_id, record.segment);
   const json& metadata = member(segment, "metadata");
-  std::string& text = item.text(Table::kSegments);
-  append_quoted(text += prefix, printable(text_member(segment, "file")), kMaxFieldBytes);
-  text += ',';
-  if (member(metadata, "model").is_string()) append_quoted(text, text_member(metadata, "model"), kMaxFieldBytes);
-  append_quoted(text += ',', metadata.is_object() ? database_json(metadata) : "{}");
-  text += '\n';
-  item.of(Table::kSegments)
-      .push_back({.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>()});
-  const RowConverter converter(member(segment, "columns").get_ref<const std::string&>());
+  std::string& text = item.texts[kSegments];
+  const bool has_model = member(metadata, "model").is_string();
+  text += fmt::format("{}{},{},{}\n", prefix, csv_text(printable(text_member(segment, "file")), kMaxFieldBytes),
+                      has_model ? csv_text(text_member(metadata, "model"), kMaxFieldBytes) : "",
+                      metadata.is_object() ? csv_text(database_json(metadata)) : "{}");
+  item.records[kSegments].push_back(
+      {.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>(), .end = text.size()});
+  RowConverter converter(member(segment, "columns").get_ref<const std::string&>());
   for (const json& row : member(segment, "rows")) {
     record.line = row.get_ref<const std::string&>();
-    if (const auto error = converter.append(item.text(Table::kRows), prefix, record)) {
+    if (const auto error = converter.append(item.texts[kRows], prefix, record)) {
       ++item.invalid;
       item.error = fmt::format("row {} of segment {}: {}", record.row, record.segment, shortened(*error, 200));
       add_refused(item, record, *error);
     } else {
-      item.days.insert(rounded_ns(record.arrival_s) / kDay_ns);
-      item.of(Table::kRows).push_back(record);
+      record.end = item.texts[kRows].size();
+      item.days.insert(record.arrival_ns / kDay_ns);
+      item.records[kRows].push_back(record);
     }
     ++record.row;
   }
@@ -217,17 +162,17 @@ void add_segment(BatchItem& item, const json& segment) {
 
 void BatchItem::refuse(Table table, Record& record, const std::string& reason) {
   record.is_refused = true;
-  const bool is_row = table == Table::kRows, is_segment = table == Table::kSegments;
+  const bool is_row = table == kRows, is_segment = table == kSegments;
   if (is_row || is_segment) add_refused(*this, record, reason);
   if (!refusal.empty()) return;
   refusal = is_row       ? fmt::format("row {} of segment {}", record.row, record.segment)
             : is_segment ? fmt::format("metadata of segment {}", record.segment)
-                         : std::string(table == Table::kGaps ? "a gap" : "an event");
+                         : std::string(table == kGaps ? "a gap" : "an event");
   refusal += ": " + shortened(reason, 300);
 }
 
 std::size_t BatchItem::refused_rows() const {
-  return static_cast<std::size_t>(std::ranges::count_if(of(Table::kRows), &Record::is_refused));
+  return static_cast<std::size_t>(std::ranges::count_if(records[kRows], &Record::is_refused));
 }
 
 Result<std::shared_ptr<BatchItem>> page_item(const LogKey& log, const std::string& cursor, json response) {
@@ -243,6 +188,7 @@ Result<std::shared_ptr<BatchItem>> page_item(const LogKey& log, const std::strin
   item->missing = std::min<std::uint64_t>(count_member(page, "missing"), INT64_MAX);  // the column is a bigint
   for (const json& segment : member(page, "segments")) add_segment(*item, segment);
   if (item->missing > 0) add_gap(*item, "deleted", cursor);
+  if (!item->is_empty()) item->texts[kPlaces] = place_line(*item);
   return item;
 }
 
@@ -258,30 +204,26 @@ std::shared_ptr<BatchItem> event_item(const std::string& gyro, const json& event
   if (!time.is_number() || !(std::abs(time.get<double>()) < kMaxTime_s)) return nullptr;
   auto item = std::make_shared<BatchItem>();
   item->log.gyro = gyro;
-  std::string& text = item->text(Table::kEvents);
-  append_quoted(text, gyro);
-  text += fmt::format(",{}", time_text(time.get<double>()));
+  std::string& text = item->texts[kEvents];
   // Kind and text are in a key: PostgreSQL limits an index entry to 2700 bytes.
-  append_quoted(text += ',', text_member(event, "severity", "-"), kMaxNameBytes);
-  append_quoted(text += ',', text_member(event, "kind", "-"), kMaxNameBytes);
-  append_quoted(text += ',', text_member(event, "text", "-"), kMaxFieldBytes);
-  text += '\n';
-  item->of(Table::kEvents).emplace_back();
+  const auto field = [&](const char* key, std::size_t max) { return csv_text(text_member(event, key, "-"), max); };
+  text = fmt::format("{},{},{},{},{}\n", csv_text(gyro), utc_nano_text(std::llround(time.get<double>() * 1e6) * 1000),
+                     field("severity", kMaxNameBytes), field("kind", kMaxNameBytes), field("text", kMaxFieldBytes));
+  item->records[kEvents].push_back({.end = text.size()});
   return item;
 }
 
 std::string place_line(const BatchItem& item) {
-  if (item.cursor.empty()) return "";
+  if (item.cursor.empty()) return "";  // an event or the change of a log
   const Record* last = nullptr;
   std::size_t count = 0;
-  for (const Record& row : item.of(Table::kRows)) {
+  for (const Record& row : item.records[kRows]) {
     if (!row.is_refused) last = &row, ++count;
   }
-  std::string line = key_fields(item.log);
-  append_quoted(line, item.cursor);
+  const std::string line = key_fields(item.log) + csv_text(item.cursor);
   if (last == nullptr) return line + ",,,,,0\n";
-  return line +
-         fmt::format(",{},{},{},{},{}\n", item.log_id, last->segment, last->row, time_text(last->arrival_s), count);
+  return line + fmt::format(",{},{},{},{},{}\n", item.log_id, last->segment, last->row, utc_nano_text(last->arrival_ns),
+                            count);
 }
 
 std::string row_columns() {
@@ -292,13 +234,14 @@ std::string row_columns() {
   return text;
 }
 
-void append_quoted(std::string& csv, std::string_view text, std::size_t max) {
-  csv += '"';
-  for (const char c : database_text(utf8_prefix(text, max))) {
+std::string csv_text(std::string_view text, std::size_t max) {
+  std::string csv = "\"";
+  for (const char c : valid_utf8(utf8_prefix(text, max))) {
     if (c == '"') csv += '"';
-    csv += c;
+    if (c != '\0') csv += c;
+    if (c == '\0') csv += "\xef\xbf\xbd";
   }
-  csv += '"';
+  return csv += '"';
 }
 
 }  // namespace prism::prismrelay

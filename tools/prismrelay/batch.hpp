@@ -25,8 +25,7 @@ struct LogKey {
 };
 
 /// The tables that a batch fills, in the order in which they are filled.
-enum class Table : std::uint8_t { kSegments, kRows, kGaps, kEvents, kRefused, kPlaces };
-inline constexpr std::size_t kTables = 6;
+enum Table : std::size_t { kSegments, kRows, kGaps, kEvents, kRefused, kPlaces, kTables };
 
 /// Lines of COPY, by table.
 using Texts = std::array<std::string, kTables>;
@@ -35,7 +34,8 @@ using Texts = std::array<std::string, kTables>;
 struct Record {
   std::uint64_t segment = 0, row = 0;  ///< of kRows; kSegments has a segment
   std::string_view line = {};          ///< of kRows: as in the log; of kSegments: the file
-  double arrival_s = 0;                ///< of kRows
+  std::int64_t arrival_ns = 0;         ///< of kRows
+  std::size_t end = 0;                 ///< position in the text of its table
   bool is_refused = false;             ///< the server refused it; set by the commit
 };
 
@@ -57,10 +57,8 @@ struct BatchItem {
   std::string refusal = {};       ///< the first refused record and its reason; empty: all are stored
   std::string cursor_error = {};  ///< reason why the item is not stored
   bool is_done = false;           ///< the commit ended, also with an error
+  bool is_stored = false;         ///< without an error
 
-  std::string& text(Table table) { return texts[static_cast<std::size_t>(table)]; }
-  std::vector<Record>& of(Table table) { return records[static_cast<std::size_t>(table)]; }
-  const std::vector<Record>& of(Table table) const { return records[static_cast<std::size_t>(table)]; }
   /// The server refused a record.
   void refuse(Table table, Record& record, const std::string& reason);
   /// No rows and no gap.
@@ -86,8 +84,8 @@ std::string place_line(const BatchItem& item);
 /// The columns of COPY for kRows, in the order of the lines.
 std::string row_columns();
 
-/// Appends a quoted field: at most `max` bytes, without a partial character; invalid UTF-8 and NUL, which PostgreSQL
+/// A quoted field: at most `max` bytes, without a partial character; invalid UTF-8 and NUL, which PostgreSQL
 /// cannot store, become U+FFFD.
-void append_quoted(std::string& csv, std::string_view text, std::size_t max = std::string_view::npos);
+std::string csv_text(std::string_view text, std::size_t max = std::string_view::npos);
 
 }  // namespace prism::prismrelay

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <libpq-fe.h>
 
-#include <algorithm>
 #include <array>
 #include <chrono>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -25,29 +25,28 @@ constexpr const char* kSchemaFiles[] = {
 };
 constexpr int kSchemaVersion = std::size(kSchemaFiles);
 
-/// A table of the schema. COPY fills in_NAME, a temporary table with the same columns; then its rows are inserted: all,
-/// or `where` they are of a Record.
+/// A table of the schema. `merge` copies lines into in_NAME, a temporary table with the same columns, and inserts those
+/// that do not exist. `copy` is faster: an existing line is an error.
 struct Destination {
-  Destination(const char* name, const std::string& columns, const char* of_record, const char* conflict = "DO NOTHING")
+  Destination(const char* name, const std::string& columns, const char* conflict = "DO NOTHING")
       : create(fmt::format("CREATE TEMPORARY TABLE in_{0} ON COMMIT DELETE ROWS AS SELECT {1} FROM prism.{0} LIMIT 0;",
                            name, columns)),
-        empty(fmt::format("DELETE FROM in_{};", name)),
-        copy(fmt::format("COPY in_{} FROM STDIN (FORMAT csv);", name)),
-        insert(fmt::format("INSERT INTO prism.{0} AS old ({1}) SELECT {1} FROM in_{0}", name, columns)),
-        where(of_record),
-        on_conflict(fmt::format(" ON CONFLICT {};", conflict)) {}
-  std::string create, empty, copy, insert, where, on_conflict;
+        copy(fmt::format("COPY prism.{} ({}) FROM STDIN (FORMAT csv)", name, columns)),
+        merge(fmt::format("DELETE FROM in_{0}; COPY in_{0} FROM STDIN (FORMAT csv); "
+                          "INSERT INTO prism.{0} AS old ({1}) SELECT {1} FROM in_{0} ON CONFLICT {2}",
+                          name, columns, conflict)) {}
+  std::string create, copy, merge;
 };
 
 // In the order of Table.
 const std::array<Destination, kTables>& destinations() {
   static const std::array<Destination, kTables> kDestinations = {{
-      {"segments", "gyro, axis, log, segment, file, model, metadata", " WHERE segment = {}"},
-      {"rows", row_columns(), " WHERE (segment, row_number) = ({}, {})"},
-      {"gaps", "gyro, axis, kind, behind, missing", ""},
-      {"events", "gyro, time, severity, kind, text", ""},
-      {"refused_rows", "gyro, axis, log, segment, row_number, why, line", ""},
-      {"places", "gyro, axis, cursor, log, segment, row_number, arrival, rows", "",
+      {"segments", "gyro, axis, log, segment, file, model, metadata"},
+      {"rows", row_columns()},
+      {"gaps", "gyro, axis, kind, behind, missing"},
+      {"events", "gyro, time, severity, kind, text"},
+      {"refused_rows", "gyro, axis, log, segment, row_number, why, line"},
+      {"places", "gyro, axis, cursor, log, segment, row_number, arrival, rows",
        "(gyro, axis) DO UPDATE SET cursor = excluded.cursor, log = coalesce(excluded.log, old.log), "
        "segment = coalesce(excluded.segment, old.segment), "
        "row_number = coalesce(excluded.row_number, old.row_number), "
@@ -94,36 +93,20 @@ std::string field(const QueryResult& result, int row, int column) {
 /// Connection to the server. A lost network ends an operation after 20 s; a server that is only slow is waited for.
 class Session {
  public:
-  std::set<std::int64_t> days = {};  ///< with a partition, since 1970 UTC
-
-  static Result<std::unique_ptr<Session>> open(const PostgresSettings& settings) {
+  static Result<std::shared_ptr<Session>> open(const PostgresSettings& settings) {
     std::string password;  // no error message contains it
     if (!settings.password_file.empty()) {
       auto read = read_password(settings.password_file);
       if (!read) return error_of(read);
       password = std::move(*read);
     }
-    const std::array keys = {"fallback_application_name",
-                             "client_encoding",
-                             "connect_timeout",
-                             "tcp_user_timeout",
-                             "keepalives_idle",
-                             "keepalives_interval",
-                             "keepalives_count",
-                             "dbname",
-                             password.empty() ? nullptr : "password",
-                             static_cast<const char*>(nullptr)};
-    const std::array values = {"prismrelay",
-                               "UTF8",
-                               "20",
-                               "20000",
-                               "10",
-                               "5",
-                               "2",
-                               settings.connection.c_str(),
-                               password.c_str(),
-                               static_cast<const char*>(nullptr)};
-    std::unique_ptr<Session> opened(new Session(PQconnectdbParams(keys.data(), values.data(), 1)));
+    const char* const keys[] = {
+        "fallback_application_name", "client_encoding",  "connect_timeout", "tcp_user_timeout", "keepalives_idle",
+        "keepalives_interval",       "keepalives_count", "dbname",          "password",         nullptr};
+    const char* const values[] = {"prismrelay",     "UTF8", "20", "20000", "10", "5", "2", settings.connection.c_str(),
+                                  password.c_str(),  // an empty value is ignored
+                                  nullptr};
+    std::shared_ptr<Session> opened(new Session(PQconnectdbParams(keys, values, 1)));
     PGconn* const handle = opened->connection_.get();
     if (PQstatus(handle) != CONNECTION_OK) return opened->error();
     const std::string_view encoding = PQparameterStatus(handle, "server_encoding");
@@ -229,37 +212,10 @@ Result<int> schema_version(Session& session) {
   return version;
 }
 
-Result<void> read_days(Session& session) {
-  const auto days = session.query("SELECT day - '1970-01-01'::date FROM prism.days");
-  if (!days) return error_of(days);
-  session.days.clear();
-  for (int i = 0; i < PQntuples(days->get()); ++i) session.days.insert(std::stoll(field(*days, i, 0)));
-  return {};
-}
-
-Result<std::map<LogKey, std::string>> read_cursors(Session& session, const std::string& site) {
-  const auto version = schema_version(session);
-  if (!version) return error_of(version);
-  if (*version == 0) return make_error(kServer, "has no schema prism; create it with prismrelay --init");
-  if (*version != kSchemaVersion)
-    return make_error(kServer, fmt::format("found version {} of the schema prism, expected {}; update it with "
-                                           "prismrelay --init",
-                                           *version, kSchemaVersion));
-  if (const auto done = session.run(session_sql()); !done) return error_of(done);
-  if (const auto done = read_days(session); !done) return error_of(done);
-  const auto places = session.query("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, " +
-                                    session.quoted(site + "/") + ") FOR UPDATE");  // waits for an earlier connection
-  if (!places) return error_of(places);
-  std::map<LogKey, std::string> cursors;
-  for (int i = 0; i < PQntuples(places->get()); ++i)
-    cursors[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
-  return cursors;
-}
-
-// Separate transactions, because a new partition locks the table. The advisory lock serialises them over all relays.
+// Creates those that do not exist, in transactions of their own, because a new partition locks the table. The advisory
+// lock serialises them over all relays.
 Result<void> make_partitions(Session& session, const std::set<std::int64_t>& days) {
   for (const std::int64_t day : days) {
-    if (session.days.contains(day)) continue;
     if (auto done =
             session.run(fmt::format("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); CREATE TABLE IF NOT "
                                     "EXISTS prism.{} PARTITION "
@@ -267,114 +223,68 @@ Result<void> make_partitions(Session& session, const std::set<std::int64_t>& day
                                     partition_name(day), day_text(day), day_text(day + 1)));
         !done)
       return done;
-    if (auto done = read_days(session); !done) return done;
-    if (!session.days.contains(day))
+    const auto made = session.query(fmt::format("SELECT FROM prism.days WHERE day = '{}'", day_text(day)));
+    if (!made) return error_of(made);
+    if (PQntuples(made->get()) == 0)
       return make_error(kServer, fmt::format("prism.{} exists, but is not a partition of prism.rows; rename or drop it",
                                              partition_name(day)));
   }
   return {};
 }
 
-Result<void> store_texts(Session& session, const Texts& texts) {
+// `is_new`: the rows do not exist.
+Result<void> store_texts(Session& session, const Texts& texts, bool is_new = false) {
   for (std::size_t i = 0; i < kTables; ++i) {
     const Destination& to = destinations()[i];
+    const bool is_copied = is_new && i == kRows;
     if (texts[i].empty()) continue;
-    if (auto done = session.copy(to.copy + to.insert + to.on_conflict, texts[i]); !done) return done;
+    if (auto done = session.copy(is_copied ? to.copy : to.merge, texts[i]); !done) return done;
   }
   return {};
 }
 
-Result<void> store_lines(Session& session, BatchItem& item, Table table) {
-  const Destination& to = destinations()[static_cast<std::size_t>(table)];
-  if (item.text(table).empty()) return {};
-  if (auto copied = session.copy(to.copy, item.text(table)); !copied) return copied;
-  for (Record& record : item.of(table)) {
-    const std::string where = fmt::format(fmt::runtime(to.where), record.segment, record.row);
-    auto stored = session.run("SAVEPOINT line;" + to.insert + where + to.on_conflict + "RELEASE line");
-    if (stored) continue;
-    if (!session.is_refused(stored)) return stored;
-    item.refuse(table, record, stored.error().what);
-    if (auto ended = session.run("ROLLBACK TO line; RELEASE line"); !ended) return ended;
-  }
-  return {};
+// Stores the texts, or none of them if the server refuses a line: then returns the reason, else nullopt.
+Result<std::optional<std::string>> try_texts(Session& session, const Texts& texts) {
+  auto stored = session.run("SAVEPOINT line");
+  if (stored) stored = store_texts(session, texts);
+  if (!stored && !session.is_refused(stored)) return error_of(stored);
+  const auto ended = session.run(stored ? "RELEASE line" : "ROLLBACK TO line; RELEASE line");
+  if (!ended) return error_of(ended);
+  return stored ? std::nullopt : std::optional(stored.error().what);
 }
 
-// Row by row. Refused rows and segments get a line in refused_rows; refused gaps and events are only reported.
-Result<void> store_lines(Session& session, BatchItem& item) {
-  for (const Table table : {Table::kSegments, Table::kRows, Table::kGaps, Table::kEvents}) {
-    if (auto stored = store_lines(session, item, table); !stored) return stored;
+// Line by line. Refused rows and segments get a line in refused_rows; refused gaps and events are only reported.
+// Returns why the server refuses the cursor, else nullopt.
+Result<std::optional<std::string>> store_lines(Session& session, BatchItem& item) {
+  for (const Table table : {kSegments, kRows, kGaps, kEvents}) {
+    std::size_t begin = 0;
+    for (Record& record : item.records[table]) {
+      Texts line;
+      line[table] = item.texts[table].substr(begin, record.end - begin);
+      begin = record.end;
+      const auto refused = try_texts(session, line);
+      if (!refused) return refused;
+      if (*refused) item.refuse(table, record, **refused);
+    }
   }
-  Texts texts;
-  texts[static_cast<std::size_t>(Table::kRefused)] = item.text(Table::kRefused);
-  texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(item);
-  return store_texts(session, texts);
+  Texts last;
+  last[kRefused] = item.texts[kRefused];
+  last[kPlaces] = place_line(item);
+  return try_texts(session, last);
 }
 
 // SET CONSTRAINTS: a deferred constraint would refuse the complete transaction.
 Result<void> store_items(Session& session, const Batch& batch) {
-  std::string begin;  // empties the tables before the savepoint, because ROLLBACK TO would fill them again
-  for (const Destination& table : destinations()) begin += table.empty;
-  begin += "SAVEPOINT item";
   if (auto begun = session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE"); !begun) return begun;
   for (const auto& item : batch) {
-    Texts texts = item->texts;
-    texts[static_cast<std::size_t>(Table::kPlaces)] = place_line(*item);
-    if (auto begun = session.run(begin); !begun) return begun;
-    auto stored = store_texts(session, texts);
-    if (session.is_refused(stored)) {
-      if (auto ended = session.run("ROLLBACK TO item"); !ended) return ended;
-      stored = store_lines(session, *item);
-    }
-    if (!stored && !session.is_refused(stored)) return stored;
-    if (!stored) item->cursor_error = stored.error().what;
-    if (auto ended = session.run(stored ? "RELEASE item" : "ROLLBACK TO item; RELEASE item"); !ended) return ended;
+    if (auto begun = session.run("SAVEPOINT item"); !begun) return begun;
+    auto refused = try_texts(session, item->texts);
+    if (refused && *refused) refused = store_lines(session, *item);
+    if (!refused) return error_of(refused);
+    item->cursor_error = refused->value_or("");
+    if (auto ended = session.run(*refused ? "ROLLBACK TO item; RELEASE item" : "RELEASE item"); !ended) return ended;
   }
   return session.run("COMMIT");
-}
-
-Result<void> store(Session& session, const Batch& batch) {
-  std::set<std::int64_t> days;
-  Texts texts;
-  for (const auto& item : batch) {
-    days.insert(item->days.begin(), item->days.end());
-    for (std::size_t i = 0; i < kTables; ++i) texts[i] += item->texts[i];
-    texts[static_cast<std::size_t>(Table::kPlaces)] += place_line(*item);
-  }
-  if (auto made = make_partitions(session, days); !made) return made;
-  auto done = session.run("BEGIN");
-  if (done) done = store_texts(session, texts);
-  if (done) done = session.run("COMMIT");
-  if (!session.is_refused(done)) return done;
-  if (auto ended = session.run("ROLLBACK"); !ended) return ended;
-  if (auto read = read_days(session); !read) return read;  // another program may have dropped a partition
-  if (auto made = make_partitions(session, days); !made) return made;
-  return store_items(session, batch);
-}
-
-Result<std::vector<std::string>> drop_days(Session& session, const std::optional<int>& keep_days) {
-  std::vector<std::string> dropped;
-  if (const auto made = make_partitions(session, {today(), today() + 1, today() + 2}); !made) return error_of(made);
-  if (!keep_days) return dropped;
-  const auto old =
-      session.query(fmt::format("SELECT day - '1970-01-01'::date, rows_about, pg_size_pretty(bytes) FROM prism.days "
-                                "WHERE day < (now() AT TIME ZONE 'UTC')::date - {} ORDER BY day",
-                                *keep_days));
-  if (!old) return error_of(old);
-  for (int i = 0; i < PQntuples(old->get()); ++i) {
-    const std::int64_t day = std::stoll(field(*old, i, 0));
-    if (const auto done = session.run("DROP TABLE prism." + partition_name(day)); !done) return error_of(done);
-    session.days.erase(day);
-    dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", partition_name(day),
-                                  field(*old, i, 1), field(*old, i, 2), *keep_days));
-  }
-  return dropped;
-}
-
-// Closes the connection after an error.
-template <class T>
-Result<T> keep(std::unique_ptr<Session>& session, Result<T> done) {
-  if (!done) session.reset();
-  return done;
 }
 
 }  // namespace
@@ -401,23 +311,61 @@ Result<std::string> init_schema(const PostgresSettings& settings) {
                        : fmt::format("updated schema prism from version {} to {}", *version, kSchemaVersion);
 }
 
-Database::Database(const PostgresSettings& settings, const std::string& site) : settings_(settings), site_(site) {}
-Database::~Database() = default;
-
-Result<std::map<LogKey, std::string>> Database::connect() {
-  session_.reset();
-  auto opened = Session::open(settings_);
+Result<std::map<LogKey, std::string>> connect(const PostgresSettings& settings, const std::string& site,
+                                              std::shared_ptr<Session>& connected) {
+  const auto opened = Session::open(settings);
   if (!opened) return error_of(opened);
-  session_ = std::move(*opened);
-  return keep(session_, read_cursors(*session_, site_));
+  connected = *opened;
+  Session& session = *connected;
+  const auto version = schema_version(session);
+  if (!version) return error_of(version);
+  if (*version == 0) return make_error(kServer, "has no schema prism; create it with prismrelay --init");
+  if (*version != kSchemaVersion)
+    return make_error(kServer, fmt::format("found version {} of the schema prism, expected {}; update it with "
+                                           "prismrelay --init",
+                                           *version, kSchemaVersion));
+  if (const auto done = session.run(session_sql()); !done) return error_of(done);
+  const auto places = session.query("SELECT gyro, axis, cursor FROM prism.places WHERE starts_with(gyro, " +
+                                    session.quoted(site + "/") + ") FOR UPDATE");  // waits for an earlier connection
+  if (!places) return error_of(places);
+  std::map<LogKey, std::string> cursors;
+  for (int i = 0; i < PQntuples(places->get()); ++i)
+    cursors[{field(*places, i, 0), field(*places, i, 1)}] = field(*places, i, 2);
+  return cursors;
 }
 
-Result<void> Database::commit(const Batch& batch) { return keep(session_, store(*session_, batch)); }
+Result<void> commit(Session& session, const Batch& batch) {
+  std::set<std::int64_t> days;
+  Texts texts;
+  for (const auto& item : batch) {
+    days.insert(item->days.begin(), item->days.end());
+    for (std::size_t i = 0; i < kTables; ++i) texts[i] += item->texts[i];
+  }
+  auto done = session.run("BEGIN");
+  if (done) done = store_texts(session, texts, true);
+  if (done) done = session.run("COMMIT");
+  if (!session.is_refused(done)) return done;
+  if (auto ended = session.run("ROLLBACK"); !ended) return ended;
+  if (auto made = make_partitions(session, days); !made) return made;
+  return store_items(session, batch);
+}
 
-Result<void> Database::ping() { return keep(session_, session_->run("SELECT 1")); }
-
-Result<std::vector<std::string>> Database::keep_days() {
-  return keep(session_, drop_days(*session_, settings_.keep_days));
+Result<std::vector<std::string>> keep_partitions(Session& session, std::optional<int> keep_days) {
+  std::vector<std::string> dropped;
+  if (const auto made = make_partitions(session, {today(), today() + 1, today() + 2}); !made) return error_of(made);
+  if (!keep_days) return dropped;
+  const auto old = session.query(
+      fmt::format("SELECT 'rows_' || to_char(day, 'YYYYMMDD'), rows_about, pg_size_pretty(bytes) FROM prism.days "
+                  "WHERE day < (now() AT TIME ZONE 'UTC')::date - {} ORDER BY day",
+                  *keep_days));
+  if (!old) return error_of(old);
+  for (int i = 0; i < PQntuples(old->get()); ++i) {
+    const std::string name = field(*old, i, 0);
+    if (const auto done = session.run("DROP TABLE prism." + name); !done) return error_of(done);
+    dropped.push_back(fmt::format("dropped {} (about {} rows, {}): older than keep_days {}", name, field(*old, i, 1),
+                                  field(*old, i, 2), *keep_days));
+  }
+  return dropped;
 }
 
 }  // namespace prism::prismrelay

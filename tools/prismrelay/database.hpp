@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,34 +21,21 @@ std::string schema_sql();
 /// another one runs. Returns a line for the user. Errors: a later version, or that of the server.
 Result<std::string> init_schema(const PostgresSettings& settings);
 
+/// A connection to the server. Each operation waits for the server. After an error, close it.
 class Session;
 
-/// Each operation waits for the server. After an error the connection is closed: connect() must follow.
-class Database {
- public:
-  Database(const PostgresSettings& settings, const std::string& site);
-  ~Database();
+/// Connects, checks the version of the schema, and returns the cursor after the last stored row of each log of the
+/// site.
+Result<std::map<LogKey, std::string>> connect(const PostgresSettings& settings, const std::string& site,
+                                              std::shared_ptr<Session>& session);
 
-  /// Connects, checks the version of the schema, and returns the cursor after the last stored row of each log of the
-  /// site.
-  Result<std::map<LogKey, std::string>> connect();
+/// Stores the batch, which may be empty, in one transaction. If the server refuses some of the data, repeats it row by
+/// row with savepoints: refused rows are stored in refused_rows; what else is refused, and why, is in the items. After
+/// an error nothing is stored, or all, if the response was lost.
+Result<void> commit(Session& session, const Batch& batch);
 
-  /// Stores the batch in one transaction. If the server refuses some of the data, repeats it row by row with
-  /// savepoints: refused rows are stored in refused_rows; what else is refused, and why, is in the items. After an
-  /// error nothing is stored, or all, if the response was lost.
-  Result<void> commit(const Batch& batch);
-
-  /// Checks the connection.
-  Result<void> ping();
-
-  /// Creates the partitions of today and the next two days; drops those older than keep_days. Returns a line for each
-  /// dropped partition.
-  Result<std::vector<std::string>> keep_days();
-
- private:
-  const PostgresSettings settings_;
-  const std::string site_;
-  std::unique_ptr<Session> session_;
-};
+/// Creates the partitions of today and the next two days; drops those older than `keep_days`. Returns a line for each
+/// dropped partition.
+Result<std::vector<std::string>> keep_partitions(Session& session, std::optional<int> keep_days);
 
 }  // namespace prism::prismrelay

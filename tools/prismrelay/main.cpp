@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: MIT
-// prismrelay: sends the rows of this host's prismds to PostgreSQL, MQTT and Prometheus.
+// prismrelay: sends the rows of this host's prismds to PostgreSQL, and their state to MQTT.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/host_time.hpp"
 #include "base/json_member.hpp"
+#include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 #include "base/time_scale.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
+#include "tools/metrics/families.hpp"
 #include "tools/prismrelay/database.hpp"
 #include "tools/prismrelay/relay.hpp"
-#include "tools/prismrelay/report.hpp"
 
 namespace prism::prismrelay {
 namespace {
+
+using nlohmann::json;
 
 constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitConfig = 78;
 
@@ -28,7 +34,7 @@ struct Options {
 
 /// Returns an exit code after help, version or a usage error, else nullopt.
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
-  CLI::App app("prismrelay: sends the rows of all gyros of this host to PostgreSQL, MQTT and Prometheus");
+  CLI::App app("prismrelay: sends the rows of all gyros of this host to PostgreSQL, and their state to MQTT");
   tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismrelay ") + kVersion);
   app.add_option("config", options.config, "configuration file")->capture_default_str();
@@ -59,17 +65,72 @@ int fail(const Error& error, int code = kExitFailed) {
   return code;
 }
 
+std::string time_text(const json& time_s) {
+  if (!time_s.is_number() || !(std::abs(time_s.get<double>()) < 9e15)) return "never";
+  return utc_text(static_cast<std::int64_t>(time_s.get<double>()));
+}
+
+// A printable text of a status file.
+std::string printable_member(const json& object, const char* key) { return printable(text_member(object, key)); }
+
+std::string target_view(const std::string& name, const json& target) {
+  std::string text = fmt::format("{:<12}{} since {}", printable(name), flag_member(target, "up") ? "up" : "DOWN",
+                                 time_text(member(target, "since_s")));
+  if (const std::string error = printable_member(target, "error"); !error.empty()) text += ": " + error;
+  if (const auto dropped = count_member(target, "dropped_messages"); dropped > 0)
+    text += fmt::format("; {} messages dropped", dropped);
+  return text + "\n";
+}
+
+std::string log_view(const json& log) {
+  const std::string error = printable_member(log, "error");
+  std::string text = fmt::format("{:<24}axis {}: {} rows, ", printable_member(log, "gyro"),
+                                 printable_member(log, "axis"), count_member(log, "rows"));
+  const double late_s = number_member(log, "behind_s");
+  if (error.empty() && flag_member(log, "caught_up")) {
+    text += "up to date";
+  } else if (error.empty() || late_s > 0) {
+    text += fmt::format("{:.0f} s behind", late_s);
+  } else {
+    text += "not sending";
+  }
+  if (const auto missing = count_member(log, "missing_rows"); missing > 0)
+    text += ", " + counted(missing, "row") + " deleted before sending";
+  if (const auto invalid = count_member(log, "refused_rows"); invalid > 0)
+    text += ", " + counted(invalid, "invalid line");
+  return text + (error.empty() ? "" : ": " + error) + "\n";
+}
+
+// For a person. `age_s`: its age if it is stale.
+std::string status_view(const json& status, std::optional<double> age_s) {
+  std::string text;
+  if (age_s)
+    text += fmt::format("prismrelay has stopped or stalled; last status at {}, {:.0f} s ago\n",
+                        time_text(member(status, "time_s")), *age_s);
+  text += fmt::format("site        {}\n", printable_member(status, "site"));
+  for (const auto& [name, target] : member(status, "targets").items()) text += target_view(name, target);
+  for (const auto& [gyro, instance] : member(status, "instances").items()) {
+    const std::string error = printable_member(instance, "error");
+    text += fmt::format("{:<24}{}{}\n", printable(gyro), printable_member(instance, "state"),
+                        error.empty() ? "" : ": " + error);
+  }
+  for (const json& log : member(status, "logs")) text += log_view(log);
+  return text;
+}
+
 int show_status(const Settings& settings, bool as_json) {
   const auto text = read_text_file(settings.status_file);
   if (!text) return fail({settings.status_file, "cannot read the status; is prismrelay running?"});
-  const auto status = nlohmann::json::parse(*text, nullptr, false);
+  const auto status = json::parse(*text, nullptr, false);
   if (!status.is_object()) return fail({settings.status_file, "not a status file of prismrelay"});
+  const double age_s = host_time_s() - number_member(status, "time_s");
+  const bool is_stale = age_s > metrics::kRelayTimeout_s;
   if (as_json) {
     fmt::print("{}\n", printable_json(json_text(status, 2)));
   } else {
-    fmt::print("{}", printable_lines(status_view(status, host_time_s())));
+    fmt::print("{}", printable_lines(status_view(status, is_stale ? std::optional(age_s) : std::nullopt)));
   }
-  return is_stale(status, host_time_s()) ? kExitFailed : kExitDone;
+  return is_stale ? kExitFailed : kExitDone;
 }
 
 int init(const Settings& settings) {
@@ -92,9 +153,8 @@ int run(int argc, char** argv) {
   if (!settings) return fail(settings.error(), kExitConfig);
   for (const std::string& warning : settings->warnings) fmt::print(stderr, "prismrelay: warning: {}\n", warning);
   if (options.check) {
-    fmt::print("{}: good: site {}, to{}{}{}\n", settings->path, settings->site,
-               settings->postgresql ? " postgresql" : "", settings->mqtt ? " mqtt" : "",
-               settings->metrics ? " metrics" : "");
+    fmt::print("{}: good: site {}, to{}{}\n", settings->path, settings->site, settings->postgresql ? " postgresql" : "",
+               settings->mqtt ? " mqtt" : "");
     return kExitDone;
   }
   if (options.status) return show_status(*settings, options.json);

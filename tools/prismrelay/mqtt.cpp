@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "base/escape.hpp"
+#include "base/host_time.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "base/time_scale.hpp"
@@ -50,11 +51,6 @@ Mqtt::Mqtt(asio::io_context& io, const MqttSettings& settings, const std::string
     : io_(io), settings_(settings), base_(settings.prefix + "/" + site + "/"), target_(target), pause_(io) {
   mosquitto_lib_init();
   last_["relay"] = {"online", true};
-}
-
-Mqtt::~Mqtt() {
-  client_.reset();
-  mosquitto_lib_cleanup();
 }
 
 asio::awaitable<void> Mqtt::run() {

@@ -14,7 +14,7 @@
 #include <set>
 #include <string>
 
-#include "tools/prismrelay/report.hpp"
+#include "tools/prismrelay/relay.hpp"
 #include "tools/prismrelay/settings.hpp"
 
 namespace prism::prismrelay {
@@ -33,9 +33,6 @@ std::string gone_text(const std::string& axis);
 class Mqtt {
  public:
   Mqtt(boost::asio::io_context& io, const MqttSettings& settings, const std::string& site, Target& target);
-  ~Mqtt();
-  Mqtt(const Mqtt&) = delete;
-  Mqtt& operator=(const Mqtt&) = delete;
 
   /// Connects, and reconnects after a loss, until finish().
   boost::asio::awaitable<void> run();

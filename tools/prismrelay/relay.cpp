@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
@@ -11,6 +12,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -19,19 +21,19 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/host_time.hpp"
 #include "base/json_member.hpp"
 #include "base/notify.hpp"
 #include "base/outside_text.hpp"
 #include "base/plain_text.hpp"
 #include "base/problems.hpp"
+#include "base/text_number.hpp"
 #include "base/time_scale.hpp"
+#include "config/version.hpp"
 #include "tools/client/client.hpp"
 #include "tools/client/instances.hpp"
-#include "tools/metrics/gyro_metrics.hpp"
-#include "tools/metrics/relay_metrics.hpp"
 #include "tools/prismrelay/database.hpp"
 #include "tools/prismrelay/mqtt.hpp"
-#include "tools/prismrelay/report.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -45,7 +47,6 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char *kDatabase = "postgresql", *kBroker = "mqtt";
 constexpr auto kLookEvery = 1s, kStatusEvery = 5s, kReportEvery = 2s;
 constexpr int kEvents = 256;  // a prismd stores at most these
 // Pages of logs. A page has at most 256 KiB: kMaxLarge limits the memory if a thousand logs are behind. A page with
@@ -56,7 +57,7 @@ constexpr auto kRowsTimeout = 40s, kErrorDelay = 5s;
 constexpr auto kRetentionEvery = 60s;         // while the database is down
 constexpr std::size_t kLargeBatch = 4 << 20;  // bytes; committed immediately
 constexpr auto kFirstRetry = 500ms, kLongestRetry = 60'000ms;
-constexpr auto kIdle = 5s;             // then the connection is checked
+constexpr auto kIdle = 5s;             // then the connection is checked by an empty commit
 constexpr auto kPartitionsEvery = 1h;  // creates partitions in advance and drops old ones
 constexpr int kCalmPages = 60;         // without a fault, before its end is logged: about a minute
 constexpr std::size_t kMaxWarnings = 1000;
@@ -68,22 +69,13 @@ class Relay {
       : settings_(settings), problems_([](bool begins, const std::string&, const std::string& text) {
           log_line(begins ? Level::kWarning : Level::kInfo, text);
         }) {
-    report_.site = settings.site;
-    if (settings.postgresql) {
-      report_.targets[kDatabase].name = kDatabase;
-      database_.emplace(*settings.postgresql, settings.site);
-    }
-    if (settings.mqtt) {
-      Target& broker = report_.targets[kBroker];
-      broker.name = kBroker;
-      mqtt_.emplace(io_, *settings.mqtt, settings.site, broker);
-    }
+    if (settings.mqtt) mqtt_.emplace(io_, *settings.mqtt, settings.site, broker_target_);
   }
 
   void run() {
     signals_.async_wait([this](boost::system::error_code, int) { stop(); });
     if (mqtt_) start(publish());
-    if (database_) start(store_rows());
+    if (settings_.postgresql) start(store_rows());
     start(look_for_gyros());
     start(write_reports());
     notify_ready("looking for gyros");
@@ -107,16 +99,26 @@ class Relay {
     Client client;
     asio::steady_timer wake;          // cancelled after a commit and a connection of the database
     std::shared_ptr<BatchItem> item;  // the last page
-    bool is_behind = true;
+    bool is_behind = true, had_refusals = false;
+
+    std::uint64_t rows = 0, invalid = 0, missing = 0;  // since the relay follows the log
+    std::string error;                                 // error or invalid response of prismd
+    std::string rows_error;                            // set by a page without a valid row, cleared by a valid row
+    double arrival_s = 0;                              // of the last committed row
+    double lag_s = 0;                                  // from its arrival to its commit
+    bool caught_up = false;
+
+    /// The reason why no rows are sent; empty if rows are sent.
+    const std::string& fault() const { return error.empty() ? rows_error : error; }
   };
   struct Gyro {
-    Gyro(asio::io_context& io, std::string gyro_name, const std::string& socket, GyroState& gyro_state)
-        : name(std::move(gyro_name)), state(gyro_state), client(io, socket) {}
+    Gyro(asio::io_context& io, std::string gyro_key, const std::string& socket)
+        : key(std::move(gyro_key)), client(io, socket) {}
 
-    const std::string name;
-    std::string key;  // SITE/NAME
-    GyroState& state;
+    const std::string key;  // SITE/NAME
     Client client;
+    std::string state = "new";  // then "running", "stopped" (a connection would start it) or "gone"
+    std::string error;
     bool is_published = false;  // to the broker
     std::set<std::string> axes;
     std::map<std::string, std::shared_ptr<Log>> logs;  // by axis
@@ -172,8 +174,13 @@ class Relay {
 
   template <class Work>
   asio::awaitable<std::invoke_result_t<Work>> in_database(Work work) {
-    const auto late = [this] { report_.targets[kDatabase].down("postgresql: no response for 20 s"); };
-    co_return co_await in_thread(database_thread_, work, late);
+    const auto late = [this] { database_target_.down("postgresql: no response for 20 s"); };
+    const auto kept = [this, &work] {
+      auto done = work();
+      if (!done) database_.reset();
+      return done;
+    };
+    co_return co_await in_thread(database_thread_, kept, late);
   }
 
   asio::awaitable<void> sleep(Clock::duration time) {
@@ -202,36 +209,30 @@ class Relay {
     std::vector<std::string> invalid;
     std::map<std::string, std::string> found;  // the first of equal names
     for (const auto& [name, path] : client::list_instances(settings_.instances, &invalid))
-      found.try_emplace(name, path);
+      found.try_emplace(settings_.site + "/" + name, path);
     for (const std::string& path : invalid)
       warn_once(fmt::format("{}: skipped: expected a name of {}", path, rule_text(TextRule::kName)));
-    for (const auto& [name, socket] : found) {
-      if (!gyros_.contains(name)) add_gyro(name, socket);
+    for (const auto& [key, socket] : found) {
+      if (!gyros_.contains(key)) add_gyro(key, socket);
     }
     std::erase_if(gyros_, [&](const auto& entry) {
       Gyro& gyro = *entry.second;
-      if (found.contains(gyro.name) || gyro.state.state == "running") return false;
+      if (found.contains(gyro.key) || gyro.state == "running") return false;
       gyro.client.close();
       for (const auto& [axis, log] : gyro.logs) log->client.close();
       log_line(Level::kInfo, gyro.key + ": socket removed, gyro no longer followed");
-      report_.gyros.erase(gyro.key);
       return true;
     });
   }
 
-  void add_gyro(const std::string& name, const std::string& socket) {
-    const std::string key = settings_.site + "/" + name;
-    GyroState& state = report_.gyros[key];
-    state.socket = socket;
-    const auto gyro = std::make_shared<Gyro>(io_, name, socket, state);
-    gyro->key = key;
-    gyro->is_published = mqtt_ && is_topic_part(name);
+  void add_gyro(const std::string& key, const std::string& socket) {
+    const auto gyro = gyros_[key] = std::make_shared<Gyro>(io_, key, socket);
+    gyro->is_published = mqtt_ && is_topic_part(gyro->client.name());
     if (mqtt_ && !gyro->is_published)
       warn_once(
           fmt::format("mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT "
                       "reserves in topics",
-                      name));
-    gyros_[name] = gyro;
+                      gyro->client.name()));
     start(follow(gyro));
   }
 
@@ -251,11 +252,11 @@ class Relay {
     const json count = {{"count", kEvents}};
     gyro.events_generation = 0;
     for (;;) {
-      const bool is_first = gyro.state.state != "running";
-      if (is_first || mqtt_ || settings_.metrics) {
+      const bool is_first = gyro.state != "running";
+      if (is_first || mqtt_) {
         auto status = co_await gyro.client.ask("status");
         if (!status) co_return status.error().error.what;
-        on_status(gyro, std::move(*status));
+        on_status(gyro, *status);
       }
       if (is_first) {
         const auto subscribed = co_await gyro.client.ask("subscribe", streams);
@@ -281,13 +282,13 @@ class Relay {
     const std::string axis = text_member(params, "axis");
     if (method == "event") add(event_item(gyro.key, params));
     if (!gyro.is_published) return;
-    if (method == "event") mqtt_->publish_once(gyro.name + "/event", json_text(params));
+    if (method == "event") mqtt_->publish_once(gyro.client.name() + "/event", json_text(params));
     if (method == "window" && gyro.axes.contains(axis))
-      mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), json_text(params), false);
-    if (method == "lost") report_.targets[kBroker].dropped += count_member(params, "rows");
+      mqtt_->publish_last(fmt::format("{}/{}/window", gyro.client.name(), axis), json_text(params), false);
+    if (method == "lost") broker_target_.dropped += count_member(params, "rows");
   }
 
-  void on_status(Gyro& gyro, json status) {
+  void on_status(Gyro& gyro, const json& status) {
     const std::set<std::string> before = std::exchange(gyro.axes, {});
     for (const auto& [axis, members] : member(status, "axes").items()) {
       if (follows(TextRule::kAxisName, axis)) {
@@ -302,9 +303,9 @@ class Relay {
       if (gyro.is_published) {
         json axis_status = client::with_axis(status, axis);
         axis_status["state"] = "running";
-        mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), json_text(axis_status), true);
+        mqtt_->publish_last(fmt::format("{}/{}/status", gyro.client.name(), axis), json_text(axis_status), true);
       }
-      if (!database_ || gyro.logs.contains(axis)) continue;
+      if (!settings_.postgresql || gyro.logs.contains(axis)) continue;
       const auto log = std::make_shared<Log>(io_, gyro.client.socket(), LogKey{gyro.key, axis});
       gyro.logs[axis] = log;
       start(follow_log(log));
@@ -314,15 +315,12 @@ class Relay {
       publish_gone(gyro, axis);
       if (const auto log = gyro.logs.extract(axis)) log.mapped()->client.close();
     }
-    gyro.state.status = std::move(status);
   }
 
   void change_state(Gyro& gyro, const std::string& state, const std::string& error) {
-    GyroState& current = gyro.state;
-    const std::string before = std::exchange(current.state, state), shown = printable(error);
-    const bool changed = before != state || (current.error != shown && !shown.empty());
-    current.error = shown;
-    if (state != "running") current.status = nullptr;
+    const std::string before = std::exchange(gyro.state, state), shown = printable(error);
+    const bool changed = before != state || (gyro.error != shown && !shown.empty());
+    gyro.error = shown;
     if (before == "running" && state != "running") {
       for (const std::string& axis : gyro.axes) publish_gone(gyro, axis);
     }
@@ -335,12 +333,11 @@ class Relay {
   void publish_gone(const Gyro& gyro, const std::string& axis) {
     if (!gyro.is_published) return;
     const std::string text = gone_text(axis);
-    mqtt_->publish_last(fmt::format("{}/{}/status", gyro.name, axis), text, true);
-    mqtt_->publish_last(fmt::format("{}/{}/window", gyro.name, axis), text, false);
+    mqtt_->publish_last(fmt::format("{}/{}/status", gyro.client.name(), axis), text, true);
+    mqtt_->publish_last(fmt::format("{}/{}/window", gyro.client.name(), axis), text, false);
   }
 
   asio::awaitable<void> follow_log(std::shared_ptr<Log> log) {
-    report_.logs[log->key];
     const Client::Session session = [this, &log] { return read_rows(*log); };
     co_await log->client.run(session);
   }
@@ -354,18 +351,20 @@ class Relay {
   asio::awaitable<std::string> read_rows(Log& log) {
     for (;;) {
       while (log.item && !log.item->is_done) co_await wait(log, 1h);
-      if (log.item && !log.item->cursor_error.empty()) co_await sleep(kErrorDelay);
+      if (const auto item = std::exchange(log.item, nullptr); item && item->is_stored) {
+        on_stored(log, *item);
+        if (!item->cursor_error.empty()) co_await sleep(kErrorDelay);
+      }
       while (generation_ == 0 || (database_up_ && log.is_behind && large_pages_ >= kMaxLarge))
         co_await wait(log, scaled(1s));
       const bool up = database_up_, is_large = up && log.is_behind;
       const std::uint64_t generation = generation_;
       const auto known = cursors_.find(log.key);
       const std::string cursor = known == cursors_.end() ? "earliest" : known->second;
-      const bool had_refusals = log.item && log.item->refused_rows() > 0;
       const json params = {{"after", cursor},
-                           {"limit", !up                         ? 1
-                                     : is_large && !had_refusals ? kLargePage
-                                                                 : kSmallPage},
+                           {"limit", !up                             ? 1
+                                     : is_large && !log.had_refusals ? kLargePage
+                                                                     : kSmallPage},
                            {"wait_s", up && !log.is_behind ? kWait_s : 0},
                            {"axis", log.key.axis}};
       const auto slot = is_large ? std::make_unique<Slot>(large_pages_) : nullptr;
@@ -389,18 +388,17 @@ class Relay {
       } else {
         error = printable(response.error().error.what);
       }
-      LogState& state = report_.logs[log.key];
-      state.error = error;
+      log.error = error;
       if (!error.empty()) {
-        report_log(log.key);
+        report_log(log);
         co_await sleep(kErrorDelay);
         continue;
       }
       log.is_behind = log.item->more;
       if (log.item->is_empty()) {  // the cursor is unchanged
         log.item = nullptr;
-        state.caught_up = state.caught_up || !log.is_behind;
-        report_log(log.key);
+        log.caught_up = log.caught_up || !log.is_behind;
+        report_log(log);
         continue;
       }
       add(log.item);
@@ -408,10 +406,9 @@ class Relay {
     }
   }
 
-  void report_log(const LogKey& key) {
-    const std::string name = key.gyro + " " + key.axis, fault = report_.logs[key].fault();
-    if (fault.empty()) return problems_.clear(name, name + ": rows are sent again", kCalmPages);
-    problems_.set(name, {.text = name + ": " + fault});
+  void report_log(const Log& log) {
+    if (log.fault().empty()) return problems_.clear(log.name, log.name + ": rows are sent again", kCalmPages);
+    problems_.set(log.name, {.text = log.name + ": " + log.fault()});
   }
 
   // Warns if more than half of the rows that prismd keeps are not in the database, and it deletes rows.
@@ -435,13 +432,12 @@ class Relay {
   // Connects to the database and stores the batches, again after each error. connect() reads the cursors: rows that
   // were not stored are requested again.
   asio::awaitable<void> store_rows() {
-    Target& target = report_.targets[kDatabase];
-    const auto connect = [this] { return database_->connect(); };
+    const auto connect = [this] { return prismrelay::connect(*settings_.postgresql, settings_.site, database_); };
     std::chrono::milliseconds pause = kFirstRetry;
     for (;;) {
       auto cursors = co_await in_database(connect);
       if (cursors) {
-        if (!commit_failed_) target.up();
+        if (!commit_failed_) database_target_.up();
         cursors_ = std::move(*cursors);
         ++generation_;
         database_up_ = true;
@@ -451,9 +447,9 @@ class Relay {
         for (const auto& item : std::exchange(batch_, {})) item->is_done = true;
         batch_bytes_ = 0;
         wake_logs();
-        target.down(error.text());
+        database_target_.down(error.text());
       } else {
-        target.down(cursors.error().text());
+        database_target_.down(cursors.error().text());
       }
       co_await sleep(pause);
       pause = std::min<std::chrono::milliseconds>(2 * pause, kLongestRetry);
@@ -462,11 +458,9 @@ class Relay {
 
   // Returns the error that ends the connection. `pause` grows until a commit.
   asio::awaitable<Error> store_batches(std::chrono::milliseconds& pause) {
-    Target& target = report_.targets[kDatabase];
     Batch batch;
-    const auto keep_days = [this] { return database_->keep_days(); };
-    const auto commit = [this, &batch] { return database_->commit(batch); };
-    const auto ping = [this] { return database_->ping(); };
+    const auto keep_days = [this] { return keep_partitions(*database_, settings_.postgresql->keep_days); };
+    const auto commit = [this, &batch] { return prismrelay::commit(*database_, batch); };
     for (Clock::time_point partitions_due;;) {
       if (Clock::now() >= partitions_due) {
         const auto dropped = co_await in_database(keep_days);
@@ -475,35 +469,32 @@ class Relay {
         partitions_due = Clock::now() + kPartitionsEvery;
       }
       co_await gather();
-      if (batch_.empty()) {
-        const auto alive = co_await in_database(ping);
-        if (!alive) co_return alive.error();
-        commit_failed_ = commit_failed_ && !batch_.empty();  // else the refused rows are no longer offered
-        if (!commit_failed_) target.up();
-        continue;
-      }
-      batch = std::exchange(batch_, {});
+      batch = std::exchange(batch_, {});  // empty: the connection is checked
       batch_bytes_ = 0;
       const auto done = co_await in_database(commit);
-      commit_failed_ = !done;
+      // Without new rows, those that failed are no longer offered.
+      if (!batch.empty() || (done && batch_.empty())) commit_failed_ = !done;
       for (const auto& item : batch) {
         item->is_done = true;
-        if (done) on_stored(*item);
+        item->is_stored = done.has_value();
+        if (done) report_refusal(*item);
+        if (done && !item->cursor.empty() && item->cursor_error.empty()) cursors_[item->log] = item->cursor;
       }
       if (!done) co_return done.error();
+      if (!commit_failed_) database_target_.up();
+      if (batch.empty()) continue;
       wake_logs();
       pause = kFirstRetry;
-      target.up();
-      target.last_s = host_time_s();
+      database_target_.last_s = host_time_s();
     }
   }
 
   // Returns gather_s after the first item of the batch, as soon as it is large, or without an item after kIdle.
   asio::awaitable<void> gather() {
     if (batch_.empty()) batch_timer_.expires_after(scaled(kIdle));
-    while (batch_bytes_ < kLargeBatch) {
-      const auto [interrupted] = co_await batch_timer_.async_wait(kUse);  // by add()
-      if (!interrupted) break;
+    for (bool is_interrupted = true; is_interrupted;) {  // by add()
+      const auto [error] = co_await batch_timer_.async_wait(kUse);
+      is_interrupted = error.failed();
     }
   }
 
@@ -513,72 +504,111 @@ class Relay {
     if (batch_.empty())
       batch_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));
     for (const std::string& text : item->texts) batch_bytes_ += text.size();
-    if (batch_bytes_ >= kLargeBatch) batch_timer_.cancel();
     batch_.push_back(std::move(item));
+    const bool is_last = batch_.back()->more && std::cmp_greater_equal(batch_.size(), large_pages_);
+    if (batch_bytes_ >= kLargeBatch || is_last) batch_timer_.expires_after(0s);  // no further page is expected soon
   }
 
-  void on_stored(const BatchItem& item) {
+  void report_refusal(const BatchItem& item) {
     const std::string name = item.log.gyro + (item.log.axis.empty() ? "" : " " + item.log.axis);
-    const std::size_t refused = item.refused_rows(), read = item.of(Table::kRows).size();
-    if (!item.refusal.empty()) {
-      problems_.set("refused " + name,
-                    {.text = fmt::format("{}: PostgreSQL refused {}; {}", name, item.refusal,
-                                         item.cursor.empty() ? "it is not stored" : "see prism.refused_rows")});
-    } else {
-      problems_.clear("refused " + name, name + ": PostgreSQL accepts the rows again", kCalmPages);
-    }
-    if (item.cursor.empty()) return;
-    LogState& state = report_.logs[item.log];
+    if (item.refusal.empty())
+      return problems_.clear("refused " + name, name + ": PostgreSQL accepts the rows again", kCalmPages);
+    problems_.set("refused " + name,
+                  {.text = fmt::format("{}: PostgreSQL refused {}; {}", name, item.refusal,
+                                       item.cursor.empty() ? "it is not stored" : "see prism.refused_rows")});
+  }
+
+  void on_stored(Log& log, const BatchItem& item) {
+    const std::size_t refused = item.refused_rows(), read = item.records[kRows].size();
+    log.had_refusals = refused > 0;
     if (!item.cursor_error.empty()) {
-      state.error = "PostgreSQL refused the cursor: " + item.cursor_error;
-      return report_log(item.log);
+      log.error = "PostgreSQL refused the cursor: " + item.cursor_error;
+      return report_log(log);
     }
-    cursors_[item.log] = item.cursor;
-    if (read > refused) state.rows_error.clear();
+    if (read > refused) log.rows_error.clear();
     if (read == refused && item.invalid + refused > 0)
-      state.rows_error = "no valid row; last error: " + (item.error.empty() ? item.refusal : item.error);
-    state.rows += read - refused;
-    state.invalid += item.invalid + refused;
-    state.missing += item.missing;
-    state.caught_up = !item.more;
+      log.rows_error = "no valid row; last error: " + (item.error.empty() ? item.refusal : item.error);
+    log.rows += read - refused;
+    log.invalid += item.invalid + refused;
+    log.missing += item.missing;
+    log.caught_up = !item.more;
     if (read > 0) {
-      state.arrival_s = item.of(Table::kRows).back().arrival_s;
-      state.lag_s = host_time_s() - state.arrival_s;
+      log.arrival_s = 1e-9 * static_cast<double>(item.records[kRows].back().arrival_ns);
+      log.lag_s = host_time_s() - log.arrival_s;
     }
-    report_log(item.log);
+    report_log(log);
+  }
+
+  // Age of the last committed row if the log may have further rows: the database is down, the log has an error or is
+  // not read to its end. Else 0, also before the first commit.
+  double behind_s(const Log& log) const {
+    const bool up_to_date = database_target_.is_up && log.caught_up && log.fault().empty();
+    return up_to_date || log.arrival_s == 0 ? 0 : std::max(0.0, host_time_s() - log.arrival_s);
+  }
+
+  // {"format":"prismrelay-status","version":1,"time_s",…,"targets":{…},"instances":{…},"logs":[…]}; without passwords.
+  json status() const {
+    json status = {{"format", "prismrelay-status"}, {"version", 1},
+                   {"program", kVersion},           {"pid", ::getpid()},
+                   {"time_s", host_time_s()},       {"site", settings_.site},
+                   {"targets", json::object()},     {"instances", json::object()},
+                   {"logs", json::array()}};
+    if (settings_.postgresql) status["targets"]["postgresql"] = database_target_.status();
+    if (mqtt_) status["targets"]["mqtt"] = broker_target_.status();
+    for (const auto& [key, gyro] : gyros_) {
+      status["instances"][key] = {{"state", gyro->state}, {"socket", gyro->client.socket()}, {"error", gyro->error}};
+      for (const auto& [axis, log] : gyro->logs) {
+        const bool has_rows = log->arrival_s > 0;
+        status["logs"].push_back({{"gyro", key},
+                                  {"axis", axis},
+                                  {"rows", log->rows},
+                                  {"refused_rows", log->invalid},
+                                  {"missing_rows", log->missing},
+                                  {"caught_up", log->caught_up && log->fault().empty()},
+                                  {"behind_s", behind_s(*log)},
+                                  {"lag_s", has_rows ? json(log->lag_s) : json()},
+                                  {"last_row_s", has_rows ? json(log->arrival_s) : json()},
+                                  {"error", log->fault()}});
+      }
+    }
+    return status;
+  }
+
+  // For systemd: "30 of 31 gyros run; mqtt: down: …; postgresql: up, 3 s behind".
+  std::string summary() const {
+    std::size_t running = 0, failing = 0;
+    double behind = 0;
+    for (const auto& [key, gyro] : gyros_) {
+      running += gyro->state == "running" ? 1 : 0;
+      for (const auto& [axis, log] : gyro->logs) {
+        behind = std::max(behind, behind_s(*log));
+        failing += log->fault().empty() ? 0 : 1;
+      }
+    }
+    std::string text = fmt::format("{} of {} gyros run", running, gyros_.size());
+    if (mqtt_) text += broker_target_.text();
+    if (settings_.postgresql) text += database_target_.text();
+    if (behind > 0) text += fmt::format(", {:.0f} s behind", behind);
+    if (failing > 0) text += ", rows of " + counted(failing, "log") + " fail";
+    return text;
   }
 
   asio::awaitable<void> write_reports() {
-    double metrics_s = 0;
-    std::string notified;
+    std::string notified, text;
+    const auto write = [&] { return write_text_file(settings_.status_file, text); };
+    const auto late = [this] { problems_.set("status", {.text = "cannot write the status: no response of the disk"}); };
     for (;;) {
-      const json status = status_json(report_);
-      if (std::string line = summary(status); line != notified) notify_status(notified = std::move(line));
-      co_await write("status", settings_.status_file, json_text(status, 2) + "\n", false);
-      if (settings_.metrics && host_time_s() - metrics_s >= settings_.metrics->every_s) {
-        metrics_s = host_time_s();
-        metrics::Exposition out;
-        metrics::add_time(out, metrics_s);
-        metrics::add_relay(out, status);
-        for (const auto& [gyro, state] : report_.gyros) metrics::add_gyro(out, gyro, {state.status, {}, {}});
-        co_await write("metrics", settings_.metrics->file, out.text(), true);
-      }
+      if (std::string line = summary(); line != notified) notify_status(notified = std::move(line));
+      text = json_text(status(), 2) + "\n";
+      const auto written = co_await in_thread(file_thread_, write, late);
+      if (written) problems_.clear("status", "the status is written again");
+      if (!written) problems_.set("status", {.text = "cannot write the status: " + written.error().text()});
       co_await sleep(kReportEvery);
     }
   }
 
-  asio::awaitable<void> write(const char* what, std::string path, std::string text, bool is_metrics) {
-    const auto work = [&] { return is_metrics ? metrics::write_exposition(path, text) : write_text_file(path, text); };
-    const auto late = [&] {
-      problems_.set(what, {.text = fmt::format("cannot write the {}: no response of the disk", what)});
-    };
-    const auto written = co_await in_thread(file_thread_, work, late);
-    if (written) problems_.clear(what, fmt::format("the {} is written again", what));
-    if (!written) problems_.set(what, {.text = fmt::format("cannot write the {}: {}", what, written.error().text())});
-  }
-
   const Settings& settings_;
-  Report report_;
+  Target database_target_{"postgresql"}, broker_target_{"mqtt"};
   Problems problems_;
   std::set<std::string> warnings_;
   int large_pages_ = 0, late_ = 0;
@@ -587,7 +617,7 @@ class Relay {
   std::optional<Mqtt> mqtt_;
   std::map<std::string, std::shared_ptr<Gyro>> gyros_;  ///< by name
 
-  std::optional<Database> database_;  ///< used in its thread only
+  std::shared_ptr<Session> database_;  ///< used in its thread only; null after an error
   bool database_up_ = false;
   std::uint64_t generation_ = 0;           ///< number of connections of the database
   std::map<LogKey, std::string> cursors_;  ///< of each log: in the database
@@ -600,6 +630,38 @@ class Relay {
 };
 
 }  // namespace
+
+void log_line(Level level, const std::string& text) {
+  static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  if (journal) return fmt::print(stderr, "<{}>{}\n", static_cast<int>(level), printable(text));
+  fmt::print(stderr, "{} prismrelay {}: {}\n", utc_text(static_cast<std::int64_t>(host_time_s())),
+             level == Level::kWarning ? "warning" : "info", printable(text));
+}
+
+void Target::up() {
+  error.clear();
+  if (std::exchange(is_up, true)) return;
+  since_s = host_time_s();
+  log_line(Level::kInfo, name + ": connected");
+}
+
+void Target::down(const std::string& reason) {
+  ++failures;
+  if (is_up || since_s == 0) since_s = host_time_s();
+  const bool changed = std::exchange(is_up, false) || error != printable(reason);
+  error = printable(reason);
+  if (changed) log_line(Level::kWarning, reason + "; retrying");
+}
+
+json Target::status() const {
+  const auto time = [](double time_s) { return time_s > 0 ? json(time_s) : json(); };
+  return {{"up", is_up},          {"since_s", time(since_s)},    {"error", error},
+          {"failures", failures}, {"dropped_messages", dropped}, {"last_s", time(last_s)}};
+}
+
+std::string Target::text() const {
+  return fmt::format("; {}: {}{}{}", name, is_up ? "up" : "down", error.empty() ? "" : ": ", error);
+}
 
 void run_relay(const Settings& settings) {
   // Returns freed page buffers to the system: with a thousand logs the heap would stay large.

@@ -86,31 +86,17 @@ JsonTable<MqttSettings> mqtt_keys() {
       });
 }
 
-JsonTable<MetricsSettings> metrics_keys() {
-  using M = MetricsSettings;
-  return JsonTable<M>()
-      .text("file", &M::file,
-            "Ends in .prom, in node_exporter's textfile directory; a regular file, not a link. A new file has mode "
-            "0644, an existing one keeps its mode.")
-      .also({{"pattern", "[.]prom$"}}, true)
-      .number("every_s", {1, 3600}, &M::every_s, "Seconds between two texts.")
-      .then([](const Section& section, M& settings) {
-        if (fs::path(settings.file).extension() != ".prom")
-          section.fail("file", fmt::format("found \"{}\", expected a path that ends in .prom", settings.file));
-      });
-}
-
 void check_instances(const Section& top, const std::vector<std::string>& instances) {
   std::set<std::string> names;
   for (const std::string& entry : instances) {
     if (entry.empty())
       return top.fail("instances", "contains an empty string, expected names, sockets or directories/");
     if (entry.back() == '/') continue;
-    if (const std::string name = config::instance_name(entry); !follows(TextRule::kName, name))
+    const std::string name = config::instance_name(entry);
+    if (!follows(TextRule::kName, name))
       return top.fail("instances",
                       fmt::format("found \"{}\", expected a name of {}", shortened(name), rule_text(TextRule::kName)));
-    if (!names.insert(fs::path(entry).stem().string()).second)
-      return top.fail("instances", fmt::format("found \"{}\" twice", fs::path(entry).stem().string()));
+    if (!names.insert(name).second) return top.fail("instances", fmt::format("found \"{}\" twice", name));
   }
 }
 
@@ -132,25 +118,22 @@ JsonTable<Settings> keys() {
           "blank first or a blank last. An invalid name in a directory is skipped and logged once. Default: "
           "/run/prismd/.")
       .text("status_file", &S::status_file,
-            "File that --status reads. Default: /run/prismrelay/status.json for the service and root.")
+            "File that --status reads, and prismctl metrics at its default: /run/prismrelay/status.json for the "
+            "service and root, else $XDG_RUNTIME_DIR/prismrelay.json.")
       .object("postgresql", postgresql_keys(), &S::postgresql, "")
       .object("mqtt", mqtt_keys(), &S::mqtt, "")
-      .object("metrics", metrics_keys(), &S::metrics, "")
       .then([](const Section& top, S& settings) {
         check_topic_part(top, "site", settings.site);
         check_instances(top, settings.instances);
-        if (top.good() && !settings.postgresql && !settings.mqtt && !settings.metrics)
-          top.fail("", "has no target, expected postgresql, mqtt or metrics");
+        if (top.good() && !settings.postgresql && !settings.mqtt)
+          top.fail("", "has no target, expected postgresql or mqtt");
       });
 }
 
-// $RUNTIME_DIRECTORY/status.json under systemd; /run/prismrelay/status.json for root or without $XDG_RUNTIME_DIR; else
-// $XDG_RUNTIME_DIR/prismrelay.json.
+// Of root, and of a service, which has no directory of a user; else of the user.
 std::string default_status_file() {
-  const char *const runtime = std::getenv("RUNTIME_DIRECTORY"), *const user = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && *runtime != '\0') return std::string(runtime) + "/status.json";
-  if (::geteuid() == 0 || user == nullptr || *user == '\0') return "/run/prismrelay/status.json";
-  return std::string(user) + "/prismrelay.json";
+  const std::vector<std::string> files = config::relay_status_files();
+  return ::geteuid() == 0 ? files.front() : files.back();
 }
 
 void find_files(Settings& settings, const fs::path& base) {
@@ -171,7 +154,6 @@ void find_files(Settings& settings, const fs::path& base) {
   if (settings.status_file.empty()) settings.status_file = default_status_file();
   find(settings.status_file);
   if (settings.postgresql) find_secret(settings.postgresql->password_file);
-  if (settings.metrics) find(settings.metrics->file);
   if (!settings.mqtt) return;
   find_secret(settings.mqtt->password_file);
   if (!settings.mqtt->tls) return;

@@ -32,11 +32,6 @@ struct MqttSettings {
   std::optional<TlsFiles> tls = std::nullopt;  ///< then the default port is 8883
 };
 
-struct MetricsSettings {
-  std::string file;  ///< in node_exporter's textfile directory, or the target of a link there
-  double every_s = 15;
-};
-
 struct Settings {
   std::string path;  ///< of the configuration
   std::string site;  ///< gyros are SITE/NAME in tables and topics
@@ -45,7 +40,6 @@ struct Settings {
   std::string status_file;  ///< `prismrelay --status` reads it; its directory must exist
   std::optional<PostgresSettings> postgresql;
   std::optional<MqttSettings> mqtt;
-  std::optional<MetricsSettings> metrics;
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 

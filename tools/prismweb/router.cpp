@@ -27,7 +27,7 @@
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 #include "tools/client/response.hpp"
-#include "tools/metrics/gyro_metrics.hpp"
+#include "tools/metrics/families.hpp"
 
 namespace prism::prismweb {
 namespace {
@@ -366,8 +366,8 @@ asio::awaitable<Answer> Router::metrics() {
   if (all->missing > 0) co_await all->done.async_wait(kUse);
   metrics::Exposition exposition;
   for (const auto& [name, answers] : all->gyros) metrics::add_gyro(exposition, name, answers);
-  metrics::add_time(exposition,
-                    std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
+  metrics::add_relays(exposition);
+  metrics::add_time(exposition);
   Answer answer{200, "text/plain; version=0.0.4; charset=utf-8"};
   answer.body = exposition.text();
   co_return answer;

@@ -17,7 +17,7 @@
 #include "tests/support/hostile_texts.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/metrics/gyro_metrics.hpp"
+#include "tools/metrics/families.hpp"
 
 namespace prism::metrics {
 namespace {
@@ -120,6 +120,27 @@ std::string series_of(const std::string& line) {
     }
   }
   return "";
+}
+
+TEST(RelayMetrics, AStoppedRelayHasNoOldValues) {
+  const json status = {
+      {"time_s", 100},
+      {"site", "lab"},
+      {"targets", {{"mqtt", {{"up", false}, {"failures", 3}, {"last_s", nullptr}}}}},
+      {"logs", {{{"gyro", "lab/g"}, {"axis", "z"}, {"rows", 7}, {"behind_s", 0.5}, {"lag_s", nullptr}}}}};
+  Exposition runs, stopped;
+  add_relay(runs, status, 105);
+  for (const char* line :
+       {"prism_relay_up{site=\"lab\"} 1\n", "prism_relay_target_up{site=\"lab\",target=\"mqtt\"} 0\n",
+        "prism_relay_failures_total{site=\"lab\",target=\"mqtt\"} 3\n",
+        "prism_relay_rows_total{site=\"lab\",gyro=\"g\",axis=\"z\"} 7\n",
+        "prism_relay_behind_seconds{site=\"lab\",gyro=\"g\",axis=\"z\"} 0.5\n"})
+    EXPECT_THAT(runs.text(), HasSubstr(line));
+  for (const char* absent : {"prism_relay_lag", "prism_relay_last", "null", "nan"})
+    EXPECT_THAT(runs.text(), Not(HasSubstr(absent)));
+  add_relay(stopped, status, 111);
+  EXPECT_THAT(stopped.text(), HasSubstr("prism_relay_up{site=\"lab\"} 0\n"));
+  EXPECT_THAT(stopped.text(), Not(HasSubstr("prism_relay_rows")));
 }
 
 // One line that Prometheus does not accept, or one series twice, voids the scrape of all gyros.

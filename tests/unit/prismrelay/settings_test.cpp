@@ -29,8 +29,7 @@ constexpr const char* kComplete = R"({
   "postgresql": {"connection": "host=/run/postgresql dbname=prism", "password_file": "pg", "keep_days": 30,
                  "gather_s": 0.5},
   "mqtt": {"host": "broker", "port": 8884, "user": "u", "password_file": "/etc/prism/mqtt", "client_id": "c", "prefix": "p",
-           "tls": {"ca_file": "ca.pem", "cert_file": "c.pem", "key_file": "k.pem"}},
-  "metrics": {"file": "/run/prismrelay/prism.prom", "every_s": 30}
+           "tls": {"ca_file": "ca.pem", "cert_file": "c.pem", "key_file": "k.pem"}}
 })";
 
 std::string error_of(const std::string& text) {
@@ -47,14 +46,14 @@ TEST(RelaySettings, ReadsEveryKey) {
   EXPECT_EQ(settings->postgresql->keep_days, 30);
   EXPECT_EQ(settings->mqtt->port, 8884);
   EXPECT_EQ(settings->mqtt->tls->ca, "/etc/prism/ca.pem");
-  EXPECT_EQ(settings->metrics->file, "/run/prismrelay/prism.prom");
 }
 
 TEST(RelaySettings, WarnsOfARemovedKey) {
   const auto settings =
-      parse_settings(R"({"site": "a", "postgresql": {"connection": "x", "follower": "r"}})", "/r.json");
+      parse_settings(R"({"site": "a", "postgresql": {"connection": "x", "follower": "r"}, "metrics": {}})", "/r.json");
   ASSERT_TRUE(settings) << settings.error().text();
-  EXPECT_THAT(settings->warnings, testing::ElementsAre(HasSubstr("/postgresql/follower: removed in prism 0.4")));
+  EXPECT_THAT(settings->warnings, testing::ElementsAre(HasSubstr("/postgresql/follower: removed in prism 0.4"),
+                                                       HasSubstr("/metrics: removed in prism 0.4")));
 }
 
 TEST(RelaySettings, HasDefaults) {
@@ -135,18 +134,6 @@ TEST(Target, LogsAChangeOnce) {
   EXPECT_THAT(log, HasSubstr("postgresql: other; retrying\n"));
   EXPECT_THAT(log, HasSubstr("postgresql: connected\n"));
   EXPECT_EQ(target.failures, 9u);
-}
-
-// Regression: a log whose header line was damaged had no valid row, but was reported as up to date.
-TEST(Report, ShowsALogWithoutAValidRow) {
-  Report report;
-  report.logs[{"lab/g", "z"}] = {.invalid = 1, .rows_error = "no valid row; last error: x", .caught_up = true};
-  const nlohmann::json status = status_json(report);
-  EXPECT_EQ(status["logs"][0]["caught_up"], false);
-  EXPECT_THAT(status_view(status, host_time_s()),
-              HasSubstr("axis z: 0 rows, not sending, 1 invalid line: no valid row; last error: x\n"));
-  report.logs[{"lab/g", "z"}] = {.rows = 1, .caught_up = true};
-  EXPECT_THAT(status_view(status_json(report), host_time_s()), HasSubstr("1 rows, up to date"));
 }
 
 TEST(Mqtt, RejectsInvalidTopicLevels) {

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "tools/metrics/gyro_metrics.hpp"
+#include "tools/metrics/families.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/file.hpp"
+#include "base/host_time.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "compensation/sensors.hpp"
+#include "config/socket_path.hpp"
 
 namespace prism::metrics {
 namespace {
@@ -67,6 +69,22 @@ constexpr Family kOutLost{"prism_out_lost_bytes_total", Type::kCounter,
                           "Bytes that an output could not write: closed, or its reader too slow."};
 constexpr Family kOutLatency{"prism_out_latency_seconds", Type::kGauge,
                              "From the read of a frame's last byte to the end of its write."};
+constexpr Family kRelayUp{"prism_relay_up", Type::kGauge,
+                          "Whether the relay runs: it wrote its status within the last 10 s."};
+constexpr Family kRelayTargetUp{"prism_relay_target_up", Type::kGauge, "1 if the server is connected, else 0."};
+constexpr Family kRelayFailures{"prism_relay_failures_total", Type::kCounter,
+                                "Failed connections and operations of the server."};
+constexpr Family kRelayDropped{"prism_relay_dropped_messages_total", Type::kCounter,
+                               "Messages dropped instead of sent."};
+constexpr Family kRelayLast{"prism_relay_last_success_timestamp_seconds", Type::kGauge,
+                            "Unix time of the last commit or acknowledged message."};
+constexpr Family kRelayRows{"prism_relay_rows_total", Type::kCounter, "Rows committed since the relay started."};
+constexpr Family kRelayRefused{"prism_relay_refused_rows_total", Type::kCounter, "Invalid lines of the log."};
+constexpr Family kRelayMissing{"prism_relay_missing_rows_total", Type::kCounter, "Rows deleted before they were sent."};
+constexpr Family kRelayBehind{"prism_relay_behind_seconds", Type::kGauge,
+                              "Age of the last committed row if further rows may wait, else 0."};
+constexpr Family kRelayLag{"prism_relay_lag_seconds", Type::kGauge,
+                           "Time from the arrival of the last row at the host to its commit."};
 constexpr Family kMade{"prism_metrics_timestamp_seconds", Type::kGauge,
                        "Time at which these metrics were written, since 1970."};
 
@@ -77,17 +95,14 @@ double value_of(const json& value) {
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-class GyroWriter {
+/// Writes samples with the same labels.
+class Writer {
  public:
-  GyroWriter(Exposition& exposition, const std::string& gyro) : out_(exposition), labels_{{"gyro", gyro}} {}
+  Writer(Exposition& exposition, Labels labels) : out_(exposition), labels_(std::move(labels)) {}
 
   void put(const Family& family, const json& value) const { out_.add(family, labels_, value_of(value)); }
   void put(const Family& family, const Labels& more, double value) const { out_.add(family, with(more), value); }
-  GyroWriter of_axis(const std::string& axis) const {
-    GyroWriter own = *this;
-    own.labels_.emplace_back("axis", axis);
-    return own;
-  }
+  Writer of(const Labels& more) const { return {out_, with(more)}; }
 
  private:
   Labels with(const Labels& more) const {
@@ -99,7 +114,7 @@ class GyroWriter {
   Labels labels_;
 };
 
-void add_line(const GyroWriter& gyro, const json& status, const json& line) {
+void add_line(const Writer& gyro, const json& status, const json& line) {
   if (const json& problems = member(member(status, "health"), "problems"); problems.is_array())
     gyro.put(kProblems, {}, static_cast<double>(problems.size()));
   gyro.put(kReceiving, text_member(status, "state") == "receiving");
@@ -129,7 +144,7 @@ void add_line(const GyroWriter& gyro, const json& status, const json& line) {
   }
 }
 
-void add_quality(const GyroWriter& axis, const std::string& quality) {
+void add_quality(const Writer& axis, const std::string& quality) {
   axis.put(kGood, quality == "good");
   for (std::size_t begin = 0; begin < quality.size() && quality != "good";) {
     const std::size_t end = std::min(quality.find('+', begin), quality.size());
@@ -138,7 +153,7 @@ void add_quality(const GyroWriter& axis, const std::string& quality) {
   }
 }
 
-void add_axis(const GyroWriter& axis, const json& own, const json& stability) {
+void add_axis(const Writer& axis, const json& own, const json& stability) {
   add_quality(axis, text_member(own, "quality"));
   const json& window = member(own, "window");
   axis.put(kRate, member(window, "rate_deg_per_h"));
@@ -159,7 +174,7 @@ void add_axis(const GyroWriter& axis, const json& own, const json& stability) {
     axis.put(kStability, {{"of", of}}, value_of(member(member(stability, of), "sd_deg_per_h")));
 }
 
-void add_log(const GyroWriter& gyro, const json& status) {
+void add_log(const Writer& gyro, const json& status) {
   const json& log = member(status, "log");
   gyro.put(kRows, member(log, "rows"));
   gyro.put(kDropped, member(log, "dropped"));
@@ -170,7 +185,7 @@ void add_log(const GyroWriter& gyro, const json& status) {
   gyro.put(kClientRows, member(member(status, "clients"), "lost_rows"));
 }
 
-void add_sensors(const GyroWriter& gyro, const json& sensors) {
+void add_sensors(const Writer& gyro, const json& sensors) {
   for (const auto& [name, own] : sensors.items()) {
     const std::string unit = text_member(own, "unit");
     for (const SensorUnit& known : kSensorUnits) {
@@ -183,7 +198,7 @@ void add_sensors(const GyroWriter& gyro, const json& sensors) {
 }  // namespace
 
 void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers& answers) {
-  const GyroWriter gyro(exposition, name);
+  const Writer gyro(exposition, {{"gyro", name}});
   const json& status = answers.status;
   gyro.put(kUp, status.is_object());
   if (!status.is_object()) return;
@@ -199,10 +214,42 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
   const json& axes = member(status, "axes");
   for (const auto& [axis, own] : axes.items()) {
     if (!follows(TextRule::kAxisName, axis)) continue;
-    add_axis(gyro.of_axis(axis), own, member(member(answers.stability, "axes"), axis));
+    add_axis(gyro.of({{"axis", axis}}), own, member(member(answers.stability, "axes"), axis));
   }
 }
 
-void add_time(Exposition& exposition, double time_s) { exposition.add(kMade, {}, time_s); }
+void add_relay(Exposition& exposition, const json& status, double now_s) {
+  const std::string site = text_member(status, "site");
+  const Writer relay(exposition, {{"site", site}});
+  const bool is_up = std::abs(now_s - number_member(status, "time_s")) <= kRelayTimeout_s;
+  relay.put(kRelayUp, is_up);
+  if (!is_up) return;
+  for (const auto& [name, own] : member(status, "targets").items()) {
+    const Writer target = relay.of({{"target", name}});
+    target.put(kRelayTargetUp, member(own, "up"));
+    target.put(kRelayFailures, member(own, "failures"));
+    target.put(kRelayDropped, member(own, "dropped_messages"));
+    target.put(kRelayLast, member(own, "last_s"));
+  }
+  for (const json& own : member(status, "logs")) {
+    const std::string gyro = text_member(own, "gyro");  // SITE/NAME
+    const Writer log = relay.of({{"gyro", gyro.substr(gyro.find('/') + 1)}, {"axis", text_member(own, "axis")}});
+    log.put(kRelayRows, member(own, "rows"));
+    log.put(kRelayRefused, member(own, "refused_rows"));
+    log.put(kRelayMissing, member(own, "missing_rows"));
+    log.put(kRelayBehind, member(own, "behind_s"));
+    log.put(kRelayLag, member(own, "lag_s"));
+  }
+}
+
+void add_relays(Exposition& exposition) {
+  for (const std::string& path : config::relay_status_files()) {
+    const auto text = read_text_file(path);
+    const json status = text ? parse_json_line(*text).value_or(json()) : json();
+    if (text_member(status, "format") == "prismrelay-status") add_relay(exposition, status, host_time_s());
+  }
+}
+
+void add_time(Exposition& exposition) { exposition.add(kMade, {}, host_time_s()); }
 
 }  // namespace prism::metrics
