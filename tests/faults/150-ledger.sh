@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # From two gyros' logs to PostgreSQL, with PRISM_FAULTS (10; long form: 60) faults, each at a random moment, one type after the other:
 # kill -9 of the relay, of PostgreSQL or of a prismd, network cut after a random number of bytes, database disk full, server stopped.
+# The long form kills relay and prismd until each was killed 30 times.
 # Afterwards, without manual repair, the table has the same rows as the logs, each exactly once.
 . "$(dirname "$0")/lib.sh"
 . "$PRISM_SOURCE/tests/system/servers.sh"
@@ -38,9 +39,13 @@ run_again() { local tries=0; until try_postgres; do tries=$((tries + 1)); [ $tri
 kinds=(relay postgres prismd network)
 ! mountpoint -q "$dir/pg" || kinds+=(disk)
 kinds+=(away)
-for ((fault = 0; fault < faults; fault++)); do
+plan=()
+for ((fault = 0; fault < faults; fault++)); do plan+=("${kinds[fault % ${#kinds[@]}]}"); done
+declare -A count=([relay]=0 [prismd]=0)
+for kind in "${plan[@]}"; do count[$kind]=$((${count[$kind]:-0} + 1)); done
+for kind in relay prismd; do for ((; count[$kind] < $(long 0 30); count[$kind]++)); do plan+=($kind); done; done
+for kind in "${plan[@]}"; do
   sleep "0.$((RANDOM % 900 + 100))"
-  kind=${kinds[fault % ${#kinds[@]}]}
   case "$kind" in
     relay) kill -9 "$relay"; wait "$relay" 2>/dev/null || true; start_relay ;;
     postgres) kill -9 "$(head -1 "$dir/pg/data/postmaster.pid")"; sleep 1; run_again ;;
@@ -67,4 +72,4 @@ deadline=$(($(date +%s) + 120))
 until alike; do [ "$(date +%s)" -lt "$deadline" ] || fail "$(wc -l <in_logs) rows in the logs, $(wc -l <in_table) in the table: $(diff in_logs in_table | head -5)"; sleep 0.5; done
 same "gaps: rows deleted before the relay sent them" "$(sql "SELECT count(*) FROM prism.gaps")" 0
 same "rejected rows" "$(sql "SELECT count(*) FROM prism.refused_rows")" 0
-echo "$faults faults (${kinds[*]}): $(wc -l <in_table) rows, each once, the same in logs and table ($(sha256sum <in_table | cut -c1-16))"
+echo "${#plan[@]} faults ($(for kind in "${kinds[@]}"; do echo "$kind ${count[$kind]:-0}"; done | paste -sd, -)): $(wc -l <in_table) rows, each once, the same in logs and table ($(sha256sum <in_table | cut -c1-16))"
