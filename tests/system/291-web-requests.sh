@@ -40,12 +40,12 @@ cat >requests.txt <<'END_REQUESTS'
 400|range: found the parameter \"first_s\", expected only axis, from_s, to_s, seconds, points|GET /api/gyro/range?first_s=1 HTTP/1.1\r\n@H@A\r\n
 400|found the parameter \"seconds\" twice, expected it once|GET /api/gyro/range?seconds=60&seconds=3600 HTTP/1.1\r\n@H@A\r\n
 400|found the parameter \"axis\" twice, expected it once|GET /api/gyro/rows?axis=z&a%78is=z HTTP/1.1\r\n@H@A\r\n
-400|rows: found the parameter \"after\", expected only axis, seconds|GET /api/gyro/rows?after=earliest HTTP/1.1\r\n@H@A\r\n
+400|rows: found the parameter \"wait_s\", expected only axis, after, limit, header|GET /api/gyro/rows?wait_s=9 HTTP/1.1\r\n@H@A\r\n
 400|status: found the parameter \"x\", expected none|GET /api/gyro/status?x=1 HTTP/1.1\r\n@H@A\r\n
 400|instances: found the parameter \"x\", expected none|GET /api/instances?x=1 HTTP/1.1\r\n@H@A\r\n
 400|expected NAME=VALUE|GET /api/gyro/bias?=1 HTTP/1.1\r\n@H@A\r\n
 200|step_s|GET /api/gyro/range?axis=z&from_s=1&to_s=9e9&points=10 HTTP/1.1\r\n@H@A\r\n
-200|[|GET /api/gyro/rows?axis=z&seconds=5 HTTP/1.1\r\n@H@A\r\n
+200|{"axes":{"z":{|GET /api/gyro/rows?axis=z&after=earliest&limit=5&header=true HTTP/1.1\r\n@H@A\r\n
 200|{"axes":{"z":[|GET /api/gyro/history?axis=z&seconds=5 HTTP/1.1\r\n@H@A\r\n
 200|[|GET /api/gyro/events?count=1 HTTP/1.1\r\n@H@A\r\n
 404|no instance|GET /api/none/bias HTTP/1.1\r\n@H@A\r\n

@@ -28,8 +28,8 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxInstances = 256;
 constexpr std::chrono::seconds kFindInterval{2};
-// 20 messages per second; docs/protocol.md guarantees at most 25.
-constexpr std::chrono::milliseconds kFlushInterval{50};
+// Messages of an instance; docs/protocol.md guarantees at most 25.
+constexpr std::size_t kFlushesPerSecond = 20;
 // prismd responds without the id to a request of more than 2000 values, and closes the connection, which all clients
 // share, if a line is longer than 65 536 bytes. Params of at most 2000 bytes exceed neither.
 constexpr std::size_t kMaxParamsBytes = 2000;
@@ -291,14 +291,16 @@ asio::awaitable<void> GyroProxies::find_instances() {
   }
 }
 
-// One instance per interval, so that a client of several instances does not get more messages per second.
+// One instance per interval, so that a client of several instances does not get more messages per second. With more than
+// 20 instances, each has its turn every second.
 asio::awaitable<void> GyroProxies::flush_in_turn() {
   asio::steady_timer tick(io_);
   for (std::size_t next = 0;;) {
-    tick.expires_after(kFlushInterval);
+    tick.expires_after(std::chrono::milliseconds(1000 / kFlushesPerSecond));
     co_await tick.async_wait(kUse);
-    for (std::size_t i = 0; i < proxies_.size(); ++i) {
-      if (proxies_[next++ % proxies_.size()]->flush()) break;
+    std::size_t due = (proxies_.size() + kFlushesPerSecond - 1) / kFlushesPerSecond;
+    for (std::size_t i = 0; i < proxies_.size() && due > 0; ++i) {
+      if (proxies_[next++ % proxies_.size()]->flush()) --due;
     }
   }
 }

@@ -88,7 +88,6 @@ class GyroProxy {
   std::string wrong_axis() const;  ///< a member of a response
 
   const std::string& name() const { return short_.name(); }
-  bool is_running() const { return is_running_; }
   const std::vector<std::string>& axes() const { return axes_; }
   nlohmann::json listing() const;  ///< {"name","state","axes"}
 

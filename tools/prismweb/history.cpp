@@ -7,6 +7,8 @@
 #include <boost/asio/post.hpp>
 #include <cmath>
 #include <exception>
+#include <limits>
+#include <set>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -26,23 +28,35 @@ constexpr std::chrono::milliseconds kUpToDate{4000}, kNotConnected{500}, kReopen
 constexpr int kPagesPerCommit = 20;  // while the store is filled
 constexpr double kMaxTime_s = 9e9;
 constexpr std::int64_t kMaxLogLength_s = 7200, kFar_s = 6 * 3600, kFresh_s = 60;
-constexpr std::size_t kMaxRuns = 4;  // of the gyro's clock
-constexpr int kMaxPages = 40;        // of up to 256 KiB: covers the range and the interval of stored cursors
+constexpr std::array kUnknownRange = {std::numeric_limits<double>::quiet_NaN(),
+                                      std::numeric_limits<double>::quiet_NaN()};  // null in JSON
+constexpr std::size_t kMaxRuns = 4;                                               // of the gyro's clock
+constexpr int kMaxPages = 40;  // of up to 256 KiB: covers the range and the interval of stored cursors
 
-json row_of(Period step, std::int64_t step_s) {
-  step.values[kRateSum] /= step.values[kRateKnown];
-  step.values[kCorrectedSum] /= step.values[kCorrectedKnown];
-  json row = {step.begin_s + step_s};
+// The columns and the rows of a response.
+std::pair<json, json> table_of(std::vector<Period> steps, std::int64_t step_s) {
+  std::set<std::string> sensors;
+  for (const Period& step : steps)
+    for (const auto& [name, range] : step.sensors) sensors.insert(name);
+  json columns = {"time_s"}, rows = json::array();
   for (std::size_t i = 0; i < kRateKnown; ++i)
-    row.push_back(i < kSamples ? json(step.values[i]) : json(static_cast<std::uint32_t>(step.values[i])));
-  return row;
-}
-
-json range_columns() {
-  json names = {"time_s"};
-  for (std::size_t i = 0; i < kRateKnown; ++i)
-    names.push_back(i == kRateSum ? "rate_mean" : i == kCorrectedSum ? "corrected_mean" : kColumnNames[i]);
-  return names;
+    columns.push_back(i == kRateSum ? "rate_mean" : i == kCorrectedSum ? "corrected_mean" : kColumnNames[i]);
+  for (const std::string& name : sensors)
+    for (const char* const part : {"_min", "_max"}) columns.push_back("sensors." + name + part);
+  for (Period& step : steps) {
+    step.values[kRateSum] /= step.values[kRateKnown];
+    step.values[kCorrectedSum] /= step.values[kCorrectedKnown];
+    json row = {step.begin_s + step_s};
+    for (std::size_t i = 0; i < kRateKnown; ++i)
+      row.push_back(i < kSamples ? json(step.values[i]) : json(static_cast<std::uint32_t>(step.values[i])));
+    for (const std::string& name : sensors) {
+      const auto [min, max] = step.sensors.try_emplace(name, kUnknownRange).first->second;
+      row.push_back(min);
+      row.push_back(max);
+    }
+    rows.push_back(std::move(row));
+  }
+  return {std::move(columns), std::move(rows)};
 }
 
 }  // namespace
@@ -193,7 +207,10 @@ asio::awaitable<tl::expected<History::Page, client::RequestError>> History::page
   try {
     const json& result = client::of_axis(*response, axis_);
     for (const json& segment : result.at("segments")) {
-      const auto layout = compensation::CsvLayout::parse(segment.at("columns").get_ref<const std::string&>(), "rows");
+      const std::string names = "# sensors: " + text_member(member(segment, "metadata"), "sensors") + "\n";
+      const auto sensors = std::make_shared<const std::vector<SensorName>>(compensation::sensors_in(names));
+      const auto& columns = segment.at("columns").get_ref<const std::string&>();
+      const auto layout = compensation::CsvLayout::parse(columns, "rows", sensors);
       if (!layout) continue;
       for (const json& line : segment.at("rows")) {
         const auto row = compensation::parse_csv(line.get_ref<const std::string&>(), "rows", *layout);
@@ -264,9 +281,7 @@ std::optional<History::View> History::view_of(const json& params) const {
 }
 
 std::string History::result_of(const View& view, const std::vector<Period>& periods) const {
-  json rows = json::array();
-  for (const Period& step : downsample(periods, view.from_s, view.to_s, view.step_s))
-    rows.push_back(row_of(step, view.step_s));
+  auto [columns, rows] = table_of(downsample(periods, view.from_s, view.to_s, view.step_s), view.step_s);
   json first, last;
   if (is_stored() && status_.first_s) {
     first = *status_.first_s + 1;
@@ -281,7 +296,7 @@ std::string History::result_of(const View& view, const std::vector<Period>& peri
                        {"to_s", view.to_s},
                        {"step_s", view.step_s},
                        {"source", view.source},
-                       {"columns", range_columns()},
+                       {"columns", std::move(columns)},
                        {"rows", std::move(rows)},
                        {"first_s", first},
                        {"last_s", last},
@@ -360,31 +375,6 @@ asio::awaitable<Result<std::vector<Period>>> History::seconds_of_log(View view) 
   const std::vector<Period> newer = recent_.after(memory_s - 1);
   found.insert(found.end(), newer.begin(), newer.end());
   co_return found;
-}
-
-std::string History::rows(const json& params) const {
-  static constexpr std::array<std::pair<const char*, Column>, 7> kValues = {{{"rate_deg_per_h", kRateMin},
-                                                                             {"corrected_deg_per_h", kCorrectedMin},
-                                                                             {"bias_deg_per_h", kBiasMin},
-                                                                             {"sd_deg_per_h", kSdMax},
-                                                                             {"temperature_degc", kTemperatureMin},
-                                                                             {"slope_degc_per_s", kSlopeMin},
-                                                                             {"uhfo_v", kUhfoMin}}};
-  const json given = member(params, "seconds"), count = given.is_null() ? json(60) : given;
-  if (!count.is_number_integer() || count < 1 || count > RecentSeconds::kLength_s)
-    return error_member(config::kInvalidParams, fmt::format("expected seconds, 1 to {}", RecentSeconds::kLength_s));
-  const std::vector<Period> seconds = recent_.after(INT64_MIN);
-  json rows = json::array();
-  for (std::size_t i = seconds.size() - std::min(seconds.size(), count.get<std::size_t>()); i < seconds.size(); ++i) {
-    const auto& [begin_s, values] = seconds[i];
-    json row = {{"time_s", begin_s + 1},
-                {"samples", static_cast<std::uint32_t>(values[kSamples])},
-                {"missing", static_cast<std::uint32_t>(values[kMissing])},
-                {"good", values[kGood] > 0}};
-    for (const auto& [name, column] : kValues) row[name] = values[column];
-    rows.push_back(std::move(row));
-  }
-  return "\"result\":" + json_text(rows);
 }
 
 }  // namespace prism::prismweb

@@ -73,9 +73,8 @@ class History : public std::enable_shared_from_this<History> {
   /// Adds the second of a window notification.
   void window(const nlohmann::json& params);
 
-  /// The methods `range` and `rows` of the JSON API (docs/protocol.md). Return a member of the response.
+  /// The method `range` (docs/protocol.md). Returns a member of the response.
   boost::asio::awaitable<std::string> range(nlohmann::json params);
-  std::string rows(const nlohmann::json& params) const;
 
  private:
   struct View;

@@ -16,53 +16,60 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <tuple>
+#include <vector>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/json_member.hpp"
+#include "compensation/compensated_text.hpp"
 
 namespace prism::prismweb {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<std::int64_t, 18> kSteps = {1,   2,   5,    10,   15,   30,    60,    120,   300,
                                                  600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400};
 
-struct Second {
-  std::int64_t begin_s;
-  double rate, corrected, bias, sd, temperature, slope, uhfo, samples, missing;
-  bool is_good;
+// A quantity of a second: its name in the log and in JSON, and its first column.
+struct Quantity {
+  std::string_view name;
+  Column column;
 };
+constexpr std::array<Quantity, 7> kQuantities = {{{"rate_deg_per_h", kRateMin},
+                                                  {"corrected_deg_per_h", kCorrectedMin},
+                                                  {"bias_deg_per_h", kBiasMin},
+                                                  {"sd_deg_per_h", kSdMax},
+                                                  {"temperature_degc", kTemperatureMin},
+                                                  {"slope_degc_per_s", kSlopeMin},
+                                                  {"uhfo_v", kUhfoMin}}};
 
-Period period_of(const Second& second) {
-  const auto known = [](double value) { return std::isnan(value) ? 0.0 : 1.0; };
-  const auto sum = [](double value) { return std::isnan(value) ? 0.0 : value; };
-  const auto& [begin_s, rate, corrected, bias, sd, temperature, slope, uhfo, samples, missing, is_good] = second;
-  return {begin_s, {rate,
-                    rate,
-                    corrected,
-                    corrected,
-                    bias,
-                    bias,
-                    sd,
-                    temperature,
-                    temperature,
-                    slope,
-                    slope,
-                    uhfo,
-                    uhfo,
-                    sum(rate),
-                    sum(corrected),
-                    samples,
-                    missing,
-                    1,
-                    is_good ? 1.0 : 0.0,
-                    known(rate),
-                    known(corrected)}};
+// `value_of`: returns the value of a quantity.
+template <class ValueOf>
+Period period_of(std::int64_t begin_s, double samples, double missing, bool is_good, const ValueOf& value_of) {
+  Period second{begin_s, {}};
+  auto& values = second.values;
+  for (const auto& [name, column] : kQuantities) {
+    values[column] = value_of(name);
+    if (column != kSdMax) values[column + 1] = values[column];  // minimum and maximum
+  }
+  for (const auto& [value, sum, known] :
+       {std::tuple(kRateMin, kRateSum, kRateKnown), std::tuple(kCorrectedMin, kCorrectedSum, kCorrectedKnown)}) {
+    if (std::isnan(values[value])) continue;
+    values[sum] = values[value];
+    values[known] = 1;
+  }
+  values[kSamples] = samples;
+  values[kMissing] = missing;
+  values[kSeconds] = 1;
+  values[kGood] = is_good ? 1 : 0;
+  return second;
 }
 
-constexpr std::int64_t kStoreVersion = 4, kCursorInterval_s = 3 * 3600;
+constexpr std::int64_t kStoreVersion = 5, kCursorInterval_s = 3 * 3600;
 // The first three are of prismweb 0.2.
 constexpr std::array<const char*, 5> kOldFiles = {"place.json", "minutes", "hours", "periods.sqlite-wal",
                                                   "periods.sqlite"};
@@ -74,24 +81,8 @@ struct Table {
 constexpr Table kMinutes{"minutes", 60}, kHours{"hours", 3600};
 
 std::string create_sql(const Table& table) {
-  std::string columns;
-  for (const std::string_view column : kColumnNames) columns += fmt::format(", {} REAL", column);
-  return fmt::format("CREATE TABLE {} (begin_s INTEGER PRIMARY KEY{})", table.name, columns);
-}
-
-// Adds a period to the stored one of the same time. SQL's min() and max() are NULL if one of the two values is.
-std::string add_sql(const Table& table) {
-  std::vector<std::string> values(kColumns + 1, "?"), changes;
-  for (const std::string_view name : kColumnNames) {
-    constexpr const char *kSum = "{0} = {0} + excluded.{0}",
-                         *kMin = "{0} = ifnull(min({0}, excluded.{0}), ifnull({0}, excluded.{0}))",
-                         *kMax = "{0} = ifnull(max({0}, excluded.{0}), ifnull({0}, excluded.{0}))";
-    const Join join = join_of(name);
-    const char* const change = join == Join::kSum ? kSum : join == Join::kMin ? kMin : kMax;
-    changes.push_back(fmt::format(fmt::runtime(change), name));
-  }
-  return fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT (begin_s) DO UPDATE SET {}", table.name,
-                     fmt::join(values, ", "), fmt::join(changes, ", "));
+  return fmt::format("CREATE TABLE {} (begin_s INTEGER PRIMARY KEY, {} REAL, sensors TEXT)", table.name,
+                     fmt::join(kColumnNames, " REAL, "));
 }
 
 }  // namespace
@@ -99,30 +90,43 @@ std::string add_sql(const Table& table) {
 // fmin and fmax ignore NaN.
 void Period::add(const Period& other) {
   for (std::size_t i = 0; i < kColumns; ++i) {
+    const std::string_view name = kColumnNames[i];
     const double before = values[i], more = other.values[i];
-    const Join join = join_of(kColumnNames[i]);
-    values[i] = join == Join::kSum   ? before + more
-                : join == Join::kMin ? std::fmin(before, more)
-                                     : std::fmax(before, more);
+    values[i] = name.ends_with("_min")   ? std::fmin(before, more)
+                : name.ends_with("_max") ? std::fmax(before, more)
+                                         : before + more;
+  }
+  for (const auto& [name, range] : other.sensors) {
+    auto& [min, max] = sensors.try_emplace(name, range).first->second;
+    min = std::min(min, range[0]);
+    max = std::max(max, range[1]);
   }
 }
 
 Period second_of(const compensation::CompensatedWindow& row) {
   const compensation::SecondMean& mean = row.window.second_mean;
-  return period_of({mean.second, mean.rate_deg_per_h, row.corrected_deg_per_h, row.correction.bias_deg_per_h,
-                    row.correction.sd_deg_per_h, mean.temperature_degc, row.window.slope_degc_per_s, mean.uhfo_v,
-                    static_cast<double>(mean.samples), static_cast<double>(mean.missing_frames),
-                    row.correction.quality == compensation::kGood});
+  const auto value_of = [&](std::string_view name) {
+    return compensation::kLogColumns[compensation::column_index(name)].value(row);
+  };
+  Period second = period_of(mean.second, static_cast<double>(mean.samples), static_cast<double>(mean.missing_frames),
+                            row.correction.quality == compensation::kGood, value_of);
+  for (std::size_t i = 0; i < mean.sensors.size(); ++i) {
+    const double value = mean.sensors[i];
+    if (!std::isnan(value)) second.sensors[(*mean.sensor_list)[i].name] = {value, value};
+  }
+  return second;
 }
 
-std::optional<Period> second_of(const nlohmann::json& window) {
-  const auto number = [&](const char* key) { return number_member(window, key, kUnknown); };
-  const double end_s = number("time_s");
+std::optional<Period> second_of(const json& window) {
+  const auto value_of = [&](std::string_view name) { return number_member(window, name, kUnknown); };
+  const double end_s = value_of("time_s");
   if (!(std::fabs(end_s) < 1e10)) return std::nullopt;
-  return period_of({std::llround(end_s) - 1, number("rate_deg_per_h"), number("corrected_deg_per_h"),
-                    number("bias_deg_per_h"), number("sd_deg_per_h"), number("temperature_degc"),
-                    number("slope_degc_per_s"), number("uhfo_v"), static_cast<double>(count_member(window, "samples")),
-                    static_cast<double>(count_member(window, "missing")), text_member(window, "quality") == "good"});
+  Period second = period_of(std::llround(end_s) - 1, static_cast<double>(count_member(window, "samples")),
+                            static_cast<double>(count_member(window, "missing")),
+                            text_member(window, "quality") == "good", value_of);
+  for (const auto& [name, value] : member(window, "sensors").items())
+    if (value.is_number()) second.sensors[name] = {value, value};
+  return second;
 }
 
 std::int64_t floor_to(std::int64_t time_s, std::int64_t length_s) {
@@ -198,6 +202,19 @@ class PeriodStore::Statement {
     const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
     return text == nullptr ? "" : text;
   }
+  /// The row of a table of periods.
+  Period period() const {
+    Period period{integer(0), {}};
+    for (std::size_t i = 0; i < kColumns; ++i) period.values[i] = number(static_cast<int>(i) + 1);
+    if (const std::string sensors = text(kColumns + 1); !sensors.empty()) {
+      try {
+        period.sensors = json::parse(sensors).get<decltype(period.sensors)>();
+      } catch (const json::exception& error) {
+        store_.fail(error.what(), true);
+      }
+    }
+    return period;
+  }
 
  private:
   void check(int code) {
@@ -246,7 +263,7 @@ const PeriodStore::Status& PeriodStore::clear() {
 // Deletes a damaged store and starts an empty one.
 bool PeriodStore::refill_if_damaged() {
   if (!error_ || !std::exchange(is_damaged_, false)) return false;
-  const std::string why = std::exchange(error_, std::nullopt)->text() + kRefilled;
+  const std::string why = std::exchange(error_, std::nullopt)->text() + "; filling it again from the log";
   remove_files();
   load();
   status_.problem = error_ ? std::exchange(error_, std::nullopt)->text() : why;
@@ -342,12 +359,18 @@ const PeriodStore::Status& PeriodStore::add(const std::string& from, std::span<c
 }
 
 void PeriodStore::write(std::span<const Period> seconds, const std::string& cursor) {
+  const std::vector<const char*> places(kColumns + 2, "?");
   for (const Table& table : {kMinutes, kHours}) {
-    Statement add(*this, add_sql(table));
-    for (const Period& period : downsample(seconds, INT64_MIN, INT64_MAX, table.length_s)) {
-      add.bind(period.begin_s);
-      for (const double value : period.values) add.bind(value);
-      add.run_again();
+    Statement select(*this, fmt::format("SELECT * FROM {} WHERE begin_s = ?", table.name));
+    Statement insert(*this, fmt::format("INSERT OR REPLACE INTO {} VALUES ({})", table.name, fmt::join(places, ", ")));
+    for (Period& period : downsample(seconds, INT64_MIN, INT64_MAX, table.length_s)) {
+      select.bind(period.begin_s);
+      if (select.next()) period.add(select.period());
+      select.run_again();
+      insert.bind(period.begin_s);
+      for (const double value : period.values) insert.bind(value);
+      insert.bind(period.sensors.empty() ? "" : json_text(json(period.sensors)));
+      insert.run_again();
     }
   }
   Statement state(*this, "UPDATE state SET cursor = ?, seconds = seconds + ?");
@@ -390,8 +413,8 @@ Result<T> PeriodStore::query(const std::string& sql, const std::vector<std::int6
 Result<PeriodStore::Periods> PeriodStore::periods(std::int64_t from_s, std::int64_t to_s, std::int64_t step_s) {
   const Table& table = step_s % kHours.length_s == 0 ? kHours : kMinutes;
   const auto take = [&](const Statement& row, Periods& found) {
-    Period period{floor_to(row.integer(0), step_s), {}};
-    for (std::size_t i = 0; i < kColumns; ++i) period.values[i] = row.number(static_cast<int>(i) + 1);
+    Period period = row.period();
+    period.begin_s = floor_to(period.begin_s, step_s);
     const bool is_new = found.steps.empty() || found.steps.back().begin_s != period.begin_s;
     if (is_new) found.steps.push_back(period);
     if (!is_new) found.steps.back().add(period);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -51,17 +52,12 @@ inline constexpr std::array<std::string_view, kColumns> kColumnNames = {
     "uhfo_max", "rate_sum",        "corrected_sum",   "samples",       "missing",   "seconds",
     "good",     "rate_known",      "corrected_known"};
 
-/// How two periods are joined: the minima, maxima and sums of their columns.
-enum class Join { kMin, kMax, kSum };
-constexpr Join join_of(std::string_view column) {
-  return column.ends_with("_min") ? Join::kMin : column.ends_with("_max") ? Join::kMax : Join::kSum;
-}
-
 /// Summary of one or more seconds: deg/h, degC, degC/s, V, counts. A minimum or maximum is NaN if no second has the
 /// value.
 struct Period {
   std::int64_t begin_s = 0;  ///< time of the data; the log row with time_s = t begins at t - 1
   std::array<double, kColumns> values{};
+  std::map<std::string, std::array<double, 2>> sensors = {};  ///< minimum and maximum of other sensors
 
   /// Adds another period. begin_s does not change.
   void add(const Period& other);
@@ -82,9 +78,6 @@ std::int64_t step_for(double length_s, int points, std::int64_t min_s);
 /// Joins the periods that begin within [from_s, to_s) to steps, in order of time.
 std::vector<Period> downsample(std::span<const Period> periods, std::int64_t from_s, std::int64_t to_s,
                                std::int64_t step_s);
-
-/// Suffix of the message about a damaged store.
-inline constexpr const char* kRefilled = "; filling it again from the log";
 
 /// `periods.sqlite` in a directory (docs/protocol.md, "The store"). Everything in it can be read from the log again: a
 /// file that is damaged in any way is deleted, and the store is then empty. Not thread-safe, but may be used by another

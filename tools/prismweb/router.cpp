@@ -87,7 +87,7 @@ std::optional<std::string> unescape(std::string_view text) {
 
 json value_of(const std::string& word) {
   const json value = json::parse(word, nullptr, false);
-  return value.is_number() ? value : json(word);
+  return value.is_number() || value.is_boolean() ? value : json(word);
 }
 
 // Returns an error text with the allowed names if `params` has another member; otherwise an empty string.
@@ -127,10 +127,8 @@ Answer answer_of(const std::string& member) {
 
 /// A method that clients may call.
 struct Method {
-  enum By { kBoth, kHttp, kWebSocket };
   std::string_view name;
   std::vector<std::string_view> params;
-  By by;
   bool is_long;
   /// `gyro`: nullptr only for `list`.
   asio::awaitable<std::string> (*call)(Router& router, GyroProxy* gyro, std::string method, json params);
@@ -146,13 +144,6 @@ asio::awaitable<std::string> range(Router&, GyroProxy* gyro, std::string, json p
   co_return co_await history->range(std::move(params));
 }
 
-asio::awaitable<std::string> recent_rows(Router&, GyroProxy* gyro, std::string, json params) {
-  const auto history = gyro->history(params);
-  if (!history) co_return gyro->wrong_axis();
-  if (!gyro->is_running()) co_return error_member(config::kGone, gyro->name() + " is not running");
-  co_return history->rows(params);
-}
-
 asio::awaitable<std::string> forward(Router&, GyroProxy* gyro, std::string method, json params) {
   co_return co_await gyro->call(std::move(method), std::move(params));
 }
@@ -161,17 +152,21 @@ asio::awaitable<std::string> forward(Router&, GyroProxy* gyro, std::string metho
 // `rows` that would store a cursor, or block the connection that all clients share.
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = [] {
-    std::vector<Method> all = {{"instances", {}, Method::kBoth, false, list},
-                               {"range", {"axis", "from_s", "to_s", "seconds", "points"}, Method::kBoth, true, range},
-                               {"rows", {"axis", "seconds"}, Method::kHttp, true, recent_rows},
-                               {"rows", {"axis", "after", "limit", "header"}, Method::kWebSocket, true, forward}};
+    std::vector<Method> all = {{"instances", {}, false, list},
+                               {"range", {"axis", "from_s", "to_s", "seconds", "points"}, true, range},
+                               {"rows", {"axis", "after", "limit", "header"}, true, forward}};
     for (const config::SocketMethod& method : config::kSocketMethods) {
       if (method.acts || method.is_local || method.name == "rows") continue;
-      all.push_back({method.name, words_of(method.params), Method::kBoth, method.is_long, forward});
+      all.push_back({method.name, words_of(method.params), method.is_long, forward});
     }
     return all;
   }();
   return kMethods;
+}
+
+const Method* find_method(std::string_view name) {
+  const auto found = std::ranges::find(methods(), name, &Method::name);
+  return found == methods().end() ? nullptr : &*found;
 }
 
 std::string unknown_method(const std::string& method) {
@@ -184,16 +179,19 @@ std::string unknown_method(const std::string& method) {
 struct Scrape {
   explicit Scrape(asio::io_context& io) : done(io, kScrapeTimeout) {}
   std::map<std::string, metrics::GyroAnswers> gyros;
-  int missing = 0;
+  std::size_t missing = 0;
   asio::steady_timer done;
 };
 
-asio::awaitable<void> scrape(std::shared_ptr<Scrape> all, GyroProxy& gyro, const char* method,
-                             json metrics::GyroAnswers::*member) {
-  const std::string name = gyro.name();
-  const std::string text = co_await gyro.call(method, nullptr);
-  if (client::Response response = client::response_of_member(method, text))
-    all->gyros[name].*member = std::move(*response);
+asio::awaitable<void> scrape(std::shared_ptr<Scrape> all, GyroProxy& gyro) {
+  using Answers = metrics::GyroAnswers;
+  static constexpr std::array<std::pair<const char*, json Answers::*>, 3> kRequests = {
+      {{"status", &Answers::status}, {"line", &Answers::line}, {"stability", &Answers::stability}}};
+  Answers& answers = all->gyros[gyro.name()];
+  for (const auto& [method, member] : kRequests) {
+    const std::string text = co_await gyro.call(method, nullptr);
+    if (client::Response response = client::response_of_member(method, text)) answers.*member = std::move(*response);
+  }
   if (--all->missing == 0) all->done.cancel();
 }
 
@@ -275,9 +273,8 @@ Answer file_answer(const std::string& folder, std::string_view target, int folde
 }
 
 bool is_long_method(std::string_view method) {
-  const auto known =
-      std::find_if(methods().begin(), methods().end(), [&](const Method& m) { return m.name == method; });
-  return known != methods().end() && known->is_long;
+  const Method* const known = find_method(method);
+  return known != nullptr && known->is_long;
 }
 
 Router::Router(asio::io_context& io, const Settings& settings, Access access)
@@ -321,12 +318,9 @@ Answer Router::begin_session(const Request& request, bool is_authenticated) {
   return answer;
 }
 
-asio::awaitable<std::string> Router::call(bool is_http, std::string instance, std::string method, json params) {
-  const auto is_offered = [&](const Method& one) {
-    return one.name == method && one.by != (is_http ? Method::kWebSocket : Method::kHttp);
-  };
-  const auto known = std::find_if(methods().begin(), methods().end(), is_offered);
-  if (known == methods().end()) co_return error_member(config::kUnknownMethod, unknown_method(method));
+asio::awaitable<std::string> Router::call(std::string instance, std::string method, json params) {
+  const Method* const known = find_method(method);
+  if (known == nullptr) co_return error_member(config::kUnknownMethod, unknown_method(method));
   const std::string unknown = unknown_param(method, params, known->params);
   if (!unknown.empty()) co_return error_member(config::kInvalidParams, unknown);
   GyroProxy* const gyro = gyros_.find(instance);
@@ -345,24 +339,15 @@ asio::awaitable<Answer> Router::api(std::string_view target) {
     co_return error_answer(404, unknown_instance(instance));
   // Scripts of 0.3 send it; any other value stays, and is rejected as an unknown parameter.
   if (params->value("protocol", json()) == config::kProtocol) params->erase("protocol");
-  const std::string member = co_await call(true, instance, method, std::move(*params));
+  const std::string member = co_await call(instance, method, std::move(*params));
   co_return answer_of(member);
 }
 
 // Requests status, line and stability from all instances. One that is not running has only prism_up 0.
 asio::awaitable<Answer> Router::metrics() {
-  using Member = json metrics::GyroAnswers::*;
-  static constexpr std::array<std::pair<const char*, Member>, 3> kRequests = {
-      {{"status", &metrics::GyroAnswers::status},
-       {"line", &metrics::GyroAnswers::line},
-       {"stability", &metrics::GyroAnswers::stability}}};
   const auto all = std::make_shared<Scrape>(io_);
-  all->missing = static_cast<int>(gyros_.all().size() * kRequests.size());
-  for (const auto& gyro : gyros_.all()) {
-    all->gyros[gyro->name()];
-    for (const auto& [method, member] : kRequests)
-      asio::co_spawn(io_, scrape(all, *gyro, method, member), asio::detached);
-  }
+  all->missing = gyros_.all().size();
+  for (const auto& gyro : gyros_.all()) asio::co_spawn(io_, scrape(all, *gyro), asio::detached);
   if (all->missing > 0) co_await all->done.async_wait(kUse);
   metrics::Exposition exposition;
   for (const auto& [name, answers] : all->gyros) metrics::add_gyro(exposition, name, answers);

@@ -68,10 +68,9 @@ class Router {
   Admission admit(const Request& request) const;
   /// Returns the response to an admitted request.
   boost::asio::awaitable<Answer> answer(Request request, bool is_authenticated);
-  /// Calls a method other than subscribe and unsubscribe, by the JSON API (`is_http`) or the WebSocket. Returns a
-  /// member of the response, `"result":…` or `"error":{…}`.
-  boost::asio::awaitable<std::string> call(bool is_http, std::string instance, std::string method,
-                                           nlohmann::json params);
+  /// Calls a method other than subscribe and unsubscribe. Returns a member of the response, `"result":…` or
+  /// `"error":{…}`.
+  boost::asio::awaitable<std::string> call(std::string instance, std::string method, nlohmann::json params);
   /// The first message to an admitted WebSocket client.
   std::string greeting() const;
 

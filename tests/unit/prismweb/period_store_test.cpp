@@ -87,6 +87,27 @@ TEST_F(PeriodStoreTest, ContinuesAfterReopening) {
   EXPECT_EQ(store->status().last_s, kBegin + 1035);
 }
 
+// Also across two transactions that have seconds of the same minute, and with a sensor that was added later.
+TEST_F(PeriodStoreTest, KeepsMinimumAndMaximumOfOtherSensors) {
+  auto store = opened();
+  for (std::int64_t i = 0; i < 4; ++i) {
+    Period second = at(i);
+    if (i > 0) second.sensors["case"] = {20.0 + static_cast<double>(i), 20.0 + static_cast<double>(i)};
+    if (i == 3) second.sensors["chamber.pressure"] = {1e5, 1e5};
+    store->add(store->status().cursor, std::vector{second}, std::to_string(i + 1), true);
+  }
+  store = nullptr;
+  const auto found = opened()->periods(INT64_MIN, INT64_MAX, 3600);
+  ASSERT_EQ(found->steps.size(), 1U);
+  const std::map<std::string, std::array<double, 2>> expected = {{"case", {21, 23}}, {"chamber.pressure", {1e5, 1e5}}};
+  EXPECT_EQ(found->steps[0].sensors, expected);
+  EXPECT_EQ(found->steps[0].values[kSeconds], 4);
+  change("UPDATE hours SET sensors = '{\"case\": 1}'");
+  store = opened();
+  EXPECT_FALSE(store->periods(INT64_MIN, INT64_MAX, 3600));
+  EXPECT_EQ(store->status().cursor, "") << "it is filled again";
+}
+
 // Uncommitted seconds and their cursor are lost together, so the same rows are read again.
 TEST_F(PeriodStoreTest, UncommittedDataIsReadFromTheLogAgain) {
   auto store = opened();
@@ -136,7 +157,7 @@ TEST_F(PeriodStoreTest, ADamagedStoreIsEmptiedAndNamesTheDamage) {
         {"DELETE FROM state", "found 8000 seconds in minutes, expected "},
         {"DROP TABLE minutes", "no such table: minutes"},
         {"DROP TABLE cursors", "no such table: cursors"},
-        {"ALTER TABLE minutes DROP COLUMN uhfo_max", "table minutes has 21 columns but 22 values were supplied"},
+        {"ALTER TABLE minutes DROP COLUMN uhfo_max", "table minutes has 22 columns but 23 values were supplied"},
         {"PRAGMA user_version = 3", "found version 3"}}) {
     {
       const auto store = opened();

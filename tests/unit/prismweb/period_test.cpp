@@ -115,6 +115,12 @@ TEST(Windows, AreConvertedToSeconds) {
   EXPECT_FALSE(second_of(nlohmann::json::parse(R"({"time_s":"x"})")));
 }
 
+TEST(Windows, HaveTheSensorsThatAreKnown) {
+  const auto read = second_of(nlohmann::json::parse(R"({"time_s":100,"sensors":{"case":25.5,"chamber.t":null}})"));
+  const std::map<std::string, std::array<double, 2>> expected = {{"case", {25.5, 25.5}}};
+  EXPECT_EQ(read->sensors, expected);
+}
+
 // If the temperature rises by 0.01 degC/s, the mean of 100 s lags by half a degree. Joined to the seconds of the log,
 // it showed a step at the first second in memory.
 TEST(Windows, UseTheTemperatureAndVoltageOfTheSecond) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismweb/ws_client.hpp"
+#include "tools/prismweb/server.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
