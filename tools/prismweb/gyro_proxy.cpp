@@ -291,8 +291,8 @@ asio::awaitable<void> GyroProxies::find_instances() {
   }
 }
 
-// One instance per interval, so that a client of several instances does not get more messages per second. With more than
-// 20 instances, each has its turn every second.
+// One instance per interval, so that a client of several instances does not get more messages per second. With more
+// than 20 instances, each has its turn every second.
 asio::awaitable<void> GyroProxies::flush_in_turn() {
   asio::steady_timer tick(io_);
   for (std::size_t next = 0;;) {
