@@ -6,7 +6,7 @@ import { test } from "node:test";
 const page = new URL("../../tools/prismweb/page/", import.meta.url);
 const from = (name) => import(new URL(name, page));
 const format = await from("format.js"), state = await from("state.js");
-const { LiveRows, stepsOf } = await from("rows.js"), { Steps, indexAt, stepFor, tableOf } = await from("steps.js"), { TimeView, kMax_s } = await from("time_view.js");
+const { csvOf, LiveRows, stepsOf } = await from("rows.js"), { Steps, indexAt, stepFor, tableOf } = await from("steps.js"), { TimeView, kMax_s } = await from("time_view.js");
 
 test("an unknown number is a dash, and zero has no minus sign", () => {
   for (const unknown of [null, undefined, NaN, Infinity, "8"]) assert.equal(format.fixed(unknown, 3), "–");
@@ -125,6 +125,14 @@ test("rows of `range` are read by column name, in any order", () => {
   assert.deepEqual([means.hasMeans, means.rows[0].raw_1s], [true, [1, 1.2, 3]]);
   means.push(second(110.5, 5));
   assert.equal(means.rows.length, 2);
+});
+
+test("other sensors are read by their columns, added from live seconds, and saved", () => {
+  const steps = stepsOf({ step_s: 5, columns: ["time_s", "seconds", "rate_min", "rate_max", "sensors.room.t_min", "sensors.room.t_max"], rows: [[10, 5, 1, 1, 20, 22], [15, 5, 1, 1, null, null]] });
+  assert.deepEqual([steps.rows[0]["sensors.room.t"], steps.rows[1]["sensors.room.t"], steps.parts["sensors.room.t"]], [[20, 21, 22], undefined, [true, false, true]]);
+  for (const [time_s, value] of [[16, 24], [17, 26], [18, null]]) steps.push(second(time_s, 1, { sensors: { "room.t": value } }));
+  assert.deepEqual(steps.rows[2]["sensors.room.t"], [24, 25, 26]);
+  assert.match(csvOf(steps.rows, 5, []), /,min_sensors.room.t,mean_sensors.room.t,max_sensors.room.t\n/);
 });
 
 test("the time range follows the current time until it is moved, and again when it reaches the current time", () => {

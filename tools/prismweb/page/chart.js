@@ -21,12 +21,15 @@ export const kCharts = [
     { key: "temperature", label: "T", colour: "--temperature" }] },
   { key: "slope", title: "Temperature slope", unit: "°C/s", series: [
     { key: "slope", label: "dT/dt", colour: "--slope" }] },
-  { key: "uhfo", title: "UHFO, the high-frequency oscillator", unit: "V", series: [
+  { key: "uhfo", title: "UHFO, the high-frequency oscillator", unit: "V", isOptional: true, series: [
     { key: "uhfo", label: "U", colour: "--uhfo" }] },
   { key: "line", title: "Line", unit: "frames/s", fromZero: true, series: [
     { key: "samples", label: "samples", colour: "--samples", decimals: 0 },
     { key: "missing", label: "missing", colour: "--bad", pattern: [4, 3], decimals: 0 }] },
 ];
+
+/** The chart of another sensor, as a thermometer on a line of its own. `key`: its quantity. An optional chart is hidden until a row has its quantity. */
+export const sensorChart = (key, name, unit) => ({ key, title: name, unit, isOptional: true, series: [{ key, label: name.split(".").at(-1), colour: unit === "°C" ? "--temperature" : "--uhfo" }] });
 
 /** Curves that may be added to another chart, on a scale at the right. */
 export const kMore = kCharts.slice(0, -1).flatMap((chart) => chart.series.slice(-1).map((one) => ({ ...one, title: chart.title, unit: chart.unit })));
@@ -67,7 +70,7 @@ export class Chart {
     const options = kMore.filter((one) => !spec.series.some(({ key }) => key === one.key)).map((one) => el("option", { value: one.key }, `+ ${one.title.toLowerCase()}`));
     this.choice = el("select", { "aria-label": `another curve in the chart ${spec.title}`, title: "another curve in this chart, with a scale at the right",
       change: () => { this.more = this.choice.value; changed(); } }, el("option", { value: "" }, "+"), ...options);
-    this.element = el("section", { class: "chart", "data-chart": spec.key, role: "group" }, el("header", {}, this.title, this.legend, this.auto, this.choice), this.plot);
+    this.element = el("section", { class: "chart", "data-chart": spec.key, role: "group", hidden: spec.isOptional }, el("header", {}, this.title, this.legend, this.auto, this.choice), this.plot);
   }
 
   /**
@@ -123,12 +126,12 @@ export class Chart {
     return Math.min(decimalsFor((high - low) / 2) + 1, 7);
   }
 
-  /** Draws the rows in `dateWindow`, [from_ms, to_ms]. An empty chart shows that it has no data only if the rows are `complete`. */
-  draw(rows, step_s, dateWindow, complete) {
+  /** Draws the rows in `dateWindow`, [from_ms, to_ms]. `empty`: the text of an empty chart; "" until the rows are loaded. */
+  draw(rows, step_s, dateWindow, empty) {
     Object.assign(this, { rows, step_s });
     const file = rows.length > 0 ? tableOf(rows, step_s, this.series) : [[dateWindow[0], ...this.series.map(() => [NaN, NaN, NaN])]];
     const known = (suffix) => rows.some((row) => row.time_s * 1000 >= dateWindow[0] && this.series.some((series) => row[series.key + suffix]));
-    this.plot.dataset.empty = known("") || !complete ? "" : known("_1s") ? "no complete window in this time" : "no data in this time";
+    this.plot.dataset.empty = known("") ? "" : empty && known("_1s") ? "no complete window in this time" : empty;
     if (this.graph) this.graph.updateOptions({ file, dateWindow });
     else this.graph = new Dygraph(this.plot, file, { ...this.options(), dateWindow });
   }

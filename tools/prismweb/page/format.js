@@ -15,6 +15,9 @@ export function withUnit(value, decimals, unit) {
   return text === kUnknown ? text : `${text}\u202f${unit}`;
 }
 
+/** A unit of prismd as the page shows it. */
+export const unitText = (unit) => unit.replace("degC", "°C");
+
 /** The number of decimals with which `span`, the range of a chart, has three digits. */
 export function decimalsFor(span) {
   if (!(span > 0)) return 3;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The view of one axis: numbers, strip charts, inputs of the model, line counters, events.
 import { el, setText } from "./dom.js";
-import { fileName, moment, parseMoment, period, span } from "./format.js";
+import { fileName, moment, parseMoment, period, span, unitText } from "./format.js";
 import { makeEvents, makeInputs, makeLinePanel, makeNumbers } from "./panels.js";
 import { LiveRows, loadRange, saveCsv } from "./rows.js";
 import { statusOf, modelName } from "./state.js";
@@ -35,6 +35,7 @@ export class GyroView {
 
   /** Shows the time range and the curves of an address. */
   takeQuery(query) {
+    this.asked = query;
     const [from_s, to_s] = ["from", "to"].map((name) => parseMoment(query.get(name) ?? "")), last_s = Number(query.get("last"));
     if (to_s > from_s) this.view.set(to_s - from_s, to_s);
     else if (last_s > 0) this.view.set(last_s, null);
@@ -160,7 +161,8 @@ export class GyroView {
 
   /** Sets whether the rows of the shown range are loaded. Until then they cannot be saved, and empty charts do not show "no data". */
   setComplete(complete) {
-    this.strips.complete = complete;
+    const isEarlier = this.last_s < this.view.range()[0];
+    this.strips.empty = !complete ? "" : isEarlier ? `no data in this time; the last row is of ${moment(this.last_s)} UTC` : "no data in this time";
     this.file.disabled = !complete;
   }
 
@@ -294,6 +296,9 @@ export class GyroView {
     if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s, true);
     this.numbers.draw(this.gyro, this.axis, status, now_ms);
     this.inputs.draw(this.axis.description, status.old ? undefined : this.axis.correction?.inputs);
+    const added = this.strips.addSensors(Object.entries(this.gyro.status?.sensors ?? {}).map(([name, { unit }]) => [name, unitText(unit)]));
+    for (const chart of added) chart.more = this.asked.get(chart.spec.key) ?? "";
+    if (added.length > 0) this.curvesChanged();
     this.listOthers();
     this.events.draw(this.gyro.events);
     this.element.classList.toggle("old", status.old);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The numbers of one axis above its charts, and panels: inputs of the model, counters of the line, events.
 import { el, setAttribute, setText, svg } from "./dom.js";
-import { count, decimalsFor, fixed, kUnknown, moment, plusMinus, span, withUnit } from "./format.js";
+import { count, decimalsFor, fixed, kUnknown, moment, plusMinus, span, unitText, withUnit } from "./format.js";
 import { ageOf, inWords, isValid, kMarks, levelOfSeverity, modelName, rateOf, readable, stabilityText, wordOfLine } from "./state.js";
 
 const kWidth = 240, kPad = 0.2, kEventsShown = 60;
@@ -32,7 +32,7 @@ function drawGauge(gauge, input, isCurrent) {
   const decimals = known ? decimalsFor((input.max - input.min) / 3) : 4;
   const scale = known ? onScale(input.value, input.min, input.max) : null;
   setText(gauge.name, kInputNames[input.name] ?? input.name);
-  setText(gauge.value, withUnit(input.value, decimals, input.unit.replace("degC", "°C")));
+  setText(gauge.value, withUnit(input.value, decimals, unitText(input.unit)));
   setText(gauge.within, known ? `trained ${fixed(input.min, decimals)} … ${fixed(input.max, decimals)}` : "");
   setText(gauge.outside, scale?.inside === false ? "▲ outside" : isCurrent && !Number.isFinite(input.value) ? "■ unknown" : "");
   setAttribute(gauge.range, "x", (scale?.from ?? 0) * kWidth);
@@ -152,6 +152,7 @@ export function makeNumbers() {
       setText(sd, main.sd);
       setText(age, status.old ? ageOf(axis, now_ms) : "");
       for (const [key, [, , text]] of Object.entries(kCells)) setText(values[key], text(row, axis, main.decimals));
+      values.uhfo.closest(".cell").hidden = axis.window !== null && !axis.hasUhfo;
     },
   };
 }

@@ -2,25 +2,26 @@
 // The rows of a view: the result of `range` (docs/protocol.md), the live seconds after it, and their table as a file.
 import { el } from "./dom.js";
 import { moment } from "./format.js";
-import { kQuantities, Steps } from "./steps.js";
+import { kQuantities, sensorKey, Steps } from "./steps.js";
 
 const kMaxBack_s = 2.5, kMaxRecent = 120, kMaxStep_s = 1.5; // a longer step to the next second is a gap
 /** Column stem of `range`: quantity of the charts. */
 const kStems = { rate: "raw_1s", corrected: "corrected_1s", bias: "bias", temperature: "temperature", slope: "slope", uhfo: "uhfo" };
 
 /** Whether a result with steps longer than 1 s has [min, mean, max] of each quantity. Without a mean the charts draw the middle. */
-function partsOf(at) {
-  const parts = Object.fromEntries(Object.entries(kStems).map(([stem, key]) => [key, [true, `${stem}_mean` in at, true]]));
+function partsOf(at, stems) {
+  const parts = Object.fromEntries(stems.map(([stem, key]) => [key, [true, `${stem}_mean` in at, true]]));
   return { ...parts, sd: [false, false, true], samples: [false, true, false], missing: [false, true, false] };
 }
 
 /** Converts {columns, rows, step_s} of a result to Steps. A step without a mean gets the middle of minimum and maximum. */
 export function stepsOf({ columns, rows, step_s }) {
   const steps = new Steps(step_s), at = Object.fromEntries(columns.map((name, i) => [name, i]));
-  const hasMeans = "rate_mean" in at && "corrected_mean" in at;
+  const hasMeans = "rate_mean" in at && "corrected_mean" in at, sensors = columns.map((name) => name.match(/^(sensors\..*)_min$/)?.[1]).filter(Boolean);
+  const stems = [...Object.entries(kStems), ...sensors.map((stem) => [stem, stem])];
   for (const cells of rows) {
     const row = steps.row(cells[at.time_s], cells[at.seconds] ?? 0);
-    for (const [stem, key] of Object.entries(kStems)) {
+    for (const [stem, key] of stems) {
       const min = cells[at[`${stem}_min`]], max = cells[at[`${stem}_max`]], mean = cells[at[`${stem}_mean`]];
       if (Number.isFinite(min)) row[key] = [min, mean ?? (min + max) / 2, max];
     }
@@ -30,7 +31,7 @@ export function stepsOf({ columns, rows, step_s }) {
     steps.rows.push(row);
   }
   steps.hasMeans = hasMeans || step_s === 1;
-  if (step_s > 1) steps.parts = partsOf(at);
+  if (step_s > 1) steps.parts = partsOf(at, stems);
   return steps;
 }
 
@@ -106,7 +107,8 @@ export class LiveRows {
  * (`parts` of Steps). Comments contain no separators, because a cell that starts with "=" would be a formula.
  */
 export function csvOf(rows, step_s, about, parts = {}) {
-  const quantities = Object.entries(kQuantities).filter(([name]) => rows.some((row) => row[name]));
+  const sensors = new Set(rows.flatMap(Object.keys).filter((key) => key.startsWith(sensorKey(""))));
+  const quantities = [...Object.entries(kQuantities), ...[...sensors].map((key) => [key, key])].filter(([name]) => rows.some((row) => row[name]));
   const lines = about.map((line) => `# ${line.replace(/[\r\n,;\t"]+/g, " ")}`);
   lines.push(`# step_s: ${step_s}`);
   lines.push(["time_utc", "time_s", ...quantities.flatMap(([, member]) => ["min", "mean", "max"].map((part) => `${part}_${member}`))].join(","));

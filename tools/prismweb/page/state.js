@@ -91,6 +91,7 @@ export function takeWindow(gyro, row, now_ms) {
   }
   while (axis.trace.length > 0 && axis.trace[0][0] < row.time_s - kTrace_s) axis.trace.shift();
   axis.window = row;
+  axis.hasUhfo ||= Number.isFinite(row.uhfo_v);
   if (Number.isFinite(row.mean_rate_deg_per_h) || Number.isFinite(row.mean_temperature_degc)) axis.complete = row;
   axis.window_ms = now_ms;
   axis.quality = row.quality ?? axis.quality;

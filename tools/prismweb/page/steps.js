@@ -14,6 +14,8 @@ export const kQuantities = {
   samples: "samples",
   missing: "missing",
 };
+/** Quantity of another sensor, and stem of its columns in `range`. */
+export const sensorKey = (name) => `sensors.${name}`;
 const kRunning = { raw: "raw_1s", corrected: "corrected_1s" };
 
 /** Joins two [min, mean, max]; `value` has the fraction `share` of the seconds of both. */
@@ -38,6 +40,7 @@ export class Steps {
       const value = window[member];
       if (Number.isFinite(value)) values[name] = Array(3).fill(value);
     }
+    for (const [name, value] of Object.entries(window.sensors ?? {})) if (Number.isFinite(value)) values[sensorKey(name)] = Array(3).fill(value);
     return this.add(window.time_s, { ...values, seconds: 1, good: window.quality === "good" ? 1 : 0 });
   }
 
@@ -49,8 +52,8 @@ export class Steps {
     if (row !== last) this.rows.push(row);
     row.seconds += values.seconds;
     row.good += values.good;
-    for (const name of Object.keys(kQuantities)) {
-      if (values[name]) row[name] = join(row[name], values[name], values.seconds / row.seconds);
+    for (const [name, value] of Object.entries(values)) {
+      if (Array.isArray(value)) row[name] = join(row[name], value, values.seconds / row.seconds);
     }
     return true;
   }

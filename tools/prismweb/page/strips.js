@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The strip charts, with a common time range, cursor and event marks. Charts outside the screen are not drawn; drawing is divided into
 // short slices so that the page stays responsive.
-import { Chart, kCharts } from "./chart.js";
+import { Chart, kCharts, sensorChart } from "./chart.js";
 import { colour, el, measured, setText } from "./dom.js";
 import { moment } from "./format.js";
 import { listenToGestures } from "./gestures.js";
 import { levelOfSeverity } from "./state.js";
-import { indexAt } from "./steps.js";
+import { indexAt, sensorKey } from "./steps.js";
 
 const kSlice_ms = 3;
 /** Averaging time "1 s": the rates of the rate chart. */
@@ -16,20 +16,30 @@ export const kCompared = ["corrected", "corrected_1s", "bias", "sd", "temperatur
 export const kComparedColours = ["--second", "--third", "--fourth"];
 
 export class Strips {
-  /** `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live(), changed()}; changed() is called if the user adds a curve. */
+  /** `empty`: text of a chart without data; "" until the rows are loaded. `view`: {range(): [from_s, to_s], zoom(from_s, to_s), live(), changed()}; changed() is called if the user adds a curve. */
   constructor(parent, view) {
-    Object.assign(this, { view, rows: [], step_s: 1, complete: false, events: [], dirty: new Set(), visible: new Set(), cursor_s: null });
+    Object.assign(this, { view, rows: [], step_s: 1, empty: "", events: [], dirty: new Set(), visible: new Set(), cursor_s: null });
     this.time = el("output", { class: "cursor-time", "aria-live": "off" });
     this.line = el("div", { class: "cursor", hidden: true });
     this.element = el("div", { class: "strips", tabindex: "0", role: "group",
       "aria-label": "Charts. Arrow keys move the cursor, with Shift the time; plus and minus zoom; L returns to now." });
-    const hooks = { select: (time_s) => this.pointAt(time_s), underlay: (...args) => this.underlay(...args), changed: view.changed };
-    this.charts = kCharts.map((spec) => new Chart(spec, hooks));
+    this.hooks = { select: (time_s) => this.pointAt(time_s), underlay: (...args) => this.underlay(...args), changed: view.changed };
+    this.charts = kCharts.map((spec) => new Chart(spec, this.hooks));
     this.element.append(...this.charts.map((chart) => chart.element), this.line);
     parent.append(this.element);
     this.observer = this.observeVisibility();
     this.stop = listenToGestures(this.element, (clientX) => this.timeAt(clientX), { ...view, touch: (time_s) => this.pointAt(time_s),
       values: (plot, heights) => this.charts.find((chart) => chart.plot === plot)?.zoomValues(heights) });
+  }
+
+  /** Adds a chart for each of `sensors`, [name, unit], that has none, above the last one. Returns the added charts. */
+  addSensors(sensors) {
+    const specs = sensors.map(([name, unit]) => sensorChart(sensorKey(name), name, unit)).filter(({ key }) => !this.charts.some(({ spec }) => spec.key === key));
+    const added = specs.map((spec) => new Chart(spec, this.hooks));
+    this.charts.splice(-1, 0, ...added);
+    this.charts.at(-1).element.before(...added.map(({ element }) => element));
+    for (const { element } of added) this.observer.observe(element);
+    return added;
   }
 
   /** Sets the curves of all charts: means of 1 s or of a window, and the names of the compared axes ("gyro2 x"). */
@@ -58,7 +68,10 @@ export class Strips {
   /** Redraws all charts, after a change of rows, time range or colours. */
   draw(rows, step_s) {
     Object.assign(this, { rows, step_s });
-    for (const chart of this.charts) this.dirty.add(chart);
+    for (const chart of this.charts) {
+      this.dirty.add(chart);
+      if (chart.element.hidden) chart.element.hidden = !rows.some((row) => chart.series.some(({ key }) => row[key]));
+    }
     this.schedule();
   }
 
@@ -74,7 +87,7 @@ export class Strips {
       while (due.length > 0 && performance.now() < end_ms) this.drawChart(due.shift());
       if (due.length > 0) return this.schedule();
       this.showCursor();
-      if (this.complete && this.visible.size > 0) measured("prism-drawn");
+      if (this.empty && this.visible.size > 0) measured("prism-drawn");
     });
   }
 
@@ -82,7 +95,7 @@ export class Strips {
     const begin_ms = performance.now(), [from_s, to_s] = this.view.range();
     this.dirty.delete(chart);
     Object.assign(this.element.dataset, { from: from_s, to: to_s });
-    chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000], this.complete);
+    chart.draw(this.rows, this.step_s, [from_s * 1000, to_s * 1000], this.empty);
     chart.show(this.selectedRow());
     measured("prism-chart", begin_ms);
   }
