@@ -241,9 +241,7 @@ bool GyroProxy::flush() {
 }
 
 GyroProxies::GyroProxies(asio::io_context& io, DiskThread& disk, std::vector<std::string> wanted, std::string state)
-    : io_(io), disk_(disk), wanted_(std::move(wanted)), state_(std::move(state)) {}
-
-void GyroProxies::start() {
+    : io_(io), disk_(disk), wanted_(std::move(wanted)), state_(std::move(state)) {
   asio::co_spawn(io_, find_instances(), asio::detached);
   asio::co_spawn(io_, flush_in_turn(), asio::detached);
 }

@@ -112,14 +112,11 @@ class GyroProxy {
   std::uint32_t every_ = 0;  ///< that was requested from prismd
 };
 
-/// All instances served: found every 2 s.
+/// All instances served. Finds them every 2 s and delivers batches, until the context ends.
 class GyroProxies {
  public:
   /// `wanted`: entries of client::list_instances(); empty: all of the host. `state`: directory of the stores.
   GyroProxies(boost::asio::io_context& io, DiskThread& disk, std::vector<std::string> wanted, std::string state);
-
-  /// Finds instances and delivers batches, until the context ends.
-  void start();
 
   GyroProxy* find(std::string_view name) const;
   const std::vector<std::unique_ptr<GyroProxy>>& all() const { return proxies_; }

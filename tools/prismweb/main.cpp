@@ -102,7 +102,6 @@ int serve(const Settings& settings) {
   asio::signal_set signals(io, SIGINT, SIGTERM);
   signals.async_wait([&io](const boost::system::error_code&, int) { io.stop(); });
   asio::co_spawn(io, handle_hangup(io, settings, port, router), asio::detached);
-  router->start();
   asio::co_spawn(io, (*server)->serve(router), asio::detached);
   asio::co_spawn(io, feed_watchdog(io), asio::detached);
   asio::co_spawn(io, watch_disk(io, router), asio::detached);

@@ -55,7 +55,6 @@ class Router {
  public:
   Router(boost::asio::io_context& io, const Settings& settings, Access access);
 
-  void start() { gyros_.start(); }
   Access& access() { return access_; }
   GyroProxies& gyros() { return gyros_; }
   boost::asio::io_context& io() { return io_; }

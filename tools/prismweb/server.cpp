@@ -147,12 +147,6 @@ asio::awaitable<bool> send(Stream& stream, Connection& connection, const Fields&
 
 Text text_of(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
 
-/// Close code of RFC 6455 (section 7.4.1 and IANA's registry) and a reason of at most 123 bytes.
-struct CloseReason {
-  websocket::close_code code;
-  std::string_view reason;
-};
-
 /// A client of /ws.
 class WsClient final : public Subscriber, public std::enable_shared_from_this<WsClient> {
  public:
@@ -179,8 +173,7 @@ class WsClient final : public Subscriber, public std::enable_shared_from_this<Ws
   asio::awaitable<void> read();
   asio::awaitable<void> write(std::shared_ptr<WsClient> self);
   asio::awaitable<void> watch(std::shared_ptr<WsClient> self);
-  std::optional<CloseReason> message(std::string_view text);
-  std::optional<CloseReason> admit(std::string_view text);
+  std::optional<websocket::close_reason> message(std::string_view text);
   void request(const json& request);
   void subscribe(const std::string& id, const std::string& instance, const json& params, bool on);
   asio::awaitable<void> respond(std::string id, std::string instance, std::string method, json params);
@@ -188,7 +181,6 @@ class WsClient final : public Subscriber, public std::enable_shared_from_this<Ws
               SendQueue::Kind kind = SendQueue::kResponse);
   void put(Text text, SendQueue::Kind kind);
   void set_silence(seconds silence) { ws_.set_option(websocket::stream_base::timeout{kFirstMessage, silence, true}); }
-  asio::awaitable<void> close(CloseReason why);
   void drop();
   void end();
 
@@ -228,7 +220,10 @@ asio::awaitable<void> WsClient::read() {
     const auto data = buffer.cdata();
     const auto reason = message({static_cast<const char*>(data.data()), data.size()});
     buffer.consume(size);
-    if (reason) co_return co_await close(*reason);
+    if (reason) {
+      co_await ws_.async_close(*reason, kUse);
+      co_return;
+    }
     if (!queue_.is_paused()) continue;
     set_silence(kPausedSilence);  // requests of a client that does not read its responses stay in the kernel
     while (queue_.is_paused() && !is_ended_) co_await changed_.async_wait(kUse);
@@ -254,19 +249,14 @@ asio::awaitable<void> WsClient::write(std::shared_ptr<WsClient> self) {
 // Disconnects a client that is not admitted in time or does not read.
 asio::awaitable<void> WsClient::watch(std::shared_ptr<WsClient> self) {
   co_await tick_.async_wait(kUse);
-  const CloseReason late{websocket::close_code::policy_error, "no token received in 10 s"};
-  if (!is_ended_ && !is_admitted_) co_return co_await close(late);
+  const websocket::close_reason late(websocket::close_code::policy_error, "no token received in 10 s");
+  if (!is_ended_ && !is_admitted_) co_await ws_.async_close(late, kUse);
   while (!is_ended_) {
     tick_.expires_after(kWatchInterval);
     co_await tick_.async_wait(kUse);
     const auto now = std::chrono::steady_clock::now();
     if (writing_since_ && now - *writing_since_ >= kWriteTimeout) co_return self->drop();
   }
-}
-
-asio::awaitable<void> WsClient::close(CloseReason why) {
-  const websocket::close_reason reason(why.code, why.reason);
-  co_await ws_.async_close(reason, kUse);
 }
 
 // read() then fails.
@@ -286,22 +276,21 @@ void WsClient::end() {
 }
 
 // Returns a reason if the client must be disconnected.
-std::optional<CloseReason> WsClient::message(std::string_view text) {
-  if (!ws_.got_text()) return CloseReason{websocket::close_code::unknown_data, "found binary data, expected text"};
-  if (!is_admitted_) return admit(text);
-  request(parse_json_line(text, kMaxLevels).value_or(json()));
-  return std::nullopt;
-}
-
-std::optional<CloseReason> WsClient::admit(std::string_view text) {
-  const json first = parse_json_line(text, kMaxLevels).value_or(json());
-  if (!first.is_object()) return CloseReason{websocket::close_code::policy_error, R"(expected {"token": "…"} first)"};
-  const std::string token = text_member(first, "token");
+std::optional<websocket::close_reason> WsClient::message(std::string_view text) {
+  using Reason = websocket::close_reason;
+  using enum websocket::close_code;
+  if (!ws_.got_text()) return Reason(unknown_data, "found binary data, expected text");
+  const json message = parse_json_line(text, kMaxLevels).value_or(json());
+  if (is_admitted_) {
+    request(message);
+    return std::nullopt;
+  }
+  if (!message.is_object()) return Reason(policy_error, R"(expected {"token": "…"} first)");
+  const std::string token = text_member(message, "token");
   const bool is_right = token.empty() ? is_authenticated_ : router_->access().is_program_token(token);
-  if (!is_right)
-    return CloseReason{websocket::close_code::policy_error, token.empty() ? "found no token" : "wrong token"};
+  if (!is_right) return Reason(policy_error, token.empty() ? "found no token" : "wrong token");
   if (router_->gyros().subscribers() >= kMaxClients)
-    return CloseReason{websocket::close_code::try_again_later, "64 clients are connected; retry later"};
+    return Reason(try_again_later, "64 clients are connected; retry later");
   is_admitted_ = connection_->is_known = true;
   announce(text_of(router_->greeting()));
   router_->gyros().add(this);
