@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/campaign/task_run.hpp"
+#include "tools/prismcal/campaign/tasks.hpp"
 
 namespace prism::test {
 
@@ -27,8 +27,8 @@ class Lot {
     log(serial + "/cycle2.csv", serial, "2\n");
   }
   std::string path(const std::string& name) const { return folder_.file(name); }
-  campaign::CampaignFile file() const {
-    return campaign::parse_campaign(R"({"recordings": [{"role": "train", "paths": "*/cycle1.csv"},
+  campaign::LotFile file() const {
+    return campaign::parse_lot_file(R"({"recordings": [{"role": "train", "paths": "*/cycle1.csv"},
                                                        {"role": "repeat", "paths": "*/cycle2.csv"}],
                                         "models": {"a": {"folds": 5}, "b": {}}, "output": {"folder": "out"}})",
                                     path("lot.json"))
@@ -42,10 +42,15 @@ class Lot {
 inline campaign::Work quick_work() {
   campaign::Work work;
   work.version = "1";
-  work.check = [](const campaign::CampaignFile&) { return Result<void>(); };
+  work.check = [](const campaign::LotFile&) { return Result<void>(); };
   work.run = [](const campaign::Task& task, const std::string& folder) -> Result<Json> {
     std::ofstream(folder + "/model.json") << task.model.name;
-    return Json{{"outcome", "trained"}};
+    return Json{
+        {"outcome", "trained"},    {"serial", task.serial},
+        {"axis", task.axis},       {"level", ""},
+        {"version", "1"},          {"id", ""},
+        {"simulated", false},      {"data_quality", Json::array()},
+        {"judged", Json::array()}, {"training", {{"mean_deg_per_h", 1}, {"curve_degc_deg_per_h", Json::array()}}}};
   };
   return work;
 }

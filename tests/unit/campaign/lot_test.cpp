@@ -11,9 +11,8 @@
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tools/prismcal/campaign/lot_analysis.hpp"
-#include "tools/prismcal/campaign/lot_report.hpp"
-#include "tools/prismcal/campaign/model_installation.hpp"
+#include "tools/prismcal/campaign/installation.hpp"
+#include "tools/prismcal/campaign/lot.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::campaign {
@@ -30,15 +29,15 @@ TaskResult result(const std::string& serial, const std::string& model, double im
   made.serial = made.gyro = serial;
   made.model = model;
   made.mean_deg_per_h = 1;
-  made.evaluations.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}, 0.01});
+  made.evaluations.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}});
   made.data_quality.push_back(
       {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
   for (int i = 0; i < 8; ++i) made.curve.emplace_back(5 * i, slope * i * i);
   return made;
 }
 
-CampaignLimits limits(double min) {
-  CampaignLimits made;
+LotLimits limits(double min) {
+  LotLimits made;
   made.repeat = {{"improvement_percent", min, {}}};
   return made;
 }
@@ -60,11 +59,11 @@ TEST(Violations, NameTheLimitAndTheValue) {
 }
 
 TEST(Violations, IncludeDataQuality) {
-  CampaignLimits strict;
+  LotLimits strict;
   strict.warnings_pass = false;
   EXPECT_THAT(find_violations(result("S1", "a", 50), strict), ElementsAre("data quality: warn (noise), expected pass"));
-  CampaignLimits noise;
-  noise.findings = {{"noise", {}, 3.5}, {"quantised", {}, 1}};
+  LotLimits noise;
+  noise.quality = {{"noise", {}, 3.5}, {"quantised", {}, 1}};
   EXPECT_THAT(find_violations(result("S1", "a", 50), noise),
               ElementsAre("data quality: noise 4, expected at most 3.5"));
 }
@@ -82,31 +81,47 @@ TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   EXPECT_EQ(chosen[1]->model, "b");
 }
 
-TEST(LotAnalysis, FindsAnOutlier) {
-  std::vector<TaskResult> lot;
-  for (int i = 0; i < 20; ++i) lot.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
-  lot[7].evaluations[0].measured[0].value = 5;
-  const auto outliers = find_outliers(lot);
-  ASSERT_EQ(outliers.size(), 1u);
-  EXPECT_EQ(outliers[0].result->serial, "S7");
-  EXPECT_EQ(outliers[0].quantity, "improvement_percent");
-  EXPECT_LT(outliers[0].score, -kOutlierScore);
+Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
+  test::Lot files;
+  return Json::parse(report::json_text(lot_report(files.file(), lot, previous)))["tables"];
 }
 
-TEST(LotAnalysis, FindsSimilarGyrosAndDrift) {
-  const std::vector<TaskResult> lot = {result("S1", "a", 50, 1), result("S2", "a", 50, -1), result("S3", "a", 50, 1.1)};
-  const auto pairs = find_nearest_gyros(lot);
+TEST(LotReport, FindsAnOutlier) {
+  Lot lot;
+  for (int i = 0; i < 20; ++i) lot.results.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
+  lot.results[7].evaluations[0].measured[0].value = 5;
+  const Json outliers = tables_of(lot)["outliers"]["rows"];
+  ASSERT_EQ(outliers.size(), 1u);
+  EXPECT_EQ(outliers[0][0]["text"], "S7");
+  EXPECT_EQ(outliers[0][2]["text"], "improvement_percent");
+  EXPECT_LT(outliers[0][4]["value"], -3.5);
+}
+
+TEST(LotReport, FindsSimilarGyrosAndDrift) {
+  Lot lot;
+  lot.results = {result("S1", "a", 50, 1), result("S2", "a", 50, -1), result("S3", "a", 50, 1.1)};
+  Lot later = lot;
+  later.results[0].mean_deg_per_h = 1.25;
+  const Json tables = tables_of(later, &lot), pairs = tables["siblings"]["rows"], drift = tables["drift"]["rows"];
   ASSERT_EQ(pairs.size(), 3u);
-  EXPECT_EQ(pairs[0].result->serial, "S1");
-  EXPECT_EQ(pairs[0].nearest->serial, "S3");
-  EXPECT_NEAR(pairs[0].similarity.correlation, 1, 1e-12);
-  EXPECT_EQ(pairs[2].result->serial, "S2");  // the least similar
-  std::vector<TaskResult> later = lot;
-  later[0].mean_deg_per_h = 1.25;
-  const auto drift = find_drift(later, lot);
+  EXPECT_EQ(pairs[0][0]["text"], "S1");
+  EXPECT_EQ(pairs[0][1]["text"], "S3");
+  EXPECT_NEAR(pairs[0][3]["value"], 1, 1e-12);
+  EXPECT_EQ(pairs[2][0]["text"], "S2");  // the least similar
   ASSERT_EQ(drift.size(), 3u);
-  EXPECT_EQ(drift[0].mean_deg_per_h, 0.25);
-  EXPECT_EQ(drift[0].curve_deg_per_h, 0);
+  EXPECT_EQ(drift[0][2]["value"], 0.25);
+  EXPECT_EQ(drift[0][3]["value"], 0);
+}
+
+TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
+  Lot lot;
+  lot.results = {result("S1", "a", 50)};
+  lot.results[0].evaluations.push_back({"repeat", "cycle3", "", {{"improvement_percent", "", 40}}});
+  lot.results[0].evaluations.push_back({"repeat", "cycle4", "", {{"improvement_percent", "", {}}}});
+  lot.results[0].evaluations.push_back({"other", "steps", "", {{"improvement_percent", "", 0}}});
+  const Json row = tables_of(lot)["gyros"]["rows"][0];
+  EXPECT_EQ(row[3]["text"], "3");
+  EXPECT_EQ(row[6]["value"], 45);
 }
 
 TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
@@ -114,15 +129,15 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   Lot lot;
   lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
   lot.results[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
-  lot.missing = {{"S3", "a", "out of memory"}};
+  lot.missing = {{"out of memory", "S3", "a"}};
   const report::Report report = lot_report(files.file(), lot, &lot);
   const auto json = Json::parse(report::json_text(report));
   const Json& rows = json["tables"]["gyros"]["rows"];
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0][0]["link"], "../tasks/S1a/report/report.html");
   EXPECT_EQ(rows[0][2]["text"], "accepted");
-  EXPECT_EQ(rows[1][8]["text"], lot.results[1].violations[0]);
-  EXPECT_EQ(rows[2][8]["text"], "out of memory");
+  EXPECT_EQ(rows[1][9]["text"], lot.results[1].violations[0]);
+  EXPECT_EQ(rows[2][9]["text"], "out of memory");
   EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
   EXPECT_THAT(report.warning, HasSubstr("incomplete"));
   EXPECT_THAT(report.warning, Not(HasSubstr("levels differ")));
@@ -140,8 +155,6 @@ TEST(LotReport, NamesALotWhoseProcessorLevelsDiffer) {
 
 class InstalledLot : public testing::Test {
  protected:
-  InstalledLot() { EXPECT_TRUE(store_.create()); }
-
   /// Stores a model of the gyro as the result of a task.
   void store(const std::string& serial) {
     TaskResult made = result(serial, "a", 50);

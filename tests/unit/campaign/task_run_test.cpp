@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Running a task: its result is complete or absent, is computed once, and a failure is recorded.
-#include "tools/prismcal/campaign/task_run.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/file.hpp"
 #include "tests/unit/campaign/lot.hpp"
+#include "tools/prismcal/campaign/lot.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -18,7 +17,6 @@ class CampaignTask : public testing::Test {
  protected:
   CampaignTask() {
     lot_.gyro("S1");
-    EXPECT_TRUE(store_.create());
     plan_ = make_plan(lot_.file(), work_).value();
     EXPECT_TRUE(store_.write_plan(plan_));
     task_ = plan_.tasks.at(0);
@@ -29,6 +27,8 @@ class CampaignTask : public testing::Test {
         std::count_if(fs::directory_iterator(store_.file("tasks")), fs::directory_iterator(),
                       [](const auto& entry) { return entry.path().filename().string().starts_with("."); }));
   }
+
+  Lot lot() const { return read_lot(store_, {}).value(); }
 
   test::Lot lot_;
   Work work_ = test::quick_work();
@@ -43,8 +43,9 @@ TEST_F(CampaignTask, StoresItsResultUnderItsId) {
   for (const char* name : {"model.json", "result.json", "task.json", "times.json"})
     EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/" + name)) << name;
   EXPECT_EQ(unfinished(), 0u);
-  EXPECT_EQ(read_status(store_)->done, 1u);
-  EXPECT_EQ(read_status(store_)->waiting, 1u);
+  EXPECT_EQ(lot().results.size(), 1u);
+  ASSERT_EQ(lot().missing.size(), 1u);
+  EXPECT_EQ(lot().missing[0].id, "");  // not run yet
 }
 
 TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
@@ -54,7 +55,6 @@ TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
   ASSERT_TRUE(run_task(store_, task_, work_));
   ASSERT_TRUE(run_task(store_, task_, work_));
   EXPECT_EQ(runs, 1);
-  EXPECT_EQ(store_.tasks_to_do(store_.read_plan().value()).size(), 1u);
 }
 
 // Two programs run one task at the same time: the first result is kept, the second is discarded without an error.
@@ -78,22 +78,21 @@ TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(store_.has_result(task_.id));
   EXPECT_EQ(unfinished(), 0u);
-  auto status = read_status(store_).value();
-  ASSERT_EQ(status.failed.size(), 1u);
-  EXPECT_EQ(status.failed[0].why, "disk: is full (2 times)");
+  EXPECT_EQ(lot().missing.at(0).id, "disk: is full");
   ASSERT_TRUE(run_task(store_, task_, test::quick_work()));
-  EXPECT_TRUE(read_status(store_)->failed.empty());
+  EXPECT_EQ(lot().missing.size(), 1u);
+  EXPECT_EQ(store_.failure(task_.id), "");
 }
 
 TEST_F(CampaignTask, StoresARejectionOfTheDataAsAResult) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> {
-    return Json{{"outcome", "refused"}, {"why", "no thermometer"}};
+    return Json{{"outcome", "refused"}, {"why", "no thermometer"}, {"serial", "S1"}, {"axis", "z"},
+                {"level", ""},          {"version", "1"}};
   };
   ASSERT_TRUE(run_task(store_, task_, work_));
-  const auto status = read_status(store_).value();
-  EXPECT_EQ(status.done, 1u);
-  ASSERT_EQ(status.refused.size(), 1u);
-  EXPECT_EQ(status.refused[0].why, "no thermometer");
+  ASSERT_EQ(lot().results.size(), 1u);
+  EXPECT_TRUE(lot().results[0].refused);
+  EXPECT_EQ(lot().results[0].why, "no thermometer");
 }
 
 TEST_F(CampaignTask, FailsIfAnInputChangedSinceThePlan) {
@@ -105,17 +104,13 @@ TEST_F(CampaignTask, FailsIfAnInputChangedSinceThePlan) {
 TEST_F(CampaignTask, FailsIfOutOfMemory) {
   work_.run = [](const Task&, const std::string&) -> Result<Json> { throw std::bad_alloc(); };
   EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("out of memory"));
-  EXPECT_EQ(read_status(store_)->failed.size(), 1u);
+  EXPECT_THAT(store_.failure(task_.id), HasSubstr("out of memory"));
 }
 
 TEST_F(CampaignTask, LeavesNoUnfinishedResultOfAKilledProcess) {
-  const auto mine = store_.begin_task(task_.id).value();
-  char host[256] = {};
-  gethostname(host, sizeof host - 1);
-  fs::create_directories(store_.file(fmt::format("tasks/.{}.{}.999999999", task_.id, host)));
-  store_.sweep();
-  EXPECT_EQ(unfinished(), 1u);  // of this process, which still runs
-  EXPECT_TRUE(fs::exists(mine));
+  fs::create_directories(store_.file(fmt::format("tasks/.{}.host.999999999", task_.id)));
+  ASSERT_TRUE(run_task(store_, task_, work_));
+  EXPECT_EQ(unfinished(), 0u);
 }
 
 TEST_F(CampaignTask, IsReadFromAPlanOfVersion03) {

@@ -80,10 +80,15 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   return measured;
 }
 
-Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where) {
+std::string range_text(const Limit& limit) {
+  if (limit.min && limit.max) return fmt::format("{:g} to {:g}", *limit.min, *limit.max);
+  return limit.min ? fmt::format("at least {:g}", *limit.min) : fmt::format("at most {:g}", *limit.max);
+}
+
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,
+                                        const std::vector<std::string>& names) {
   const Json json = Json::parse(text, nullptr, false, true);
   if (!json.is_object()) return make_error(where, "not a JSON object of limits");
-  const auto names = measured_names();
   std::vector<Limit> limits;
   for (const auto& [quantity, object] : json.items()) {
     const std::string at = fmt::format("{}:/{}", where, quantity);

@@ -28,8 +28,12 @@ std::vector<std::string> measured_names();
 std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
 /// Parses a JSON object { "QUANTITY": {"min": a, "max": b}, … }; comments are allowed. Errors, with the JSON pointer:
-/// an unknown quantity or key, a limit without min and max, no limit, invalid JSON.
-Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where);
+/// a quantity that is not one of `names`, an unknown key, a limit without min and max, no limit, invalid JSON.
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,
+                                        const std::vector<std::string>& names = measured_names());
+
+/// "at least 30", "at most 1", "30 to 50".
+std::string range_text(const Limit& limit);
 
 /// Reads limits from a file. Returns an empty list if `path` is empty.
 Result<std::vector<Limit>> read_limits(const std::string& path);

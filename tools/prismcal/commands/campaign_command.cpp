@@ -1,143 +1,315 @@
 // SPDX-License-Identifier: MIT
+#include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
+#include "base/file.hpp"
+#include "compensation/kernels/kernels.hpp"
+#include "config/version.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/campaign/lot_report.hpp"
-#include "tools/prismcal/campaign/model_installation.hpp"
-#include "tools/prismcal/campaign/task_run.hpp"
-#include "tools/prismcal/commands/campaign_work.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
+#include "tools/prismcal/campaign/installation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/evaluation_run.hpp"
+#include "tools/prismcal/commands/training_run.hpp"
+#include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
 namespace {
 
-struct CampaignChoice {
-  std::string file, engine, task;
-  bool plan = false, status = false, collect = false;
-  std::string install;
-};
+using campaign::LotFile, campaign::ResultStore, campaign::Role, campaign::Task;
 
-std::string program_path() {
-  std::error_code error;
-  return std::filesystem::read_symlink("/proc/self/exe", error).string();
+constexpr double kCurveBin_degc = 5;
+
+// Work of a task.
+
+/// Parses options as the command line does. Errors: "--method=lq: …".
+template <class Choice, class Add>
+Result<Choice> parse_options(std::vector<std::string> words, const Add& add) {
+  CLI::App app("options");
+  app.set_help_flag();
+  Choice choice;
+  add(app, choice);
+  std::reverse(words.begin(), words.end());  // the order that CLI11 expects
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    return make_error("options", error.what());
+  }
+  return choice;
 }
 
-/// Prints recordings and gyros without a task, for a plan or a status.
+Result<TrainChoice> train_choice(const std::vector<std::string>& words) {
+  return parse_options<TrainChoice>(words, [](CLI::App& app, TrainChoice& choice) { add_train_options(app, choice); });
+}
+
+Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
+  return parse_options<EvaluateChoice>(
+      words, [](CLI::App& app, EvaluateChoice& choice) { add_common_options(app, choice.common); });
+}
+
+Result<void> check_model(const std::vector<std::string>& words) {
+  const auto choice = train_choice(words);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  auto settings = settings_of(choice->method);
+  if (!settings) return make_error("", settings.error().text());
+  const auto names = recordings::csv_fields(choice->inputs, ',');
+  const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
+  if (!terms) return make_error("", terms.error().text());
+  if (!choice->prior.empty() || !choice->recordings.source.config.empty())
+    return make_error("", "found prior or config, expected neither: their files are not inputs of a task");
+  if (!choice->serial.empty())
+    return make_error("", "found serial, expected none: a model is bound to the serial number in its recordings");
+  return {};
+}
+
+Result<void> check_judging(const std::vector<std::string>& words) {
+  const auto choice = evaluate_choice(words);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  if (!choice->common.fallback.empty() || !choice->common.source.config.empty())
+    return make_error("", "found fallback or config, expected neither: their files are not inputs of a task");
+  const auto correction = correction_settings(choice->common);
+  if (!correction) return make_error("", correction.error().text());
+  return {};
+}
+
+Result<void> check_options(const LotFile& file) {
+  for (const campaign::ModelChoice& model : file.models) {
+    if (const auto good = check_model(model.words); !good)
+      return make_error(fmt::format("{}:/models/{}", file.path, model.name), good.error().what);
+  }
+  if (const auto good = check_judging(file.judging); !good)
+    return make_error(file.path + ":/judging", good.error().what);
+  return {};
+}
+
+Json number_json(std::optional<double> value) { return value && std::isfinite(*value) ? Json(*value) : Json(); }
+
+/// Mean bias in bins of temperature, minus the overall mean, for the comparison of gyros in a lot.
+Json curve_json(const std::vector<TrainingRun::Curve>& curves) {
+  std::map<int, std::pair<double, int>> bins;
+  double sum = 0;
+  int blocks = 0;
+  for (const TrainingRun::Curve& curve : curves) {
+    for (std::size_t i = 0; i < curve.bias_deg_per_h.size(); ++i) {
+      if (!std::isfinite(curve.temperature_degc[i]) || !std::isfinite(curve.bias_deg_per_h[i])) continue;
+      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kCurveBin_degc))];
+      bias += curve.bias_deg_per_h[i];
+      sum += curve.bias_deg_per_h[i];
+      ++count;
+      ++blocks;
+    }
+  }
+  Json curve = Json::array();
+  for (const auto& [bin, mean] : bins)
+    curve.push_back({kCurveBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks});
+  return {{"mean_deg_per_h", blocks > 0 ? number_json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
+}
+
+/// Returns a file of the recording that was also used for training; empty: none. Compares SHA-256, since equal seconds
+/// of a coarse rate may be chance.
+std::string shared_file(const RecordingEvaluation& evaluated, const Task& task) {
+  for (const campaign::TaskInput& input : task.inputs) {
+    for (const campaign::InputFile& file : input.files) {
+      const auto same = [&](const recordings::SourceFile& source) { return source.sha256 == file.sha256; };
+      const auto& files = evaluated.loaded.recording.files;
+      if (input.role == Role::kTrain && std::any_of(files.begin(), files.end(), same)) return file.path;
+    }
+  }
+  return {};
+}
+
+Json evaluation_json(const RecordingEvaluation& evaluated, const Task& task, Role role) {
+  const analysis::EvaluatedRecording recording{"r", &evaluated.loaded.table, &evaluated.evaluation, nullptr};
+  Json json = {{"role", campaign::role_name(role)},
+               {"recording", evaluated.loaded.table.name},
+               {"blocks", evaluated.loaded.table.size()},
+               {"before_deg_per_h", number_json(evaluated.evaluation.stability.before.sd)},
+               {"trained_on", shared_file(evaluated, task)},
+               {"measured", Json::object()}};
+  for (const analysis::Measured& m : analysis::measure_all(recording))
+    json["measured"][m.quantity] = number_json(m.value);
+  return json;
+}
+
+/// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
+std::string loaded_level() {
+  Dl_info found{};
+  if (::dladdr(reinterpret_cast<const void*>(&kernels::rbf_row), &found) == 0 || !found.dli_fname) return "baseline";
+  const std::string path = found.dli_fname;
+  for (const char* level : {"x86-64-v4", "x86-64-v3"}) {
+    if (path.find(fmt::format("/glibc-hwcaps/{}/", level)) != std::string::npos) return level;
+  }
+  return "baseline";
+}
+
+Result<Json> run_work(const Task& task, const std::string& folder) {
+  Json json = {{"outcome", "trained"},     {"task", task.id},         {"serial", task.serial},  {"axis", task.axis},
+               {"model", task.model.name}, {"version", task.version}, {"level", loaded_level()}};
+  const auto refused = [&json](const Error& error) {
+    json["outcome"] = "refused";
+    json["why"] = error.text();
+    return json;
+  };
+  auto choice = train_choice(task.model.words);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  choice->files = task.paths(Role::kTrain);
+  choice->serial = task.serial;
+  choice->method.quiet = true;
+  choice->method.threads = 1;  // one task per core
+  if (choice->name.empty()) choice->name = task.model.name;
+  const auto trained = train_on_recordings(*choice);
+  if (!trained) return refused(trained.error());
+  if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial)
+    return make_error(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial));
+  auto evaluation = evaluate_choice(task.judging);
+  if (!evaluation) return tl::unexpected<Error>(evaluation.error());
+  evaluation->model = folder + "/model.json";
+  if (auto done = write_text_file(evaluation->model, trained->model_text()); !done)
+    return tl::unexpected<Error>(done.error());
+  std::vector<Role> roles;
+  for (const Role role : {Role::kRepeat, Role::kOther}) {
+    for (std::string& path : task.paths(role)) {
+      evaluation->recordings.push_back(std::move(path));
+      roles.push_back(role);
+    }
+  }
+  evaluation->common.json = false;
+  evaluation->common.quiet = true;
+  const auto evaluated = evaluate_recordings(*evaluation);
+  if (!evaluated) return refused(evaluated.error());
+  evaluation->common.out = task.report ? folder + "/report" : "";
+  if (auto done = write_report(evaluated->report, evaluation->common); !done)
+    return tl::unexpected<Error>(done.error());
+  json["id"] = trained->trained.model->info().id;
+  for (const Json& facts : trained->set.facts) json["data_quality"].push_back(facts["data_quality"]);
+  json["training"] = curve_json(trained->curves);
+  for (std::size_t i = 0; i < roles.size(); ++i)
+    json["judged"].push_back(evaluation_json(evaluated->cases[i], task, roles[i]));
+  json["simulated"] = evaluated->report.simulated;
+  return json;
+}
+
+campaign::Work work() { return {kVersion, check_options, run_work}; }
+
+// Actions.
+
+struct CampaignChoice {
+  std::string file, engine, task, install;
+  bool plan = false, status = false, collect = false;
+};
+
+/// Recordings and gyros without a task.
 void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
   for (const campaign::LeftOutInput& input : left_out)
     fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
 }
 
-Result<campaign::Plan> make_and_store_plan(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
-  if (auto made = store.create(); !made) return tl::unexpected<Error>(made.error());
-  store.sweep();
-  auto plan = campaign::make_plan(file, campaign_work());
-  if (!plan) return plan;
-  if (auto written = store.write_plan(*plan); !written) return tl::unexpected<Error>(written.error());
-  return plan;
-}
-
-int print_plan(const campaign::Plan& plan, const campaign::ResultStore& store) {
-  const auto with_result = store.with_result();
+void print_plan(const campaign::Plan& plan, const ResultStore& store) {
   std::size_t to_do = 0;
   fmt::print("{:<32}  {:<20}  {:<14}\n", "task", "gyro", "model");
-  for (const campaign::Task& task : plan.tasks) {
-    const bool has_result = with_result.contains(task.id);
+  for (const Task& task : plan.tasks) {
+    const bool has_result = store.has_result(task.id);
     fmt::print("{}  {:<20}  {:<14}  {}\n", task.id, printable(task.gyro()), printable(task.model.name),
                has_result ? "done" : "to do");
     to_do += !has_result;
   }
   print_left_out(plan.left_out);
   fmt::print("{} tasks of {} gyros, {} to do\n", plan.tasks.size(), plan.gyros, to_do);
-  return 0;
 }
 
 /// One shell command for each task without a result: it needs nothing but the directories and this program.
-Result<int> print_commands(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
-  const auto planned = store.read_plan();
-  if (!planned) return tl::unexpected<Error>(planned.error());
-  for (const campaign::PlannedTask& task : store.tasks_to_do(*planned))
-    fmt::print("{} campaign {} --task {}\n", shell_word(program_path()), shell_word(file.path), task.id);
-  return 0;
+void print_commands(const campaign::Plan& plan, const LotFile& file, const ResultStore& store) {
+  std::error_code error;
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
+  for (const Task& task : plan.tasks) {
+    if (!store.has_result(task.id))
+      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id);
+  }
 }
 
-Result<int> print_status(const campaign::ResultStore& store) {
-  const auto status = campaign::read_status(store);
-  if (!status) return tl::unexpected<Error>(status.error());
-  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", status->done, status->tasks,
-             status->failed.size(), status->waiting);
-  for (const campaign::TaskLine& line : status->refused)
-    fmt::print("refused: {}, {}: {}\n", printable(line.gyro), printable(line.model), printable(line.why));
-  for (const campaign::TaskLine& line : status->failed)
-    fmt::print("failed: {}, {}: {}\n", printable(line.gyro), printable(line.model), printable(line.why));
-  print_left_out(status->left_out);
-  return status->failed.empty() ? 0 : 1;
+int print_status(const campaign::Lot& lot) {
+  const auto failed = static_cast<std::size_t>(
+      std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.id.empty(); }));
+  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
+             lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
+  for (const campaign::TaskResult& result : lot.results) {
+    if (result.refused)
+      fmt::print("refused: {}, {}: {}\n", printable(result.gyro), printable(result.model), printable(result.why));
+  }
+  for (const campaign::PlannedTask& task : lot.missing) {
+    if (!task.id.empty())
+      fmt::print("failed: {}, {}: {}\n", printable(task.gyro), printable(task.model), printable(task.id));
+  }
+  print_left_out(lot.left_out);
+  return failed == 0 ? 0 : 1;
 }
 
-/// Writes the report of the campaign and the accepted models.
-Result<int> collect(const campaign::CampaignFile& file, const campaign::ResultStore& store) {
-  const auto lot = campaign::read_lot(store, file.limits);
-  if (!lot) return tl::unexpected<Error>(lot.error());
+Result<int> collect(const LotFile& file, const ResultStore& store, const campaign::Lot& lot) {
   std::optional<campaign::Lot> previous;
   if (!file.previous.empty()) {
-    auto read = campaign::read_lot(campaign::ResultStore(file.previous), file.limits);
+    auto read = campaign::read_lot(ResultStore(file.previous), file.limits);
     if (!read) return make_error(file.path + ":/previous", read.error().text());
     previous = std::move(*read);
   }
   CommonOptions options;
   options.out = store.file("report");
-  const auto report = campaign::lot_report(file, *lot, previous ? &*previous : nullptr);
+  const auto report = campaign::lot_report(file, lot, previous ? &*previous : nullptr);
   if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
-  const auto accepted = campaign::install_models(file, store, *lot, store.file("accepted"), false);
+  const auto accepted = campaign::install_models(file, store, lot, store.file("accepted"), false);
   if (!accepted) return tl::unexpected<Error>(accepted.error());
   fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, store.file("accepted"));
   if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
-  return lot->missing.empty() ? 0 : 1;
+  return lot.missing.empty() ? 0 : 1;
 }
 
-Result<int> install(const campaign::CampaignFile& file, const campaign::ResultStore& store, const std::string& folder) {
-  const auto lot = campaign::read_lot(store, file.limits);
-  if (!lot) return tl::unexpected<Error>(lot.error());
-  const auto installed = campaign::install_models(file, store, *lot, folder, true);
+Result<int> install(const LotFile& file, const ResultStore& store, const campaign::Lot& lot,
+                    const std::string& folder) {
+  const auto installed = campaign::install_models(file, store, lot, folder, true);
   if (!installed) return tl::unexpected<Error>(installed.error());
   fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
-             folder, installed->kept, lot->missing.size());
-  return 0;
-}
-
-Result<int> run_one(const campaign::ResultStore& store, const std::string& id) {
-  const auto task = store.read_task(id);
-  if (!task) return tl::unexpected<Error>(task.error());
-  const auto done = campaign::run_task(store, *task, campaign_work());
-  if (!done) return tl::unexpected<Error>(done.error());
+             folder, installed->kept, lot.missing.size());
   return 0;
 }
 
 Result<int> run_campaign(const CampaignChoice& choice) {
-  const auto file = campaign::load_campaign(choice.file);
+  const auto file = campaign::load_lot_file(choice.file);
   if (!file) {
     constexpr int kExitConfig = 78;  // as the other programs with a file that they cannot use
     fmt::print(stderr, "prismcal: {}\n", printable(file.error().text()));
     return kExitConfig;
   }
   for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
-  const campaign::ResultStore store(file->folder);
-  if (!choice.task.empty()) return run_one(store, choice.task);
-  if (choice.status) return print_status(store);
-  if (choice.collect) return collect(*file, store);
-  if (!choice.install.empty()) return install(*file, store, choice.install);
-  if (!choice.plan && choice.engine.empty())
+  const ResultStore store(file->folder);
+  if (!choice.task.empty()) {
+    const auto task = store.read_task(choice.task);
+    const auto done = task ? campaign::run_task(store, *task, work()) : tl::unexpected<Error>(task.error());
+    if (!done) return tl::unexpected<Error>(done.error());
+    return 0;
+  }
+  if (choice.plan || !choice.engine.empty()) {
+    const auto plan = campaign::make_plan(*file, work());
+    if (!plan) return tl::unexpected<Error>(plan.error());
+    if (auto written = store.write_plan(*plan); !written) return tl::unexpected<Error>(written.error());
+    choice.plan ? print_plan(*plan, store) : print_commands(*plan, *file, store);
+    return 0;
+  }
+  if (!choice.status && !choice.collect && choice.install.empty())
     return make_error("campaign",
                       "found no action, expected --engine print and a program that runs its lines "
                       "(docs/campaign.md), --plan, --status, --collect or --install");
-  const auto plan = make_and_store_plan(*file, store);
-  if (!plan) return tl::unexpected<Error>(plan.error());
-  return choice.plan ? print_plan(*plan, store) : print_commands(*file, store);
+  const auto lot = campaign::read_lot(store, file->limits);
+  if (!lot) return tl::unexpected<Error>(lot.error());
+  if (choice.status) return print_status(*lot);
+  return choice.collect ? collect(*file, store, *lot) : install(*file, store, *lot, choice.install);
 }
 
 /// The engines of versions up to 0.3 name their replacement.
@@ -155,23 +327,20 @@ void add_campaign_command(CLI::App& app, int& code) {
       app.add_subcommand("campaign", "train and evaluate models of hundreds of gyros, with GNU parallel or Slurm");
   const auto choice = std::make_shared<CampaignChoice>();
   command->add_option("file", choice->file, "campaign file (JSON): recordings, models, limits, output")->required();
-  CLI::Option* plan = command->add_flag("--plan", choice->plan, "print the tasks");
-  CLI::Option* status =
-      command->add_flag("--status", choice->status, "print the numbers of finished and failed tasks, and the reasons");
-  CLI::Option* task = command->add_option("--task", choice->task, "run this task, as the printed commands do");
-  CLI::Option* collected = command->add_flag(
-      "--collect", choice->collect, "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models");
-  CLI::Option* installed =
-      command->add_option("--install", choice->install, "install the accepted models in this folder, atomically");
-  CLI::Option* engine =
+  const std::vector<CLI::Option*> actions = {
+      command->add_flag("--plan", choice->plan, "print the tasks"),
+      command->add_flag("--status", choice->status, "print the numbers of finished and failed tasks, and the reasons"),
+      command->add_option("--task", choice->task, "run this task, as the printed commands do"),
+      command->add_flag("--collect", choice->collect,
+                        "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models"),
+      command->add_option("--install", choice->install, "install the accepted models in this folder, atomically"),
       command
           ->add_option("--engine", choice->engine,
                        "print: one shell command per task without a result, for GNU parallel or Slurm")
-          ->check(CLI::Validator(check_engine, "print", "engine"));
-  plan->excludes(status)->excludes(collected)->excludes(installed)->excludes(task)->excludes(engine);
-  status->excludes(collected)->excludes(installed)->excludes(task)->excludes(engine);
-  collected->excludes(installed)->excludes(task)->excludes(engine);
-  installed->excludes(task)->excludes(engine);
+          ->check(CLI::Validator(check_engine, "print", "engine"))};
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    for (std::size_t j = i + 1; j < actions.size(); ++j) actions[i]->excludes(actions[j]);
+  }
   tools::add_examples(*command,
                       {"prismcal campaign lot.json --plan", "prismcal campaign lot.json --engine print >tasks.txt",
                        "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models"});

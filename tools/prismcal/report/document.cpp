@@ -9,13 +9,21 @@ namespace prism::report {
 namespace {
 
 Cell number_cell(std::optional<double> value, std::string text, Emphasis emphasis) {
-  if (!value || !std::isfinite(*value)) return {kNothing, std::nullopt, Emphasis::kMuted};
+  if (!value || !std::isfinite(*value)) return {kNothing, Emphasis::kMuted};
   return {std::move(text), value, emphasis};
 }
 
 }  // namespace
 
-Cell text_cell(std::string text, Emphasis emphasis) { return {std::move(text), std::nullopt, emphasis}; }
+Column::Column(const char* text) : name(text), number(!name.ends_with(':')) {
+  if (!number) name.pop_back();
+  const std::size_t bracket = name.find(" [");
+  if (bracket == std::string::npos) return;
+  unit = name.substr(bracket + 2, name.size() - bracket - 3);
+  name.resize(bracket);
+}
+
+Cell count_cell(std::size_t count) { return {fmt::format("{}", count), static_cast<double>(count)}; }
 
 Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis) {
   std::string text = fmt::format("{:.{}f}", value.value_or(0), decimals);

@@ -23,9 +23,15 @@ struct Cell {
   std::optional<double> value{};
   Emphasis emphasis = Emphasis::kNone;
   std::string link{};  ///< target of a link in HTML and JSON; empty: none
+
+  Cell(std::string shown, std::optional<double> number, Emphasis how = Emphasis::kNone)
+      : text(std::move(shown)), value(number), emphasis(how) {}
+  Cell(std::string shown, Emphasis how = Emphasis::kNone) : Cell(std::move(shown), std::nullopt, how) {}
+  Cell(const char* shown, Emphasis how = Emphasis::kNone) : Cell(std::string(shown), how) {}
 };
 
-Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone);
+inline Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone) { return {std::move(text), emphasis}; }
+Cell count_cell(std::size_t count);
 /// `value` with `decimals` decimals; an em dash if it is nullopt or not finite.
 Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis = Emphasis::kNone);
 /// `value` with `digits` significant digits, as 1.23e-05 if very small or large.
@@ -37,6 +43,11 @@ struct Column {
   std::string name;
   std::string unit{};  ///< empty: none
   bool number = true;  ///< numbers are right-aligned
+
+  Column(std::string shown, std::string in, bool numeric = true)
+      : name(std::move(shown)), unit(std::move(in)), number(numeric) {}
+  /// "before [deg/h]": with its unit; "gyro:": a column of text.
+  Column(const char* text);
 };
 
 struct Table {

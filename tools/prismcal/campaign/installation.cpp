@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/campaign/model_installation.hpp"
+#include "tools/prismcal/campaign/installation.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ std::string file_name_of(const TaskResult& result) {
   return (name.starts_with(".") ? "_" : "") + name + ".json";
 }
 
-std::string requested_by(const CampaignFile& file) {
+std::string requested_by(const LotFile& file) {
   if (!file.asked_by.empty()) return file.asked_by;
   const passwd* user = ::getpwuid(::getuid());
   return user ? user->pw_name : fmt::format("user {}", ::getuid());
@@ -52,7 +52,7 @@ Json limits_json(const std::vector<analysis::Limit>& limits) {
   return json;
 }
 
-Json entry_of(const CampaignFile& file, const TaskResult& result, const std::string& name, const std::string& text) {
+Json entry_of(const LotFile& file, const TaskResult& result, const std::string& name, const std::string& text) {
   Json entry = {{"file", name},
                 {"sha256", sha256_hex(text)},
                 {"id", result.id},
@@ -65,7 +65,7 @@ Json entry_of(const CampaignFile& file, const TaskResult& result, const std::str
                 {"version", result.version},
                 {"level", result.level},
                 {"limits",
-                 {{"data_quality", limits_json(file.limits.findings)},
+                 {{"data_quality", limits_json(file.limits.quality)},
                   {"repeat", limits_json(file.limits.repeat)},
                   {"other", limits_json(file.limits.other)}}},
                 {"judged", Json::array()}};
@@ -139,8 +139,8 @@ Result<std::size_t> copy_others(const Json& old, const std::string& folder, cons
   return kept;
 }
 
-Result<InstalledModels> fill(const CampaignFile& file, const ResultStore& store, const Lot& lot,
-                             const std::string& made, const std::string& folder, bool keep_others) {
+Result<InstalledModels> fill(const LotFile& file, const ResultStore& store, const Lot& lot, const std::string& made,
+                             const std::string& folder, bool keep_others) {
   InstalledModels installed;
   Json manifest = {
       {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
@@ -171,7 +171,7 @@ Result<InstalledModels> fill(const CampaignFile& file, const ResultStore& store,
 
 }  // namespace
 
-Result<InstalledModels> install_models(const CampaignFile& file, const ResultStore& store, const Lot& lot,
+Result<InstalledModels> install_models(const LotFile& file, const ResultStore& store, const Lot& lot,
                                        const std::string& folder, bool keep_others) {
   std::error_code error;
   std::string target = fs::absolute(folder, error).lexically_normal().string();

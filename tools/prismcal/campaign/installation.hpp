@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Installs the accepted models of a campaign into a folder with a manifest.
+// Installs the accepted models of a lot into a folder with a manifest.
 #pragma once
 
-#include "tools/prismcal/campaign/task_result.hpp"
+#include "tools/prismcal/campaign/lot.hpp"
 
 namespace prism::campaign {
 
 struct InstalledModels {
-  std::size_t models = 0;  ///< from this campaign
+  std::size_t models = 0;  ///< from this lot
   std::size_t kept = 0;    ///< models of other gyros that were in the folder before
 };
 
@@ -16,7 +16,7 @@ struct InstalledModels {
 /// that readers see either all old or all new files. `keep_others`: keeps the models of gyros that are not chosen.
 /// Errors: a model is not the evaluated one or belongs to another gyro, two gyros have the same file name, `folder` has
 /// files but no manifest, or the file system cannot exchange folders.
-Result<InstalledModels> install_models(const CampaignFile& file, const ResultStore& store, const Lot& lot,
+Result<InstalledModels> install_models(const LotFile& file, const ResultStore& store, const Lot& lot,
                                        const std::string& folder, bool keep_others);
 
 }  // namespace prism::campaign
