@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <span>
 
 #include "base/sha256.hpp"
 #include "compensation/compensated_text.hpp"
@@ -206,7 +205,7 @@ TEST_F(LogFolderTest, ATruncatedSegmentLosesOnlyItsLastRow) {
     auto segment = open_log_segment(log + "/gyro1-20261121T120000Z.csv");
     ASSERT_TRUE(segment) << length << ": " << segment.error().text();
     tables::ReadMeter meter;
-    ASSERT_TRUE(read_log_rows(std::span(&*segment, 1), {}, meter));
+    ASSERT_TRUE(read_log_segment(*segment, {}, meter));
     EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kIntact : SegmentEnd::kTruncated) << length;
     const std::string left = text.substr(0, length);
     const std::string lines = left.substr(0, left.rfind('\n') + 1);
@@ -217,8 +216,7 @@ TEST_F(LogFolderTest, ATruncatedSegmentLosesOnlyItsLastRow) {
   }
 }
 
-// ext4 can leave zeroes after the last sync.
-// Segments are read ahead: more than are open at once, some without rows, one damaged, one longer than a piece.
+// Some without rows, one damaged, one longer than a piece that is read at once.
 TEST_F(LogFolderTest, JoinsManySegmentsInOrder) {
   int expected = 0;
   for (int i = 0; i < 40; ++i) {
@@ -236,6 +234,7 @@ TEST_F(LogFolderTest, JoinsManySegmentsInOrder) {
   EXPECT_EQ(rows.left_out.changed.size() + rows.left_out.damaged.size(), 1u);
 }
 
+// ext4 can leave zeroes after the last sync.
 TEST_F(LogFolderTest, TreatsZeroesAtTheEndAsTruncation) {
   write("gyro1-20261121T120000Z.csv",
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(50, '\0') + "\n" + std::string(50, '\0'));

@@ -40,39 +40,35 @@ std::string axis_of(const LogSegment& segment) {
   return axis == "-" ? "" : axis;
 }
 
-// Sorts "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
-auto by_name(const LogSegment& segment) { return std::tuple(segment.file.size(), segment.file); }
+std::uint64_t size_of(const LogSegment& segment) {
+  std::error_code error;
+  const auto size = fs::file_size(segment.path, error);
+  return error ? 0 : size;
+}
 
-/// Sets the checksums of segments that may be identical to another one: of equal size, with equal first bytes.
+/// Sets the checksums of segments that may be identical to another one: of equal size, with equal first lines.
 void hash_alike(std::vector<LogSegment>& segments) {
-  std::map<std::pair<std::uint64_t, std::string>, std::vector<LogSegment*>> alike;
-  for (LogSegment& segment : segments) {
-    std::string first(1u << 15, '\0');
-    auto in = FileReader::open(segment.path);
-    first.resize(in ? in->read(first) : 0);
-    std::error_code error;
-    const auto size = fs::file_size(segment.path, error);
-    alike[{error ? 0 : size, sha256_hex(first)}].push_back(&segment);
-  }
-  for (const auto& [key, several] : alike) {
-    for (LogSegment* segment : several) {
+  using Begin = std::tuple<std::uint64_t, std::string, std::optional<std::int64_t>>;
+  std::map<Begin, std::vector<LogSegment*>> alike;
+  for (LogSegment& segment : segments)
+    alike[{size_of(segment), segment.comments, segment.first_second}].push_back(&segment);
+  for (const auto& [begin, several] : alike) {
+    for (LogSegment* segment : several)
       if (several.size() > 1) segment->sha256 = sha256_of_file(segment->path).value_or("");
-    }
   }
 }
 
-/// Opens all segments and sorts them.
+/// Opens all segments and sorts them: by the number of their position, or of the index next to them.
 LogFolder opened(const std::string& path, const std::string& column) {
   LogFolder folder;
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
   for (const std::string& file : is_folder ? files_of(path, ".csv") : std::vector{path}) {
     auto segment = open_log_segment(file, column);
-    if (segment) {
+    if (segment)
       folder.segments.push_back(std::move(*segment));
-    } else {
+    else
       folder.rejected.push_back({file, std::move(segment.error())});
-    }
   }
   hash_alike(folder.segments);
   std::map<std::string, std::uint64_t> numbers;
@@ -96,13 +92,108 @@ LogFolder opened(const std::string& path, const std::string& column) {
                                  : own != numbers.end()             ? own->second
                                  : segment.position                 ? segment.position->segment
                                                                     : 0;
+    // "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
     return std::tuple(number, own == numbers.end(), segment.format, segment.session,
-                      segment.first_second.value_or(INT64_MIN), by_name(segment));
+                      segment.first_second.value_or(INT64_MIN), segment.file.size(), segment.file);
   };
   std::sort(folder.segments.begin(), folder.segments.end(),
             [&](const LogSegment& a, const LogSegment& b) { return sort_key(a) < sort_key(b); });
   return folder;
 }
+
+// One line per file that cannot be read, and per file with damaged rows: the first of them.
+std::vector<std::string> damage_lines(const LogFolder& folder) {
+  std::vector<std::string> lines;
+  for (const LogFolder::RejectedFile& file : folder.rejected) lines.push_back(file.error.text() + "; file not used");
+  for (const LogSegment& segment : folder.segments) {
+    if (segment.damaged.empty()) continue;
+    const LeftOutRow& row = segment.damaged.front();
+    lines.push_back(
+        fmt::format("{}:{}: {}; {} not used", row.path, row.line, row.why, counted(segment.damaged.size(), "row")));
+  }
+  return lines;
+}
+
+/// Joins the rows of segments, read in order. Holds the last row back: the next one may show that it is partial.
+class RowJoiner {
+ public:
+  RowJoiner(const LogFolder& folder, const OnLogRow& on_row) : on_row_(on_row) {
+    for (const LogSegment& segment : folder.segments) {
+      if (!segment.superseded) continue;
+      std::uint64_t& from = superseded_from_[segment.superseded->file];
+      from = from == 0 ? segment.superseded->row : std::min(from, segment.superseded->row);
+    }
+  }
+
+  /// Rows of a segment that is identical to another one are left out.
+  Result<void> read(LogSegment& segment, tables::ReadMeter& meter) {
+    // opened() hashes those that may be identical.
+    const bool is_copy = segment.first_second && !segment.sha256.empty() && !checksums_.insert(segment.sha256).second;
+    if (is_copy) leave_out(segment, 0, "identical to another file", left_out_.copies);
+    const auto superseded = superseded_from_.find(segment.file);
+    superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
+    last_second_ = &last_seconds_[segment.session];
+    const auto add_row = [&](LogRow& row) { return is_copy ? Result<void>() : add(segment, row); };
+    if (auto done = read_log_segment(segment, add_row, meter); !done || is_copy) return done;
+    if (segment.end == SegmentEnd::kTruncated) {
+      left_out_.truncated.push_back(segment.file);
+      left_out_.truncated_bytes += segment.truncated_bytes;
+    }
+    if (segment.end == SegmentEnd::kChanged && segment.damaged.empty()) left_out_.changed.push_back(segment.file);
+    return {};
+  }
+
+  Result<LeftOut> finish() {
+    if (auto done = release(); !done) return tl::unexpected<Error>(done.error());
+    return std::move(left_out_);
+  }
+
+ private:
+  void leave_out(const LogSegment& segment, std::size_t line, const char* why, std::uint64_t& count) {
+    ++count;
+    left_out_.rows.push_back({segment.path, line, why});
+  }
+
+  Result<void> add(const LogSegment& segment, LogRow& row) {
+    const std::int64_t second = row.second_mean.second;
+    const bool has_session = !segment.session.empty();
+    if (row.number >= superseded_row_)
+      return leave_out(segment, row.line, kRepeatedLater, left_out_.superseded), Result<void>();
+    if (has_session && *last_second_ && second <= **last_second_)
+      return leave_out(segment, row.line, kNotLater, left_out_.duplicates), Result<void>();
+    *last_second_ = second;
+    const bool same_session = session_ == segment.session;
+    const bool continues = same_session && second > held_->second_mean.second;
+    if (!has_session && same_session && second == held_->second_mean.second)
+      held_->second_mean.partial = row.second_mean.partial = true;
+    if (auto done = release(); !done) return done;
+    if (!same_session) session_ = segment.session;
+    if (!held_) held_.emplace();
+    std::swap(*held_, row);
+    held_begins_ = !continues;
+    return {};
+  }
+
+  Result<void> release() {
+    if (!held_) return {};
+    const compensation::SecondMean& second_mean = held_->second_mean;
+    left_out_.partial += second_mean.partial;
+    left_out_.clocks_differ += !second_mean.partial && second_mean.clocks_differ;
+    left_out_.implausible += !second_mean.partial && second_mean.implausible.any();
+    return on_row_(*held_, held_begins_);
+  }
+
+  const OnLogRow& on_row_;
+  LeftOut left_out_;
+  std::optional<LogRow> held_;
+  bool held_begins_ = false;
+  std::optional<std::string> session_;  ///< of held_
+  std::map<std::string, std::optional<std::int64_t>> last_seconds_;
+  std::optional<std::int64_t>* last_second_ = nullptr;  ///< of the session of the segment
+  std::map<std::string, std::uint64_t> superseded_from_;
+  std::uint64_t superseded_row_ = UINT64_MAX;
+  std::set<std::string> checksums_;
+};
 
 }  // namespace
 
@@ -231,12 +322,69 @@ LogFolder LogFolder::salvage(const std::string& path) {
 
 std::uint64_t LogFolder::bytes() const {
   std::uint64_t sum = 0;
-  for (const LogSegment& segment : segments) {
-    std::error_code error;
-    const auto size = fs::file_size(segment.path, error);
-    sum += error ? 0 : size;
-  }
+  for (const LogSegment& segment : segments) sum += size_of(segment);
   return sum;
+}
+
+std::vector<std::string> LeftOut::lines() const {
+  std::vector<std::string> lines;
+  if (partial > 0) lines.push_back(counted(partial, "second") + " not used: partial, at the start or end of a session");
+  if (implausible > 0) lines.push_back(counted(implausible, "second") + " not used: implausible values");
+  if (clocks_differ > 0)
+    lines.push_back(counted(clocks_differ, "second") +
+                    " not used: frames arrived at another rate than described (clocks_differ)");
+  if (duplicates > 0)
+    lines.push_back(counted(duplicates, "row") + " left out: the second repeats or goes back in its session");
+  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");
+  if (superseded > 0)
+    lines.push_back(counted(superseded, "row") + " left out: repeated in a later segment after a disk error");
+  if (!truncated.empty())
+    lines.push_back(
+        fmt::format("{} without an end (copied while open, or prismd was killed): {}{}; {} of incomplete rows left out",
+                    counted(truncated.size(), "segment"), truncated.front(), truncated.size() > 1 ? ", …" : "",
+                    counted(truncated_bytes, "byte")));
+  lines.insert(lines.end(), damaged.begin(), damaged.end());
+  for (const std::string& file : changed)
+    lines.push_back(fmt::format("{} was changed after it was written: it does not match its end line", file));
+  return lines;
+}
+
+Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::ReadMeter& meter) {
+  RowJoiner joiner(folder, on_row);
+  for (LogSegment& segment : folder.segments) {
+    if (auto done = joiner.read(segment, meter); !done) return tl::unexpected<Error>(done.error());
+    if (segment.read_failed && !folder.salvaging)
+      return make_error(fmt::format("{}:{}", segment.path, segment.damaged.back().line), segment.damaged.back().why);
+  }
+  auto left_out = joiner.finish();
+  if (left_out) left_out->damaged = damage_lines(folder);
+  return left_out;
+}
+
+std::vector<std::string> axes_of_log(const std::string& path) { return LogFolder::salvage(path).axes(); }
+
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                           SecondConsumer& consumer) {
+  auto folder = LogFolder::open(path, options.axis);
+  if (!folder) return tl::unexpected<Error>(folder.error());
+  Recording recording;
+  const fs::path name(path);
+  recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
+  for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
+  recording.most_seconds = folder->most_rows();
+  SecondFeed feed(recording, leave_out, true, consumer);
+  tables::ReadMeter meter(options.table.progress, folder->bytes());
+  const auto left_out = join_rows(
+      *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); },
+      meter);
+  if (!left_out) return tl::unexpected<Error>(left_out.error());
+  recording.notes = left_out->lines();
+  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
+  for (const LogSegment& segment : folder->segments)
+    recording.files.push_back({segment.path, segment.sha256, segment.rows});
+  recording.absent = folder->absent;
+  recording.notes.insert(recording.notes.end(), folder->absent.begin(), folder->absent.end());
+  return recording;
 }
 
 }  // namespace prism::recordings

@@ -60,6 +60,8 @@ struct LogFolder {
 
 /// LeftOutRow::why of superseded rows.
 inline constexpr const char* kRepeatedLater = "repeated in a later segment";
+/// The same of duplicates.
+inline constexpr const char* kNotLater = "repeats a second or goes back in its session";
 
 /// Rows and files that join_rows() leaves out, and seconds that readers do not use.
 struct LeftOut {
@@ -69,7 +71,7 @@ struct LeftOut {
   std::uint64_t partial = 0;           ///< partial seconds at the start or end of a session: their rows are kept
   std::uint64_t implausible = 0;       ///< seconds with implausible values: their rows are kept but not used
   std::uint64_t clocks_differ = 0;     ///< seconds whose frames arrived at another rate than described: as implausible
-  std::size_t copies = 0;              ///< files that are identical to another one
+  std::uint64_t copies = 0;            ///< files that are identical to another one
   std::vector<std::string> truncated;  ///< segments without an end line
   std::uint64_t truncated_bytes = 0;
   std::vector<std::string> damaged;  ///< per damaged file: its first damaged row, and how many are left out

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
@@ -15,12 +17,19 @@
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
-#include "tools/prismcal/recordings/log_lines.hpp"
 
 namespace prism::recordings {
+
+struct LogRowLayout {
+  compensation::CsvLayout columns;
+  std::optional<std::size_t> column;  ///< index of the requested column
+  std::size_t head_lines = 0;         ///< up to the line of columns
+};
+
 namespace {
 
 constexpr int kNewestFormat = 2;
+constexpr std::string_view kEndMark = "# end: ";
 constexpr std::string_view kFormatMark = " data log, format ";
 constexpr std::string_view kFirstWords = "# prism ";
 
@@ -67,8 +76,70 @@ Result<void> take_line(const LogSegment& segment, const char* key, const char* e
   return make_error(segment.path, fmt::format("{}: found \"{}\", expected {}", key, text, expected));
 }
 
-// Returns false if the text ends before the column line.
-Result<bool> read_metadata(LogLines& lines, LogSegment& segment) {
+/// The complete lines of a file with their places, and the hash of its bytes.
+class Lines {
+ public:
+  Lines(FileReader in, tables::ReadMeter& meter) : in_(std::move(in)), meter_(meter) {}
+
+  /// Returns false at the end, or if only a part of a line is left.
+  bool next() {
+    std::size_t end = 0;
+    for (std::size_t searched = next_; (end = bytes_.find('\n', searched)) == std::string::npos;) {
+      searched = bytes_.size() - next_;
+      if (!fill()) return false;
+    }
+    begin_ = std::exchange(next_, end + 1);
+    ++number_;
+    return true;
+  }
+  /// Valid until the next call of next().
+  std::string_view line() const {
+    if (next_ == begin_) return {};  // there was none
+    const std::string_view line = std::string_view(bytes_).substr(begin_, next_ - 1 - begin_);
+    return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+  }
+  std::size_t number() const { return number_; }                    ///< of the line, from 1
+  std::size_t next_begin() const { return dropped_ + next_; }       ///< offset of the next line in the file
+  std::size_t bytes() const { return dropped_ + bytes_.size(); }    ///< that were read
+  std::string sha256_before() { return hash_until(begin_).hex(); }  ///< of all bytes before the line
+  std::string sha256() { return hash_until(bytes_.size()).hex(); }  ///< of all that were read
+  const std::optional<Error>& error() const { return in_.error(); }
+  /// Reads the rest of the file.
+  void finish() {
+    while (fill()) next_ = bytes_.size();
+  }
+
+ private:
+  /// Drops the bytes before the next line, and reads more.
+  bool fill() {
+    constexpr std::size_t kPiece = 1u << 18;
+    hash_until(next_);
+    bytes_.erase(0, next_);
+    dropped_ += next_;
+    next_ = hashed_ = begin_ = 0;
+    const std::size_t filled = bytes_.size();
+    bytes_.resize(filled + kPiece);
+    const std::size_t got = in_.read(std::span(bytes_).subspan(filled));
+    bytes_.resize(filled + got);
+    meter_.add_bytes(got);
+    return got > 0;
+  }
+  const Sha256& hash_until(std::size_t end) {
+    hash_.add(std::string_view(bytes_).substr(hashed_, end - hashed_));
+    hashed_ = end;
+    return hash_;
+  }
+
+  FileReader in_;
+  tables::ReadMeter& meter_;
+  std::string bytes_;
+  std::size_t begin_ = 0, next_ = 0, hashed_ = 0;  ///< in bytes_: of the line, of the next one, hashed up to here
+  std::size_t dropped_ = 0, number_ = 0;           ///< bytes of the file before bytes_
+  Sha256 hash_;
+};
+
+// Returns false if the file ends before the column line.
+Result<bool> read_metadata(Lines& lines, LogSegment& segment) {
   while (lines.next()) {
     if (lines.number() == 1) segment.format = format_of(lines.line());
     if (lines.line().empty()) continue;
@@ -79,22 +150,7 @@ Result<bool> read_metadata(LogLines& lines, LogSegment& segment) {
   return false;
 }
 
-/// The bytes of a log up to its line of columns; all bytes if it has none.
-std::string head_of(FileReader& in) {
-  constexpr std::size_t kPiece = 1u << 14;
-  std::string text, piece(kPiece, '\0');
-  std::size_t searched = 0;
-  while (const std::size_t got = in.read(piece)) {
-    text.append(piece, 0, got);
-    for (std::size_t end; (end = text.find('\n', searched)) != std::string::npos; searched = end + 1) {
-      const std::string_view line = std::string_view(text).substr(searched, end - searched);
-      if (!line.empty() && line != "\r" && line.front() != '#') return text.substr(0, end + 1);
-    }
-  }
-  return text;
-}
-
-Result<LogRowLayout> read_columns(const LogLines& lines, LogSegment& segment, const std::string& column) {
+Result<LogRowLayout> read_columns(const Lines& lines, LogSegment& segment, const std::string& column) {
   const std::string& path = segment.path;
   if (segment.format > kNewestFormat || segment.format < 1)
     return make_error(path, fmt::format("found format {} of a newer prism, expected 1 or 2", segment.format));
@@ -118,8 +174,32 @@ Result<LogRowLayout> read_columns(const LogLines& lines, LogSegment& segment, co
     index = static_cast<std::size_t>(found - names.begin());
   }
   layout->use_second_means(index);
-  return LogRowLayout{std::move(*layout), index, lines.next_begin(), lines.number()};
+  return LogRowLayout{std::move(*layout), index, lines.number()};
 }
+
+/// Parses rows of one layout, one after the other, in the same memory.
+class RowParser {
+ public:
+  /// `layout` must outlive the parser.
+  explicit RowParser(const LogRowLayout& layout) : layout_(layout) {}
+
+  /// Errors, with an empty place: a field that is not valid.
+  Result<void> parse(std::string_view line, LogRow& row) {
+    if (auto good = compensation::read_csv(line, {}, layout_.columns, row_); !good) return good;
+    row.second_mean = row_.window.second_mean;
+    if (!layout_.column) return {};
+    const double* const real = layout_.columns.real(*layout_.column, row_);
+    const std::string_view field = real ? "" : csv_field(line, ',', *layout_.column).value_or("");
+    const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : csv_number(field);
+    if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
+    row.value = *value;
+    return {};
+  }
+
+ private:
+  const LogRowLayout& layout_;
+  compensation::CompensatedWindow row_;
+};
 
 }  // namespace
 
@@ -144,23 +224,80 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
   segment.file = std::filesystem::path(path).filename().string();
   auto in = FileReader::open(path);
   if (!in) return tl::unexpected<Error>(in.error());
-  const std::string text = head_of(*in);
-  LogLines lines(text);
+  std::string first(kFirstWords.size(), '\0');
+  first.resize(in->read(first));
+  in->seek(0);
+  tables::ReadMeter not_shown;
+  Lines lines(std::move(*in), not_shown);
   const auto complete = read_metadata(lines, segment);
   if (!complete) return tl::unexpected<Error>(complete.error());
-  if (!*complete && (text.starts_with(kFirstWords) || kFirstWords.starts_with(text))) return segment;
+  if (!*complete && kFirstWords.starts_with(first)) return segment;
   auto layout = read_columns(lines, segment, column);
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.layout = std::make_shared<const LogRowLayout>(std::move(*layout));
-  in->seek(segment.layout->head_bytes);
-  LogRowParser parser(*segment.layout);
-  for (std::string line; !segment.first_second && in->read_line(line) && in->line_ended();) {
-    if (line.starts_with(kLogEndMark)) break;
-    if (line.ends_with('\r')) line.pop_back();
-    if (line.empty() || line.starts_with('#')) continue;
-    if (parser.parse(line)) segment.first_second = parser.second_mean().second;
+  RowParser parser(*segment.layout);
+  for (LogRow row; !segment.first_second && lines.next() && !lines.line().starts_with(kEndMark);) {
+    if (!lines.line().empty() && lines.line().front() != '#' && parser.parse(lines.line(), row))
+      segment.first_second = row.second_mean.second;
   }
   return segment;
+}
+
+Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, tables::ReadMeter& meter) {
+  const bool locked = is_locked(segment.path);  // checked before reading: one that ends meanwhile is read to its end
+  auto in = FileReader::open(segment.path);
+  if (!in) {
+    segment.damaged.push_back({segment.path, 0, in.error().what});
+    segment.read_failed = true;
+    return {};
+  }
+  Lines lines(std::move(*in), meter);
+  std::size_t number = 0;                // rows so far, also damaged ones
+  std::size_t good = 0, good_lines = 0;  // end of the last good line
+  std::vector<LeftOutRow> unreadable;    // damage if a good line follows, else the incomplete end
+  bool ended = false;
+  std::optional<RowParser> parser;
+  if (segment.layout) parser.emplace(*segment.layout);
+  LogRow row;
+  while (parser && !ended && lines.next()) {
+    const std::string_view line = lines.line();
+    const bool in_head = lines.number() <= segment.layout->head_lines;
+    const bool is_row = !in_head && !line.empty() && line.front() != '#';
+    row.number = number += is_row;
+    row.line = lines.number();
+    if (is_row) {
+      if (auto parsed = parser->parse(line, row); !parsed) {
+        unreadable.push_back({segment.path, row.line, std::move(parsed.error().what)});
+        continue;
+      }
+    } else if (!in_head && line.starts_with(kEndMark)) {
+      ended = true;
+      const std::string end = fmt::format("rows {}, sha256 {}", number, lines.sha256_before());
+      segment.end = line.substr(kEndMark.size()) == end ? SegmentEnd::kIntact : SegmentEnd::kChanged;
+    } else if (!unreadable.empty()) {
+      continue;
+    }
+    std::move(unreadable.begin(), unreadable.end(), std::back_inserter(segment.damaged));
+    unreadable.clear();
+    good = lines.next_begin();
+    good_lines = lines.number();
+    if (!is_row) continue;
+    ++segment.rows;
+    meter.add_rows(1);
+    if (!on_row) continue;
+    if (auto done = on_row(row); !done) return done;
+  }
+  lines.finish();
+  segment.sha256 = lines.sha256();
+  // After a read error of the disk, the rows before it are kept; the rest is damage.
+  if (lines.error()) segment.damaged.push_back({segment.path, good_lines + 1, lines.error()->what});
+  segment.read_failed = lines.error().has_value();
+  segment.truncated_bytes = lines.bytes() - good;
+  segment.truncated_line = segment.truncated_bytes > 0 ? good_lines + 1 : 0;
+  if (ended && (!segment.damaged.empty() || segment.truncated_bytes > 0)) segment.end = SegmentEnd::kChanged;
+  if (!ended && (segment.format > 1 || segment.truncated_bytes > 0 || !segment.layout))
+    segment.end = locked ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
+  return {};
 }
 
 }  // namespace prism::recordings

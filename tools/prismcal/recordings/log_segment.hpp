@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads one segment of prismd's log (format 1 or 2) as a stream of rows, and checks it against its end line.
+// Reads one segment of prismd's log (format 1 or 2), row by row, and checks it against its end line.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +41,7 @@ enum class SegmentEnd {
 
 struct LogRowLayout;
 
-/// open_log_segment() sets the members up to first_second, read_log_rows() the others.
+/// open_log_segment() sets the members up to first_second, read_log_segment() the others.
 struct LogSegment {
   std::string path, file;
   int format = 1;
@@ -73,19 +72,11 @@ bool is_log(const std::string& path);
 /// (an empty field is kUnknown). Errors, with file and line: not a log of prismd, a newer format, an unknown column.
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column = {});
 
-/// Called with each readable row of a segment in order.
+/// Called with each readable row of a segment in order; it may take the row.
 using OnSegmentRow = std::function<Result<void>(LogRow& row)>;
 
-/// Members may be empty.
-struct SegmentVisitor {
-  std::function<void(LogSegment&)> begin = {};  ///< before the rows of a segment
-  OnSegmentRow row = {};
-  std::function<Result<void>(LogSegment&)> end = {};  ///< the segment is complete
-};
-
-/// Reads the rows of segments in order, and completes each segment. An incomplete end, as after a power failure, and
-/// damaged rows are not errors but are listed. Parses on all cores, in constant memory. Errors: only those of `row` and
-/// `end`, which end the reading.
-Result<void> read_log_rows(std::span<LogSegment> segments, const SegmentVisitor& visitor, tables::ReadMeter& meter);
+/// Reads the rows in order, in constant memory, and completes the segment. An incomplete end, as after a power failure,
+/// and damaged rows are not errors but are listed. Errors: only those of `on_row`, which end the reading.
+Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, tables::ReadMeter& meter);
 
 }  // namespace prism::recordings

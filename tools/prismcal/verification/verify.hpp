@@ -47,12 +47,12 @@ struct Gap {
 
 /// One session of a log. Gaps are not faults of the file: they come from the line or the machine.
 struct LogSession {
-  std::string log;
-  std::string axis;                      ///< empty if its folder has only one
+  std::string log = {};
+  std::string axis = {};                 ///< empty if its folder has only one
   std::int64_t first_s = 0, last_s = 0;  ///< ends of its first and last second, s since 1970 or the device's epoch
   std::size_t rows = 0, partial = 0;
   std::uint64_t missing_frames = 0, missing_s = 0;
-  std::vector<Gap> gaps;
+  std::vector<Gap> gaps = {};
 };
 
 struct VerificationResult {
