@@ -46,7 +46,7 @@ FAULTS = {
     "filled": (lambda i, t, r, c: (9999 if between(t, 7000, 7030) else r, c, 5), 0, FILLED, "ready: ", ""),
     "filled-from-a-half": (lambda i, t, r, c: (9999 if between(t, 7000.5, 7029.5) else r, c, 5), 0, FILLED, "ready: ", ""),
     "filled-at-ends": (lambda i, t, r, c: (9999 if t <= 10 or t > 14380 else r, c, 5), 0, "10 s from 1 s to 10 s at 9999 deg/h", "ready: ", ""),
-    "filled-often": (lambda i, t, r, c: (9999 if t % 1000 < 20 and t > 900 else r, c, 5), 0, "9 blocks more at 9999 deg/h", "ready: ", ""),
+    "filled-often": (lambda i, t, r, c: (9999 if t % 1000 < 20 and t > 900 else r, c, 5), 0, "9 runs more at 9999 deg/h", "ready: ", ""),
     # Longer ones got a false reason and false times; drift over the gap was called a move of the gyro.
     **{f"{name}-{length}": ((lambda value, q, length: lambda i, t, r, c: tuple(value if between(t, 5000, 5000 + length) and k == q else v
                                                                                for k, v in enumerate((r, c, 5 + 1e-4 * math.sin(i)))))(value, q, length),

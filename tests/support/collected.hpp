@@ -16,19 +16,17 @@ struct CollectedRecording : recordings::Recording {
 };
 
 inline Result<CollectedRecording> collected(const std::string& path, const recordings::SourceOptions& options = {}) {
-  struct Collector : recordings::SecondConsumer {
-    CollectedRecording all;
-    Result<void> begin(const recordings::Recording&) override { return {}; }
-    Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
-      if (begins_session) all.sessions.push_back(all.second_means.size());
-      all.second_means.push_back(second_mean);
-      return {};
-    }
-  } collector;
-  auto recording = recordings::read_recording(path, options, collector);
+  CollectedRecording all;
+  auto recording = recordings::read_recording(path, options,
+                                              {[](const recordings::Recording&) { return Result<void>(); },
+                                               [&](const compensation::SecondMean& second_mean, bool begins_session) {
+                                                 if (begins_session) all.sessions.push_back(all.second_means.size());
+                                                 all.second_means.push_back(second_mean);
+                                                 return Result<void>();
+                                               }});
   if (!recording) return tl::unexpected<Error>(recording.error());
-  static_cast<recordings::Recording&>(collector.all) = std::move(*recording);
-  return std::move(collector.all);
+  static_cast<recordings::Recording&>(all) = std::move(*recording);
+  return all;
 }
 
 }  // namespace prism::test

@@ -115,8 +115,8 @@ TEST_F(Fingerprint, DetectsTheSameDataInAnotherFile) {
 BlockTable exported(const BlockTable& table, double resolution, std::int64_t later, int lost) {
   BlockTable other = table;
   other.seconds = {};
-  table.seconds.for_each([&](std::int64_t second, double rate) {
-    if (lost-- <= 0) other.seconds.push(second + later, std::round(rate / resolution) * resolution);
+  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    if (lost-- <= 0) append(other.seconds, second + later, std::round(rate / resolution) * resolution);
   });
   return other;
 }

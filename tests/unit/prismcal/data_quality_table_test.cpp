@@ -6,9 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/analysis/recording_doubts.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
-#include "tools/prismcal/recordings/unit_check.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -111,17 +110,11 @@ TEST(UnitCheck, NamesTheUnitInWhichTheMeanIsTheEarthRate) {
 }
 
 TEST(SignQuestion, IsAskedIfTheMeanIsTheEarthRateWithTheOtherSign) {
-  auto day = test::simulated_day(2000, 0.07, 1);
-  const auto question = [&] {
-    return sign_question(recordings::make_block_table(day, {}, test::kDayEarthRate, "day").value());
-  };
-  EXPECT_EQ(question(), "");
-  for (auto& second : day) second.rate_deg_per_h = -second.rate_deg_per_h;
-  EXPECT_EQ(
-      question(),
-      "the mean rate is -8.48 deg/h, the site's Earth rate 8.47 deg/h: has the rate or the elevation the wrong sign?");
-  for (auto& second : day) second.rate_deg_per_h -= 3;  // so large a bias explains any mean
-  EXPECT_EQ(question(), "");
+  EXPECT_FALSE(recordings::sign_question(8.48, 8.47));
+  EXPECT_EQ(recordings::sign_question(-8.48, 8.47)->line(),
+            "the mean rate is -8.48 deg/h, the site's Earth rate 8.47 deg/h: has the rate or the elevation the wrong "
+            "sign?");
+  EXPECT_FALSE(recordings::sign_question(-11.48, 8.47)) << "so large a bias explains any mean";
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ BlockTable day(const compensation::FeatureDefinition& features = {}) {
 
 std::set<std::int64_t> ends(const BlockTable& table) {
   std::set<std::int64_t> seconds;
-  for (std::size_t i = 0; i < table.size(); ++i) seconds.insert(table.blocks.second(i));
+  for (std::size_t i = 0; i < table.size(); ++i) seconds.insert(table.second(i));
   return seconds;
 }
 
@@ -69,8 +69,9 @@ TEST(HoldOut, AlternatesSegmentsAWindowApart) {
 TEST(HoldOut, CopiesOnlyTheSecondsOfItsBlocks) {
   const auto split = split_blocks(day(), {0.3, 0});
   ASSERT_TRUE(split);
-  EXPECT_EQ(split->held_out.seconds.size(), split->held_out.size() * 100);
-  EXPECT_GT(split->held_out.seconds.first_second(), split->training.seconds.last_second() + 99);
+  ASSERT_EQ(split->held_out.seconds.size(), 1u);
+  EXPECT_EQ(split->held_out.seconds[0].values.size(), split->held_out.size() * 100);
+  EXPECT_GE(split->held_out.seconds[0].start_s, split->training.seconds.back().end_s() + 99);
 }
 
 TEST(HoldOut, ALagIncreasesTheDistance) {

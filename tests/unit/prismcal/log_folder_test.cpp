@@ -18,7 +18,7 @@
 #include "tests/support/collected.hpp"
 #include "tests/support/document.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/recordings/block_table.hpp"
+#include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/recordings/rate_series.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -157,7 +157,7 @@ TEST_F(LogFolderTest, UsesEqualSecondsOfTwoSessions) {
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 2u * 9) << "per session a window of 10 s, then a block every 5 s";
   std::vector<std::int64_t> seconds;
-  table->seconds.for_each([&](std::int64_t second, double) { seconds.push_back(second); });
+  for_each_known(table->seconds, [&](std::int64_t second, double) { seconds.push_back(second); });
   EXPECT_TRUE(std::is_sorted(seconds.begin(), seconds.end()));
   EXPECT_EQ(table->gaps, 1u);
 }
@@ -170,7 +170,7 @@ TEST_F(LogFolderTest, SkipsPartialSecondsInBlocks) {
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
   EXPECT_EQ(table->size(), 1u);
-  EXPECT_EQ(table->seconds.size(), 10u);
+  EXPECT_EQ(table->seconds.at(0).values.size(), 10u);
 }
 
 TEST_F(LogFolderTest, UsesDuplicateDataOnce) {
@@ -343,7 +343,7 @@ TEST(Format1, AFolderOfVersion01IsReadable) {
   ASSERT_TRUE(recording) << recording.error().text();
   EXPECT_EQ(recording->second_means.size(), 61u);
   EXPECT_THAT(recording->sessions, ElementsAre(0u, 25u, 32u, 58u));
-  EXPECT_THAT(recording->notes,
+  EXPECT_THAT(recording->remarks(),
               ElementsAre(HasSubstr("6 seconds not used: partial"), HasSubstr("1 segment without an end")));
   EXPECT_EQ(recording->value("gyro_serial"), "70-0042");
   compensation::FeatureDefinition features;
@@ -351,7 +351,7 @@ TEST(Format1, AFolderOfVersion01IsReadable) {
   features.end_mean_s = 2;
   const auto table = make_block_table(recording->second_means, features, 0, "log", recording->sessions);
   ASSERT_TRUE(table) << table.error().text();
-  EXPECT_EQ(table->seconds.first_second() + 1, 1'795'320'783);
+  EXPECT_EQ(table->first_s + 1, 1'795'320'783);
 }
 
 TEST(Format1, IsReadableAsARateSeries) {

@@ -12,14 +12,6 @@
 namespace prism::prismcal {
 namespace {
 
-std::vector<double> all(const evaluation::RateSource& source) {
-  std::vector<double> rates(source.size);
-  // In two parts, of which one begins within a piece.
-  source.read(0, std::span(rates).first(source.size / 3));
-  source.read(source.size / 3, std::span(rates).subspan(source.size / 3));
-  return rates;
-}
-
 using testing::HasSubstr;
 
 recordings::BlockTable day_table(const std::vector<compensation::SecondMean>& seconds,
@@ -55,7 +47,8 @@ TEST(BlockTable, HasOneReadyWindowPerBlock) {
     EXPECT_NEAR(table.bias_deg_per_h[i], test::kDaySensitivity * temperature[i], 1e-9);
   }
   EXPECT_EQ(table.gaps, 0u);
-  EXPECT_EQ(table.seconds.size(), 8000u);
+  ASSERT_EQ(table.seconds.size(), 1u);
+  EXPECT_EQ(table.seconds[0].values.size(), 8000u);
 }
 
 TEST(BlockTable, RestartsItsGridAfterAGap) {
@@ -67,8 +60,9 @@ TEST(BlockTable, RestartsItsGridAfterAGap) {
   int starts = 0;
   for (std::size_t i = 0; i < table.size(); ++i) starts += !table.follows[i];
   EXPECT_EQ(starts, 2);
-  // The 1 Hz series contains the gap, shortened to 60 s.
-  EXPECT_EQ(table.seconds.size(), 3800u + 60u);
+  ASSERT_EQ(table.seconds.size(), 2u);
+  EXPECT_EQ(table.seconds[0].values.size(), 1050u);
+  EXPECT_EQ(table.seconds[1].second(0), table.seconds[0].end_s() + 200);
 }
 
 TEST(BlockTable, RejectsARecordingWithoutAFullBlock) {
@@ -111,17 +105,13 @@ TEST(ModelEvaluation, UsesEachPredictionForItsOwnBlock) {
   const auto second_means = test::simulated_day(2000, 0, 3);
   const auto table = day_table(second_means);
   const auto evaluated = evaluated_on(test::linear_model(test::kDaySensitivity), table);
-  const auto seconds = all(evaluated.corrected_seconds_deg_per_h(table));
-  ASSERT_EQ(seconds.size(), 2000u);
-  const std::int64_t first_end = table.blocks[0].second_mean.second;
-  for (std::size_t i = 0; i < 2000; ++i) {
-    // Before the first full window prismd has no bias to subtract.
-    const bool inside =
-        table.seconds.second(i) >= first_end && table.seconds.second(i) <= table.blocks.second(table.size() - 1);
-    EXPECT_EQ(std::isfinite(seconds[i]), inside) << i;
-    if (!inside) continue;
-    EXPECT_NEAR(seconds[i], 0, 0.002);  // half a block of a ramp of 0.03 degC/s
-  }
+  const auto seconds = evaluated.corrected_seconds_deg_per_h(table);
+  // Before the first full window prismd has no bias to subtract.
+  ASSERT_EQ(seconds.size(), 1u);
+  EXPECT_EQ(seconds[0].start_s, table.second(0));
+  EXPECT_EQ(seconds[0].end_s(), table.second(table.size() - 1) + 1);
+  for (const double rate : seconds[0].values)
+    EXPECT_NEAR(rate, test::kDayEarthRate, 0.002);  // half a block of a ramp of 0.03 degC/s
 }
 
 TEST(ModelEvaluation, RejectsOtherFeaturesAndMissingInputs) {
@@ -265,7 +255,9 @@ TEST(BlockTable, SkipsImplausibleSeconds) {
   const auto table = day_table(second_means, 0);
   for (const double degc : table.column("T")) EXPECT_GT(degc, -60);
   for (const double bias : table.bias_deg_per_h) EXPECT_LT(std::fabs(bias), 100);
-  for (std::size_t i = 1000; i < 1400; ++i) EXPECT_TRUE(std::isnan(table.seconds.rate(i))) << i;
+  ASSERT_EQ(table.seconds.size(), 2u);
+  EXPECT_EQ(table.seconds[0].values.size(), 1000u);
+  EXPECT_EQ(table.seconds[1].values.size(), 1600u);
   EXPECT_EQ(table.missing_s, 400u);
   EXPECT_EQ(table.gaps, 1u);
 }
@@ -311,12 +303,13 @@ TEST(ModelEvaluation, UsesTheFallbackWithoutAFullWindowLikePrismd) {
   const auto model = test::linear_model(test::kDaySensitivity);
   const auto rows = rows_of_prismd(second_means, model, settings);
   const auto evaluated = evaluated_on(model, table, settings);
-  const auto corrected = all(evaluated.corrected_seconds_deg_per_h(table));
+  const auto corrected = evaluated.corrected_seconds_deg_per_h(table);
   int by_fallback = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!(rows[i].correction.quality & compensation::kFallback)) continue;
     ++by_fallback;
-    EXPECT_NEAR(corrected[i], rows[i].corrected_deg_per_h - test::kDayEarthRate, 1e-12) << i;
+    EXPECT_NEAR(recordings::value_at(corrected, second_means[i].second).value(), rows[i].corrected_deg_per_h, 1e-12)
+        << i;
   }
   EXPECT_EQ(by_fallback, compensation::history_s({}) - 1);
 }

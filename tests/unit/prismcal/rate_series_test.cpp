@@ -16,7 +16,7 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
-#include "tools/prismcal/recordings/rate_judge.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -135,12 +135,14 @@ TEST_F(RateSeries, CodesForNoValueAreNotUsed) {
   EXPECT_TRUE(judged(noise_with(1000, {}, 0)).notes.empty());
 }
 
-// Of a long series, only the rows of a block that are wrong.
+// Of a long series, only the row that is wrong.
 TEST_F(RateSeries, JudgesALongSeriesExactly) {
   constexpr std::size_t kRows = 1'000'003, kWrong = 777'777;
   std::vector<double> series = noise_with(kRows, {kWrong}, -999);
-  const auto remarks = recordings::judge_rates(series, {1, 0.005, [](std::size_t row) { return std::to_string(row); }});
-  EXPECT_THAT(remarks, ElementsAre(HasSubstr("rate: outlier at 777777: -999 deg/h")));
+  const auto findings = recordings::judge_rates(series, {1, 0.005});
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(findings[0].text, HasSubstr("rate: outlier at row 777778: -999 deg/h"));
+  EXPECT_EQ(findings[0].begin, 777777);
   EXPECT_EQ(std::count_if(series.begin(), series.end(), [](double rate) { return std::isnan(rate); }), 1);
   EXPECT_TRUE(std::isnan(series[kWrong]));
 }

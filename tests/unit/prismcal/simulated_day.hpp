@@ -3,11 +3,31 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "compensation/polynomial_model.hpp"
 #include "compensation/second_averager.hpp"
 #include "tests/support/random_series.hpp"
+#include "tools/prismcal/recordings/block_table.hpp"
+
+namespace prism::recordings {
+
+/// Blocks of seconds in memory. `sessions`: index of the first second of each; empty: one session.
+inline Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
+                                           const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
+                                           const std::string& name, std::span<const std::size_t> sessions = {}) {
+  BlockTableBuilder builder(features, earth_rate_deg_per_h, name);
+  std::size_t session = 0;
+  for (std::size_t i = 0; i < second_means.size(); ++i) {
+    const bool begins = session < sessions.size() && sessions[session] == i;
+    session += begins;
+    if (auto done = builder.push(second_means[i], begins); !done) return tl::unexpected<Error>(done.error());
+  }
+  return builder.finish();
+}
+
+}  // namespace prism::recordings
 
 namespace prism::test {
 

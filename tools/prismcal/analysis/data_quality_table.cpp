@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "compensation/evaluation/correlation.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
 
 namespace prism::analysis {
@@ -29,8 +31,8 @@ bool is_disturbance(const std::string& name) { return name == "moved" || name ==
 std::string place_text(const recordings::BlockTable& table, double hours, const evaluation::Finding& finding) {
   constexpr std::int64_t kDates = 100'000'000;  // seconds since 1970: later than 1973
   std::string text = fmt::format(" (first at block {}, which ends {:.2f} h after the start", *finding.block + 1, hours);
-  const std::int64_t first = table.blocks.second(*finding.block) - table.features.length_s + 1,
-                     last = table.blocks.second(*finding.block + finding.run - 1);
+  const std::int64_t first = table.second(*finding.block) - table.features.length_s + 1,
+                     last = table.second(*finding.block + finding.run - 1);
   const auto time = [](std::int64_t second) {
     return second < kDates ? fmt::format("{}", second + 1) : recordings::end_of_second(second, true);
   };
@@ -142,6 +144,54 @@ report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality,
   if (quality.verdict == evaluation::Verdict::kWarn)
     return {recording + " can be used for training, with warnings.", Emphasis::kWarn};
   return {recording + " can be used for training.", Emphasis::kGood};
+}
+
+namespace {
+
+/// A drift that the model with the other sign would remove.
+std::string reversed_drift(const recordings::BlockTable& table, const ModelEvaluation& evaluated) {
+  constexpr double kReversed = -0.6;
+  const auto r = evaluation::correlate(evaluated.where_corrected(table.bias_deg_per_h),
+                                       evaluated.where_corrected(evaluated.predicted_deg_per_h), table.name);
+  if (!r || *r > kReversed) return {};
+  return fmt::format(
+      "its drift is the opposite of the model's (correlation {:.2f}): has its rate or that of the training the wrong "
+      "sign?",
+      *r);
+}
+
+/// A mean bias that the model does not explain, and what would.
+std::string other_mean(const recordings::BlockTable& table, const ModelEvaluation& evaluated) {
+  constexpr double kFar = 20, kLeast = 0.5;  // sd of the bias, deg/h: no turn-on offset
+  constexpr double kNear = 0.1;              // of the Earth rate
+  const evaluation::BiasStability& s = evaluated.stability;
+  const double mean = s.before.mean, model = mean - s.after.mean, earth = table.earth_rate_deg_per_h;
+  if (std::abs(s.after.mean) < std::max(kLeast, kFar * s.before.sd)) return {};
+  const double other_rate = -mean - 2 * earth, other_earth = mean + 2 * earth;
+  const auto near = [&](double bias) { return std::abs(bias - model) < kNear * std::abs(earth); };
+  const std::string text = fmt::format("its mean bias is {:.4g} deg/h, that of the model {:.4g} deg/h", mean, model);
+  if (near(other_rate) || near(other_earth))
+    return text + fmt::format(
+                      "; with the other sign of the rate it would be {:.4g}, with that of the Earth rate "
+                      "(elevation) {:.4g}: is one of them wrong?",
+                      other_rate, other_earth);
+  return text + ": are Earth rate (latitude, elevation, azimuth), unit and sign those of the training?";
+}
+
+}  // namespace
+
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluated,
+                                          const std::vector<std::string>& questions) {
+  std::vector<std::string> doubts = questions;
+  const auto add = [&](std::string text) {
+    if (!text.empty()) doubts.push_back(std::move(text));
+  };
+  if (const auto quality = check_blocks(table)) {
+    for (std::string& text : disturbances(*quality)) add(std::move(text));
+  }
+  add(reversed_drift(table, evaluated));
+  add(other_mean(table, evaluated));
+  return doubts;
 }
 
 }  // namespace prism::analysis

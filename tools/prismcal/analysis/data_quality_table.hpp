@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compensation/evaluation/data_quality.hpp"
-#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::analysis {
@@ -31,5 +31,10 @@ std::vector<std::string> disturbances(const evaluation::DataQuality& quality);
 
 /// One line: whether the recording can be used for training, or why not.
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording);
+
+/// Readable reasons to judge the recording before the model that is evaluated on it: disturbed, a drift or mean of the
+/// other sign, another mean than in the training, and the `questions` of the recording. Empty: none.
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluated,
+                                          const std::vector<std::string>& questions);
 
 }  // namespace prism::analysis

@@ -20,7 +20,7 @@ std::vector<double> follow_warming(compensation::CompensationEngine& engine, con
   biases.reserve(table.warming.size());
   engine.break_off();
   for (std::size_t i = 0; i < table.warming.size(); ++i) {
-    const compensation::Window window = table.warming[i];
+    const compensation::Window& window = table.warming[i];
     if (window.warm_s == 1) engine.break_off();
     biases.push_back(engine.follow(window).bias_deg_per_h);
   }
@@ -111,23 +111,21 @@ std::string CorrectionSettings::text() const {
                      fallback ? fallback->info().name : "none");
 }
 
-evaluation::RateSource ModelEvaluation::corrected_seconds_deg_per_h(const recordings::BlockTable& table) const {
-  return {table.seconds.size(), [this, &table](std::size_t first, std::span<double> rates) {
-            if (rates.empty()) return;
-            table.second_bias_deg_per_h().read(first, rates);
-            const std::int64_t begin = table.seconds.second(first);
-            std::size_t block = table.blocks.first_at(begin), warming = table.warming.first_at(begin);
-            table.seconds.for_each_of(first, rates.size(), [&](std::size_t i, std::int64_t second) {
-              while (block < table.size() && table.blocks.second(block) < second) ++block;
-              while (warming < table.warming.size() && table.warming.second(warming) < second) ++warming;
-              Correction correction;
-              if (block < table.size() && second > table.blocks.second(block) - table.features.length_s)
-                correction.bias_deg_per_h = predicted_deg_per_h[block];
-              if (warming < table.warming.size() && table.warming.second(warming) == second)
-                correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
-              rates[i] = compensation::corrected_rate(rates[i], correction);
-            });
-          }};
+std::vector<recordings::Series> ModelEvaluation::corrected_seconds_deg_per_h(
+    const recordings::BlockTable& table) const {
+  std::vector<recordings::Series> corrected;
+  std::size_t block = 0, warming = 0;
+  recordings::for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    while (block < table.size() && table.second(block) < second) ++block;
+    while (warming < table.warming.size() && table.warming[warming].second_mean.second < second) ++warming;
+    Correction correction;
+    if (block < table.size() && second > table.second(block) - table.features.length_s)
+      correction.bias_deg_per_h = predicted_deg_per_h[block];
+    if (warming < table.warming.size() && table.warming[warming].second_mean.second == second)
+      correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
+    recordings::append(corrected, second, compensation::corrected_rate(rate, correction));
+  });
+  return corrected;
 }
 
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,

@@ -44,9 +44,9 @@ struct ModelEvaluation {
   std::size_t within_two_sd = 0;  ///< those of them within 2 sd_mean of the prediction
   std::size_t slew_limited = 0;   ///< blocks with a correction limited by the slew limit
 
-  /// Corrected rate of each second (table.seconds) minus the Earth rate, for the Allan deviation. Uses the correction
-  /// of the block that contains the second or, if the window is not full, that of the fallback. Uses both objects.
-  evaluation::RateSource corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
+  /// table.seconds with the correction of the block that contains the second or, if the window is not full, that of the
+  /// fallback; for the Allan deviation.
+  std::vector<recordings::Series> corrected_seconds_deg_per_h(const recordings::BlockTable& table) const;
   /// Share of the blocks within 2 sd_mean, 0.95 if the sd is right; nullopt: the model gives none.
   std::optional<double> coverage() const {
     if (with_sd == 0) return std::nullopt;

@@ -33,7 +33,7 @@ Series curve(const char* name, Ink ink, const std::vector<double>& x, const std:
 
 bool has_uhfo(const recordings::BlockTable& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
-    if (std::isfinite(table.blocks.uhfo_v(i))) return true;
+    if (std::isfinite(table.blocks[i].uhfo_v)) return true;
   }
   return false;
 }
@@ -53,7 +53,7 @@ Series picked(const char* name, Ink ink, SeriesStyle form, const std::vector<dou
 
 Panel loop_panel(const char* title, const recordings::BlockTable& table, const std::vector<double>& bias) {
   std::vector<double> time;
-  for (std::size_t i = 0; i < table.size(); ++i) time.push_back(static_cast<double>(table.blocks.second(i)));
+  for (std::size_t i = 0; i < table.size(); ++i) time.push_back(static_cast<double>(table.second(i)));
   const auto temperature = table.column(compensation::kInputTemperature);
   const auto kinds =
       evaluation::thermal_kinds(time, temperature, evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s);

@@ -26,8 +26,9 @@ struct EvaluatedRecording {
 /// blocks.
 inline constexpr double kHysteresisBin = 5;
 Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias);
-/// Allan analysis of a 1 Hz series. A gap of 60 s or more is a break: the series does not have its true length.
-Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& seconds, const std::string& where);
+/// Allan analysis of the rates of seconds.
+Result<evaluation::AllanAnalysis> analyse_seconds(const std::vector<recordings::Series>& seconds,
+                                                  const std::string& where);
 
 /// Of the 1 Hz series before and after the correction.
 struct AllanPair {

@@ -25,7 +25,7 @@ std::string means_text(const EvaluatedRecording& recording) {
 
 std::vector<double> times(const recordings::BlockTable& table) {
   std::vector<double> result;
-  for (std::size_t i = 0; i < table.size(); ++i) result.push_back(static_cast<double>(table.blocks.second(i)));
+  for (std::size_t i = 0; i < table.size(); ++i) result.push_back(static_cast<double>(table.second(i)));
   return result;
 }
 
@@ -50,20 +50,14 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
                                         kept.where_corrected(kinds), kHysteresisBin, data.name);
 }
 
-Result<evaluation::AllanAnalysis> analyse_seconds(const evaluation::RateSource& seconds, const std::string& where) {
-  constexpr std::size_t kLongGap = 60;  // a longer one is cut to this length
-  std::vector<double> rates = evaluation::column(seconds);
-  std::size_t gap = 0;
-  for (double& rate : rates) {
-    gap = std::isfinite(rate) ? 0 : gap + 1;
-    if (gap == kLongGap) rate = evaluation::kAllanBreak;
-  }
-  return evaluation::analyse_allan(std::move(rates), 1, evaluation::AllanGrid::kOctave, where);
+Result<evaluation::AllanAnalysis> analyse_seconds(const std::vector<recordings::Series>& seconds,
+                                                  const std::string& where) {
+  return evaluation::analyse_allan(recordings::joined(seconds), 1, evaluation::AllanGrid::kOctave, where);
 }
 
 AllanPair analyse_both(const EvaluatedRecording& recording) {
   const recordings::BlockTable& data = *recording.table;
-  return {analyse_seconds(data.second_bias_deg_per_h(), data.name),
+  return {analyse_seconds(data.seconds, data.name),
           analyse_seconds(recording.evaluation->corrected_seconds_deg_per_h(data), data.name)};
 }
 

@@ -16,7 +16,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/unit_check.hpp"
 #include "tools/prismcal/report/html.hpp"
 #include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
@@ -43,42 +42,6 @@ double samples_per_second(const recordings::Recording& recording) {
   const std::size_t middle = recording.seconds / 2;
   return recording.seconds % 2 == 1 ? at(middle) : 0.5 * (at(middle) + (middle > 0 ? at(middle - 1) : kUnknown));
 }
-
-/// Checks a recording against a model, and makes its blocks.
-class BlockLoader : public recordings::SecondConsumer {
- public:
-  BlockLoader(const std::string& path, const compensation::FeatureDefinition& features,
-              const compensation::ModelInfo* model, const CommonOptions& options)
-      : path_(path), features_(features), model_(model), options_(options) {}
-
-  Result<void> begin(const recordings::Recording& recording) override {
-    if (model_) {
-      if (auto same = check_gyro(path_, recording, *model_, options_); !same) return same;
-    }
-    const std::vector<SensorName> available = recording.sensors();
-    for (const SensorName& sensor : features_.sensors) {
-      if (sensor_index(available, sensor.name) == available.size())
-        return make_error(path_, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
-                                             sensors_text(available)));
-    }
-    const auto earth = recordings::earth_rate_of(recording, options_.site);
-    if (!earth) return tl::unexpected(earth.error());
-    builder_.emplace(features_, *earth, recording.name);
-    builder_->reserve(recording.most_seconds);
-    return {};
-  }
-  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
-    return builder_->push(second_mean, begins_session);
-  }
-  Result<recordings::BlockTable> finish() { return recordings::with_plausible_unit(builder_->finish(), options_.site); }
-
- private:
-  const std::string& path_;
-  const compensation::FeatureDefinition& features_;
-  const compensation::ModelInfo* model_;
-  const CommonOptions& options_;
-  std::optional<recordings::BlockTableBuilder> builder_;
-};
 
 }  // namespace
 
@@ -159,12 +122,19 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
   recordings::SourceOptions source = options.source;
   if (options.quiet) source.table.silence();
   source.several = true;  // the caller checks the ranges of --leave-out
-  BlockLoader loader(path, features, model, options);
-  auto recording = recordings::read_recording(path, source, loader);
-  if (!recording) return tl::unexpected(recording.error());
-  auto table = loader.finish();
-  if (!table) return tl::unexpected(table.error());
-  return Loaded{std::move(*recording), std::move(*table)};
+  return recordings::read_blocks(
+      path, source, options.site, features, [&](const recordings::Recording& recording) -> Result<void> {
+        if (model) {
+          if (auto same = check_gyro(path, recording, *model, options); !same) return same;
+        }
+        const std::vector<SensorName> available = recording.sensors();
+        for (const SensorName& sensor : features.sensors) {
+          if (sensor_index(available, sensor.name) == available.size())
+            return make_error(path, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
+                                                sensors_text(available)));
+        }
+        return {};
+      });
 }
 
 void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
@@ -173,8 +143,8 @@ void append_recording_facts(std::vector<std::pair<std::string, std::string>>& fa
   for (const recordings::SourceFile& file : recording.files) {
     facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
   }
-  for (const std::string& note : recording.notes) facts.emplace_back(role + ", left out", note);
-  for (const std::string& question : recording.questions) facts.emplace_back(role + ", question", question);
+  for (const std::string& note : recording.remarks()) facts.emplace_back(role + ", left out", note);
+  for (const std::string& question : recording.questions()) facts.emplace_back(role + ", question", question);
   const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
   std::string gyro = "serial " + (serial.empty() ? "not stated" : serial);
   for (const char* key : {"frames", "axis"}) {
@@ -216,7 +186,7 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     const recordings::BlockTable& t = loaded->table;
     const auto temperature = t.column(compensation::kInputTemperature);
     const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
-    const double hours = static_cast<double>(t.seconds.last_second() - t.seconds.first_second() + 1) / 3600;
+    const double hours = static_cast<double>(t.last_s - t.first_s + 1) / 3600;
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
     table.rows.push_back({report::text_cell(role), report::text_cell(t.name),

@@ -36,11 +36,8 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
 /// Returns true with --simulated, or if the gyro serial number or instance name begins with "sim".
 bool is_simulated(const recordings::Recording& recording, const CommonOptions& options);
 
-/// A recording and its blocks.
-struct Loaded {
-  recordings::Recording recording;
-  recordings::BlockTable table;
-};
+using recordings::Loaded;
+
 /// Reads a recording and makes blocks of `features`. Errors with a `model`: also those of check_gyro().
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
                            const compensation::ModelInfo* model, const CommonOptions& options);

@@ -9,8 +9,8 @@
 #include "base/escape.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
-#include "tools/prismcal/analysis/recording_doubts.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
@@ -70,7 +70,7 @@ Result<Comparison> evaluate_all(const CompareChoice& choice) {
       std::string overlap = recordings::overlap_text(model->info().provenance_json, loaded.recording, loaded.table);
       if (!overlap.empty())
         comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded.table.name, model->info().name), overlap);
-      if (!same_blocks) loaded.table.seconds.drop_rates();
+      if (!same_blocks) loaded.table.seconds = {};
       if (first) comparison.recordings.push_back(std::move(loaded));
     }
   }
@@ -169,7 +169,7 @@ Result<void> compare(const CompareChoice& choice) {
   for (std::size_t r = 0; r < comparison->recordings.size(); ++r) {
     const Loaded& loaded = comparison->recordings[r];
     add_doubts(report, loaded.table.name,
-               analysis::recording_doubts(loaded.table, comparison->evaluations[0][r], loaded.recording.questions));
+               analysis::recording_doubts(loaded.table, comparison->evaluations[0][r], loaded.recording.questions()));
   }
   const report::Table table = comparison_table(*comparison, choice.common.divisor);
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};

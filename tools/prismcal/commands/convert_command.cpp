@@ -42,13 +42,11 @@ Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
 /// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
 /// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
 /// the recording.
-class CaptureMaker : public recordings::SecondConsumer {
+class CaptureMaker {
  public:
   CaptureMaker(const std::string& out, wire::FrameDescriptionPtr frames) : out_(out), encoder_(std::move(frames)) {}
 
-  Result<void> begin(const recordings::Recording&) override { return {}; }
-
-  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) {
     const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
     if (!writer_) {
       auto writer = drivers::CaptureWriter::open(out_);
@@ -98,7 +96,10 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
   if (std::filesystem::equivalent(choice.recording, choice.out, error))
     return make_error(choice.out, "is the recording itself, expected another file");
   CaptureMaker maker(choice.out, *frames);
-  const auto recording = recordings::read_recording(choice.recording, source, maker);
+  const auto recording = recordings::read_recording(
+      choice.recording, source,
+      {[](const recordings::Recording&) { return Result<void>(); },
+       [&](const compensation::SecondMean& second_mean, bool begins) { return maker.push(second_mean, begins); }});
   if (!recording) return tl::unexpected(recording.error());
   if (recording->seconds == 0) return make_error(choice.recording, "found no row");
   if (!recording->sensors().empty() && !choice.quiet) {

@@ -13,7 +13,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
-#include "tools/prismcal/analysis/recording_doubts.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
@@ -141,7 +140,7 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
     auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
     if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
-    auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions);
+    auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions());
     cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts)});
   }
   std::optional<Loaded> training;
@@ -169,9 +168,10 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   }
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   for (const auto& [role, loaded] : all) {
-    for (const std::string& text : loaded->recording.absent)
-      report.sections.back().blocks.push_back(
-          report::Paragraph{loaded->recording.name + ": " + text + ".", report::Emphasis::kNone});
+    for (const recordings::Finding& finding : loaded->recording.findings)
+      if (finding.kind == "absent")
+        report.sections.back().blocks.push_back(
+            report::Paragraph{loaded->recording.name + ": " + finding.text + ".", report::Emphasis::kNone});
   }
   evaluation.report = std::move(report);
   evaluation.cases = std::move(cases);

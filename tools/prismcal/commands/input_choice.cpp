@@ -14,56 +14,42 @@ namespace {
 
 using training::Rows;
 
-/// Counts the seconds in which quantities are known.
-class KnownCounter : public recordings::SecondConsumer {
- public:
-  Result<void> begin(const recordings::Recording& recording) override {
-    sensors_.resize(recording.sensors().size());
-    return {};
-  }
-  Result<void> push(const compensation::SecondMean& second_mean, bool) override {
-    constexpr double kSame_degc = 0.02;
-    ++seconds_;
-    uhfo_ += std::isfinite(second_mean.uhfo_v);
-    for (std::size_t i = 0; i < std::min(sensors_.size(), second_mean.sensors.size()); ++i) {
-      sensors_[i].known += std::isfinite(second_mean.sensors[i]);
-      sensors_[i].differs |= std::fabs(second_mean.sensors[i] - second_mean.temperature_degc) > kSame_degc;
-    }
-    return {};
-  }
-  bool uhfo_often() const { return often(uhfo_); }
-  bool often_known(std::size_t sensor) const { return often(sensors_[sensor].known); }
-  /// Returns true if a sensor is the thermometer of T itself: their difference would only be rounding.
-  bool is_own_thermometer(std::size_t sensor) const { return !sensors_[sensor].differs; }
-
- private:
+/// Candidate inputs of a recording: T, dTdt, U, the lags, and for each sensor its difference to T (if in degC, else its
+/// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
+Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
+  constexpr double kSame_degc = 0.02;  // of the thermometer of T itself: their difference would only be rounding
   struct Sensor {
     std::size_t known = 0;
     bool differs = false;
   };
-  bool often(std::size_t known) const { return 10 * known > 9 * seconds_; }
-
-  std::size_t seconds_ = 0, uhfo_ = 0;
-  std::vector<Sensor> sensors_;
-};
-
-/// Candidate inputs of a recording: T, dTdt, U, the lags, and for each sensor its difference to T (if in degC, else its
-/// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
-Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
-  KnownCounter counter;
+  std::size_t seconds = 0, uhfo = 0;
+  std::vector<Sensor> counts;
+  const auto begin = [&](const recordings::Recording& recording) -> Result<void> {
+    counts.resize(recording.sensors().size());
+    return {};
+  };
+  const auto count = [&](const compensation::SecondMean& second_mean, bool) -> Result<void> {
+    ++seconds;
+    uhfo += std::isfinite(second_mean.uhfo_v);
+    for (std::size_t i = 0; i < std::min(counts.size(), second_mean.sensors.size()); ++i) {
+      counts[i].known += std::isfinite(second_mean.sensors[i]);
+      counts[i].differs |= std::fabs(second_mean.sensors[i] - second_mean.temperature_degc) > kSame_degc;
+    }
+    return {};
+  };
   recordings::SourceOptions source = choice.recordings.source;
   source.several = true;  // the training checks the ranges of --leave-out
-  const auto recording = recordings::read_recording(choice.files.front(), source, counter);
+  const auto recording = recordings::read_recording(choice.files.front(), source, {begin, count});
   if (!recording) return tl::unexpected<Error>(recording.error());
+  const auto often = [&](std::size_t known) { return 10 * known > 9 * seconds; };
   std::vector<std::string> names = {"T", "dTdt"};
-  if (counter.uhfo_often()) names.emplace_back("U");
+  if (often(uhfo)) names.emplace_back("U");
   const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
   for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
   const std::vector<SensorName> sensors = recording->sensors();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (!counter.often_known(i)) continue;
     const SensorName& sensor = sensors[i];
-    if (sensor.unit == "degC" && counter.is_own_thermometer(i)) continue;
+    if (!often(counts[i].known) || (sensor.unit == "degC" && !counts[i].differs)) continue;
     names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
     names.push_back("d" + sensor.name + "/dt");
   }

@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 
 namespace prism::recordings {
+
 std::vector<double> BlockTable::column(const std::string& input) const {
   std::vector<double> values;
   values.reserve(blocks.size());
@@ -22,14 +24,19 @@ std::vector<double> BlockTable::hours() const {
   std::vector<double> values;
   values.reserve(blocks.size());
   for (std::size_t i = 0; i < size(); ++i)
-    values.push_back(static_cast<double>(blocks.second(i) - blocks.second(0) + features.length_s) / 3600);
+    values.push_back(static_cast<double>(second(i) - second(0) + features.length_s) / 3600);
   return values;
 }
 
-evaluation::RateSource BlockTable::second_bias_deg_per_h() const {
-  return {seconds.size(), [this](std::size_t first, std::span<double> rates) {
-            for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = seconds.rates()[first + i] - earth_rate_deg_per_h;
-          }};
+double BlockTable::mean_rate_deg_per_h() const {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const double bias : bias_deg_per_h) {
+    if (!std::isfinite(bias)) continue;
+    sum += bias;
+    ++count;
+  }
+  return sum / static_cast<double>(count) + earth_rate_deg_per_h;
 }
 
 BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
@@ -37,12 +44,7 @@ BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& feat
     : extractor_(features) {
   table_.name = std::move(name);
   table_.features = features;
-  table_.blocks = table_.warming = WindowList(features);
   table_.earth_rate_deg_per_h = earth_rate_deg_per_h;
-}
-
-void BlockTableBuilder::reserve(std::size_t seconds) {
-  table_.blocks.reserve(seconds / static_cast<std::size_t>(table_.features.length_s));
 }
 
 Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, bool begins_session) {
@@ -70,13 +72,10 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
   return {};
 }
 
-// The 1 Hz series, the missing seconds and the gaps.
+// The rate of each second, the missing seconds and the gaps.
 void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) {
-  if (const std::int64_t gap_s = last_ ? second_mean.second - *last_ - 1 : 0; gap_s > 0) {
+  if (const std::int64_t gap_s = last_ ? second_mean.second - *last_ - 1 : 0; gap_s > 0)
     miss(static_cast<std::size_t>(gap_s));
-    // Marks a gap in the series for the Allan deviation; 60 s are enough for any length.
-    for (std::int64_t i = 1; i <= std::min<std::int64_t>(gap_s, 60); ++i) table_.seconds.push(*last_ + i, kUnknown);
-  }
   const bool known = std::isfinite(second_mean.rate_deg_per_h);
   any_rate_ = any_rate_ || known;
   const bool has_temperature = std::isfinite(second_mean.temperature_degc);
@@ -91,8 +90,9 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
   } else {
     without_temperature_ += !has_temperature;
   }
-  table_.seconds.push(second_mean.second, known ? second_mean.rate_deg_per_h : kUnknown);
-  resolution_.push(known ? second_mean.rate_deg_per_h : kUnknown);
+  append(table_.seconds, second_mean.second, second_mean.rate_deg_per_h);
+  if (!last_) table_.first_s = second_mean.second;
+  table_.last_s = second_mean.second;
   in_gap_ = !known || too_long;
   table_.missing_frames += second_mean.missing_frames;
 }
@@ -143,21 +143,32 @@ Result<BlockTable> BlockTableBuilder::finish() {
                              counted(table_.gaps + (pushed_ > 0 ? 1 : 0), "segment"),
                              compensation::history_s(table_.features)));
   }
-  table_.rate_step_deg_per_h = resolution_.step_deg_per_h();
+  table_.rate_step_deg_per_h = rounding_step(table_.seconds);
   return std::move(table_);
 }
 
-Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
-                                    const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
-                                    const std::string& name, std::span<const std::size_t> sessions) {
-  BlockTableBuilder builder(features, earth_rate_deg_per_h, name);
-  std::size_t session = 0;
-  for (std::size_t i = 0; i < second_means.size(); ++i) {
-    const bool begins = session < sessions.size() && sessions[session] == i;
-    session += begins;
-    if (auto done = builder.push(second_means[i], begins); !done) return tl::unexpected<Error>(done.error());
+Result<Loaded> read_blocks(const std::string& path, const SourceOptions& source, const SiteOptions& site,
+                           const compensation::FeatureDefinition& features,
+                           const std::function<Result<void>(const Recording&)>& check) {
+  std::optional<BlockTableBuilder> builder;
+  const auto begin = [&](const Recording& recording) -> Result<void> {
+    if (auto good = check(recording); !good) return good;
+    const auto earth_rate = earth_rate_of(recording, site);
+    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
+    builder.emplace(features, *earth_rate, recording.name);
+    return {};
+  };
+  auto recording = read_recording(path, source, {begin, [&](const compensation::SecondMean& second_mean, bool begins) {
+                                                   return builder->push(second_mean, begins);
+                                                 }});
+  if (!recording) return tl::unexpected<Error>(recording.error());
+  auto table = builder->finish();
+  if (!table) return tl::unexpected<Error>(table.error());
+  if (!site.accept_unit) {
+    auto good = check_unit(table->mean_rate_deg_per_h(), table->earth_rate_deg_per_h, table->name);
+    if (!good) return tl::unexpected<Error>(good.error());
   }
-  return builder.finish();
+  return Loaded{std::move(*recording), std::move(*table)};
 }
 
 }  // namespace prism::recordings

@@ -3,42 +3,41 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/evaluation/rate_source.hpp"
 #include "compensation/features.hpp"
-#include "tools/prismcal/recordings/resolution_finder.hpp"
-#include "tools/prismcal/recordings/second_series.hpp"
-#include "tools/prismcal/recordings/window_list.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/recordings/series.hpp"
 
 namespace prism::recordings {
 
 struct BlockTable {
   std::string name;  ///< name of the recording in reports
   compensation::FeatureDefinition features;
-  double earth_rate_deg_per_h = 0;     ///< subtracted from the rate
-  WindowList blocks;                   ///< ready windows, length_s apart; the grid restarts after each gap
-  WindowList warming;                  ///< windows that are not ready, one a second
-  std::vector<bool> follows;           ///< block i starts at the end of block i − 1
-  std::vector<double> bias_deg_per_h;  ///< block mean of the rate − Earth rate, one per block
-  SecondSeries seconds;                ///< 1 Hz, rate with Earth rate; kUnknown in gaps (at most 60 s of each)
+  double earth_rate_deg_per_h = 0;            ///< subtracted from the rate
+  std::vector<compensation::Window> blocks;   ///< ready windows, length_s apart; the grid restarts after each gap
+  std::vector<compensation::Window> warming;  ///< windows that are not ready, one a second
+  std::vector<bool> follows;                  ///< block i starts at the end of block i − 1
+  std::vector<double> bias_deg_per_h;         ///< block mean of the rate − Earth rate, one per block
+  std::vector<Series> seconds;                ///< rate with Earth rate
+  std::int64_t first_s = 0, last_s = 0;       ///< first and last second, also without a rate
   /// Seconds without a row or without a rate, and those without a temperature for longer than max_gap_s.
   std::size_t missing_s = 0;
   std::size_t unused_s = 0;  ///< those of them that have a row
   std::size_t gaps = 0;      ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
-  double rate_step_deg_per_h = 0;  ///< of a coarsely rounded rate (ResolutionFinder); 0: finer than its noise
+  double rate_step_deg_per_h = 0;  ///< of a coarsely rounded rate (rounding_step()); 0: finer than its noise
 
   std::size_t size() const { return blocks.size(); }
+  std::int64_t second(std::size_t block) const { return blocks[block].second_mean.second; }  ///< its last one
   std::vector<double> column(
       const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", "lag1", …), one per block
   std::vector<double> hours() const;    ///< end of each block since the start of the first, h
-  /// Of all `seconds`: rate − Earth rate. Uses the table.
-  evaluation::RateSource second_bias_deg_per_h() const;
+  double mean_rate_deg_per_h() const;   ///< over the blocks, with the Earth rate
 };
 
 /// Runs one-second means through FeatureExtractor, as prismd does, and keeps the windows that end a block. Skips
@@ -48,8 +47,6 @@ class BlockTableBuilder {
  public:
   BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h, std::string name);
 
-  /// Reserves memory for the blocks of so many seconds.
-  void reserve(std::size_t seconds);
   /// Errors: a second out of order within a session.
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session = false);
   /// Errors: no full block, because the recording has no rate or temperature or other clocks, is too short or full
@@ -65,7 +62,6 @@ class BlockTableBuilder {
 
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
-  ResolutionFinder resolution_;
   std::size_t pushed_ = 0;
   std::size_t whole_ = 0, clocks_differ_ = 0;  ///< seconds that are not partial, and those of them with other clocks
   bool any_rate_ = false, any_temperature_ = false;
@@ -78,9 +74,16 @@ class BlockTableBuilder {
   std::int64_t next_end_ = 0;
 };
 
-/// The same for seconds in memory. `sessions`: index of the first second of each; empty: one session.
-Result<BlockTable> make_block_table(std::span<const compensation::SecondMean> second_means,
-                                    const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,
-                                    const std::string& name, std::span<const std::size_t> sessions = {});
+/// A recording and its blocks.
+struct Loaded {
+  Recording recording;
+  BlockTable table;
+};
+
+/// Reads a recording and makes its blocks. `check` is called before the first second; it may complete the `features`.
+/// Errors: also those of `check` and of check_unit().
+Result<Loaded> read_blocks(const std::string& path, const SourceOptions& source, const SiteOptions& site,
+                           const compensation::FeatureDefinition& features,
+                           const std::function<Result<void>(const Recording&)>& check);
 
 }  // namespace prism::recordings

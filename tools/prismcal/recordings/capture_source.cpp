@@ -43,7 +43,7 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
 }
 
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                               SecondConsumer& consumer) {
+                               const SecondConsumer& consumer) {
   pipeline::Overrides overrides;
   overrides.without_models = true;
   auto setup = pipeline::load_setup(options.config, overrides);
@@ -56,8 +56,8 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
   recording.add_metadata(pipeline::log_metadata(*setup, *axis));
-  recording.notes = setup->config.removed_keys;
-  recording.notes.insert(recording.notes.end(), setup->config.warnings.begin(), setup->config.warnings.end());
+  add_remarks(recording.findings, "configuration", setup->config.removed_keys);
+  add_remarks(recording.findings, "configuration", setup->config.warnings);
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
   SecondFeed feed(recording, leave_out, true, consumer);
@@ -95,9 +95,8 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   if (recording.seconds == 0 && options.leave_out.empty())
     return make_error(path, "found no frame of " + setup->config.frames);
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
-  for (std::string& note : sensors->notes()) recording.notes.push_back(std::move(note));
-  if (const std::string damage = reader->damaged_places().text(); !damage.empty()) recording.notes.push_back(damage);
-  if (!reader->tail_damage().empty()) recording.notes.push_back(reader->tail_damage());
+  add_remarks(recording.findings, "file", sensors->notes());
+  add_remarks(recording.findings, "file", {reader->damaged_places().text(), reader->tail_damage()});
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});

@@ -50,17 +50,11 @@ std::vector<Point> points_in(const json& fingerprint) {
   return points;
 }
 
-std::optional<double> rate_at(const BlockTable& table, std::int64_t second) {
-  const auto at = table.seconds.find(second);
-  if (!at) return std::nullopt;
-  return table.seconds.rate(*at) - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h;
-}
-
 /// Compares with the seconds of the table that are `later` seconds after the points.
 Shared equal_seconds(const std::vector<Point>& points, const BlockTable& table, std::int64_t later, double tolerance) {
   Shared shared;
   for (const Point& point : points) {
-    const auto rate = rate_at(table, point.second + later);
+    const auto rate = value_at(table.seconds, point.second + later);
     if (!rate) continue;
     ++shared.compared;
     shared.seconds += std::abs(*rate - point.rate_deg_per_h) <= tolerance;
@@ -72,8 +66,9 @@ Shared equal_seconds(const std::vector<Point>& points, const BlockTable& table, 
 double noise_deg_per_h(const std::vector<Point>& points, const BlockTable& table, std::int64_t later) {
   double squares = 0, count = 0;
   for (const Point& point : points) {
-    const auto rate = rate_at(table, point.second + later), next = rate_at(table, point.second + later + 1);
-    if (!rate || !next || !std::isfinite(*next - *rate)) continue;
+    const auto rate = value_at(table.seconds, point.second + later),
+               next = value_at(table.seconds, point.second + later + 1);
+    if (!rate || !next) continue;
     squares += (*next - *rate) * (*next - *rate) / 2;
     ++count;
   }
@@ -102,12 +97,11 @@ Shared compare_seconds(const std::vector<Point>& points, const BlockTable& table
 
 nlohmann::ordered_json fingerprint_json(const BlockTable& table) {
   std::size_t known = 0;
-  table.seconds.for_each([&](std::int64_t, double rate) { known += std::isfinite(rate); });
+  for_each_known(table.seconds, [&](std::int64_t, double) { ++known; });
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   const std::size_t count = std::min(kSeconds, known);
   std::size_t at = 0;
-  table.seconds.for_each([&](std::int64_t second, double rate) {
-    if (!std::isfinite(rate)) return;
+  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
     // Rounded twice, as in the models of version 0.2.
     if (points.size() < count && at++ == points.size() * known / count)
       points.push_back({second, rate - table.earth_rate_deg_per_h + table.earth_rate_deg_per_h});

@@ -51,7 +51,6 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
   BlockTable part;
   part.name = table.name;
   part.features = table.features;
-  part.blocks = part.warming = WindowList(table.features);
   part.earth_rate_deg_per_h = table.earth_rate_deg_per_h;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (sides[i] != wanted) continue;
@@ -60,10 +59,10 @@ BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side
     part.follows.push_back(i > 0 && sides[i - 1] == wanted && table.follows[i]);
   }
   std::size_t block = 0;
-  table.seconds.for_each([&](std::int64_t second, double rate) {
-    while (block < part.size() && part.blocks.second(block) < second) ++block;
-    if (block < part.size() && second > part.blocks.second(block) - table.features.length_s)
-      part.seconds.push(second, rate);
+  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    while (block < part.size() && part.second(block) < second) ++block;
+    if (block < part.size() && second > part.second(block) - table.features.length_s)
+      append(part.seconds, second, rate);
   });
   return part;
 }
@@ -93,10 +92,10 @@ Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
                                                 hold_out.segment_s, shortest_s, gap_s));
   }
   std::vector<Side> sides;
-  const std::int64_t begin = table.blocks.second(0) - table.features.length_s;
-  const SideSelector selector(hold_out, gap_s, table.blocks.second(table.size() - 1) - begin);
+  const std::int64_t begin = table.second(0) - table.features.length_s;
+  const SideSelector selector(hold_out, gap_s, table.second(table.size() - 1) - begin);
   for (std::size_t i = 0; i < table.size(); ++i) {
-    const std::int64_t end = table.blocks.second(i) - begin;
+    const std::int64_t end = table.second(i) - begin;
     sides.push_back(selector.of(end - table.features.length_s, end));
   }
   Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeldOut), 0};

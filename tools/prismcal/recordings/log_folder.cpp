@@ -364,26 +364,24 @@ Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::Rea
 std::vector<std::string> axes_of_log(const std::string& path) { return LogFolder::salvage(path).axes(); }
 
 Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                           SecondConsumer& consumer) {
+                           const SecondConsumer& consumer) {
   auto folder = LogFolder::open(path, options.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
   Recording recording;
   const fs::path name(path);
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
   for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
-  recording.most_seconds = folder->most_rows();
   SecondFeed feed(recording, leave_out, true, consumer);
   tables::ReadMeter meter(options.table.progress, folder->bytes());
   const auto left_out = join_rows(
       *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); },
       meter);
   if (!left_out) return tl::unexpected<Error>(left_out.error());
-  recording.notes = left_out->lines();
+  add_remarks(recording.findings, "file", left_out->lines());
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
   for (const LogSegment& segment : folder->segments)
     recording.files.push_back({segment.path, segment.sha256, segment.rows});
-  recording.absent = folder->absent;
-  recording.notes.insert(recording.notes.end(), folder->absent.begin(), folder->absent.end());
+  add_remarks(recording.findings, "absent", folder->absent);
   return recording;
 }
 

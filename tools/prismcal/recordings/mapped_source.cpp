@@ -9,11 +9,10 @@
 #include <optional>
 
 #include "compensation/second_averager.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
-#include "tools/prismcal/recordings/second_judge.hpp"
-#include "tools/prismcal/recordings/table_judge.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -86,10 +85,10 @@ class Averaging {
     add(time_ns, time_ns - last_ns_, values, line);
   }
   /// Judges the seconds.
-  Result<std::vector<std::string>> finish(const std::string& path, bool is_date) {
+  Result<std::vector<Finding>> finish(const std::string& path, bool is_date) {
     if (lines_ == 1) add_first(compensation::kNanosecondsPerSecond);
     if (const auto second_mean = averager_.finish()) second_means_.push_back(*second_mean);
-    if (!judged_) return std::vector<std::string>();
+    if (!judged_) return std::vector<Finding>();
     return judge_.finish(path, judge_seconds(second_means_, is_date));
   }
   const std::vector<compensation::SecondMean>& second_means() const { return second_means_; }
@@ -126,7 +125,7 @@ class Averaging {
   bool judged_;
   LeaveOut& leave_out_;
   compensation::SecondAverager averager_;
-  TableJudge judge_;
+  RowJudge judge_;
   std::vector<compensation::SecondMean> second_means_;
   First first_;
   std::size_t lines_ = 0;
@@ -154,7 +153,7 @@ std::vector<std::string> notes_on(const std::vector<std::int64_t>& rate_stamps_n
 }  // namespace
 
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                              SecondConsumer& consumer) {
+                              const SecondConsumer& consumer) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
   const double interval_s = options.table.interval_s;
@@ -188,10 +187,11 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   }
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
-  recording.notes = notes_on(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt);
+  add_remarks(recording.findings, "time",
+              notes_on(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt));
   const auto judged = averaging.finish(path, is_date);
   if (!judged) return tl::unexpected<Error>(judged.error());
-  recording.notes.insert(recording.notes.end(), judged->begin(), judged->end());
+  recording.findings.insert(recording.findings.end(), judged->begin(), judged->end());
   recording.files.push_back({path, table->sha256(), table->rows()});
   SecondFeed feed(recording, leave_out, is_date, consumer);
   Result<void> fed;
@@ -200,8 +200,8 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   if (fed) fed = feed.finish();
   if (options.table.announce) {
     std::string line = table->understood();
-    for (const auto* texts : {&recording.notes, &recording.questions}) {
-      for (const std::string& text : *texts) line += "; " + text;
+    for (const Severity severity : {Severity::kRemark, Severity::kQuestion}) {
+      for (const std::string& text : lines_of(recording.findings, severity)) line += "; " + text;
     }
     options.table.announce(line);
   }

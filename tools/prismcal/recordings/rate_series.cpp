@@ -16,8 +16,8 @@
 #include "base/plain_text.hpp"
 #include "compensation/sample.hpp"
 #include "tools/prismcal/recordings/bytes_kind.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
-#include "tools/prismcal/recordings/rate_judge.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
 
 namespace prism::recordings {
@@ -216,9 +216,9 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   auto columns = read_columns(*table, *layout);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
-  RateJudgement judgement = judgement_of(*table, *factor, series.rows, columns->times_ns);
-  if (choice.interval_s) judgement.interval_s = *choice.interval_s;
-  const auto remarks = judge_rates(columns->rates, judgement);
+  RateRows rows{*factor, mean_step_s(columns->times_ns), columns->times_ns, table->has_dates()};
+  if (choice.interval_s) rows.interval_s = *choice.interval_s;
+  const auto remarks = lines_of(judge_rates(columns->rates, rows), Severity::kRemark);
   const std::string time_name = layout->time ? table->columns()[*layout->time].text : "";
   if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
     return tl::unexpected<Error>(placed.error());

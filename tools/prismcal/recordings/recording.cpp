@@ -106,9 +106,9 @@ Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool 
 }
 
 Result<void> SecondFeed::finish() {
-  for (std::string& note : leave_out_.notes()) recording_.notes.push_back(std::move(note));
+  add_remarks(recording_.findings, "left out", leave_out_.notes());
+  for (Finding& jump : jumps_.findings(is_date_)) recording_.findings.push_back(std::move(jump));
   recording_.unmatched = leave_out_.unmatched();
-  recording_.questions = jumps_.questions(is_date_);
   return begun_ ? Result<void>() : begin();
 }
 
@@ -128,7 +128,7 @@ Result<void> UnmatchedRanges::finish() const {
 
 namespace {
 
-Result<Recording> read(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+Result<Recording> read(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
   auto leave_out = LeaveOut::parse(options.leave_out);
@@ -149,7 +149,8 @@ Result<Recording> read(const std::string& path, const SourceOptions& options, Se
 
 }  // namespace
 
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer) {
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options,
+                                 const SecondConsumer& consumer) {
   auto recording = read(path, options, consumer);
   if (!recording || options.several) return recording;
   UnmatchedRanges unmatched(options.leave_out);

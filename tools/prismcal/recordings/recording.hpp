@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,7 +12,7 @@
 
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
-#include "tools/prismcal/recordings/jump_finder.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
 #include "tools/prismcal/tables/plain_table.hpp"
 
@@ -27,18 +28,17 @@ struct Recording {
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
   std::size_t seconds = 0;                       ///< rows, also partial ones
-  std::size_t most_seconds = 0;                  ///< estimate before they are read, mostly too high; 0: unknown
   SensorList sensor_list;                        ///< of the first second; null: no sensors
   std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
-  std::vector<std::string> notes;                ///< readable lines on data left out
+  std::vector<Finding> findings;                 ///< complete after the last second
   std::vector<std::string> unmatched;            ///< ranges of SourceOptions::leave_out without a second of it
-  std::vector<std::string> questions;            ///< jumps that stay: faults, or true (jump_finder.hpp)
-  std::vector<std::string> absent;               ///< those of them on segments that are not there any more
 
   std::string value(const std::string& key) const;  ///< metadata value; empty: none
   /// Sensors whose values the seconds contain; empty if there are no seconds.
   std::vector<SensorName> sensors() const;
   void add_metadata(const std::string& lines);  ///< adds "# key: value" lines; ignores other lines
+  std::vector<std::string> remarks() const { return lines_of(findings, Severity::kRemark); }
+  std::vector<std::string> questions() const { return lines_of(findings, Severity::kQuestion); }
 };
 
 struct SourceOptions {
@@ -47,7 +47,7 @@ struct SourceOptions {
   /// not a mapped CSV.
   std::vector<std::string> map;
   tables::TableOptions table;  ///< how a mapped table is written; its interval_s: spacing of rows without a time, > 0
-  bool judged = true;          ///< mapped table: implausible values and outliers are left out (table_judge.hpp)
+  bool judged = true;          ///< mapped table: implausible values and outliers are left out (findings.hpp)
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
   std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()
@@ -60,24 +60,22 @@ struct SiteOptions {
   bool accept_unit = false;  ///< also if the mean rate is the Earth rate in another unit
 };
 
-/// Receives the seconds of a recording.
-class SecondConsumer {
- public:
-  virtual ~SecondConsumer() = default;
-  /// Called once, before the first second: `recording` has its name, metadata and sensors. Errors end the reading.
-  virtual Result<void> begin(const Recording& recording) = 0;
-  /// Called with each second in order; seconds increase within a session. Errors end the reading.
-  virtual Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) = 0;
+/// Receives the seconds of a recording. Errors end the reading.
+struct SecondConsumer {
+  /// Called once, before the first second: `recording` has its name, metadata and sensors.
+  std::function<Result<void>(const Recording& recording)> begin;
+  /// Called with each second in order; seconds increase within a session.
+  std::function<Result<void>(const compensation::SecondMean& second_mean, bool begins_session)> push;
 };
 
 /// Passes the seconds that are not left out to a consumer, counts them in the recording, and finds jumps.
 class SecondFeed {
  public:
   /// `is_date`: the seconds count from 1970.
-  SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, SecondConsumer& consumer)
+  SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, const SecondConsumer& consumer)
       : recording_(recording), leave_out_(leave_out), is_date_(is_date), consumer_(consumer) {}
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
-  /// Adds the notes and questions to the recording. Calls begin(), if there was no second.
+  /// Adds the findings to the recording. Calls begin(), if there was no second.
   Result<void> finish();
 
  private:
@@ -86,7 +84,7 @@ class SecondFeed {
   Recording& recording_;
   LeaveOut& leave_out_;
   bool is_date_;
-  SecondConsumer& consumer_;
+  const SecondConsumer& consumer_;
   JumpFinder jumps_;
   bool any_ = false, begun_ = false;
   bool session_begins_ = false;  ///< its first seconds were left out
@@ -94,7 +92,7 @@ class SecondFeed {
 
 /// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
 /// of seconds. Errors: also those of the consumer; a range of leave_out without a second of it, unless options.several.
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options, SecondConsumer& consumer);
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer);
 
 /// Finds ranges of --leave-out that contain no second of any of several recordings.
 class UnmatchedRanges {
@@ -121,12 +119,12 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 // The readers, one source file each.
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
 Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                           SecondConsumer& consumer);
+                           const SecondConsumer& consumer);
 /// Reads a capture or raw bytes with the frame description of options.config.
 Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                               SecondConsumer& consumer);
+                               const SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                              SecondConsumer& consumer);
+                              const SecondConsumer& consumer);
 
 }  // namespace prism::recordings

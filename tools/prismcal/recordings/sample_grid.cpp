@@ -135,9 +135,9 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
     return make_error(where, fmt::format("found {}, expected 2 or more", counted(stamps.size(), "time")));
   SampleGrid grid;
   grid.rows = stamps.size();
-  grid.mean_step_s = static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(stamps.size() - 1) / 1e9;
+  if (stamps.back() == stamps.front()) return make_error(where, "found the same time in all rows");
+  grid.mean_step_s = mean_step_s(stamps);
   grid.median_step_s = median_step_ns(stamps, 1) / 1e9;
-  if (grid.mean_step_s == 0) return make_error(where, "found the same time in all rows");
   Places places = interval_s ? places_of(stamps, *interval_s * 1e9) : best_places(stamps);
   if (const std::size_t row = places.shared_row; row > 0 && !interval_s) {
     const auto step_s = static_cast<double>(stamps[row] - stamps[row - 1]) / 1e9;
@@ -160,6 +160,11 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
   grid.jitter_s = places.jitter_ns / 1e9;
   grid.exact = places.shared_row == 0 && grid.jitter_s <= 0.01 * grid.interval_s;
   return grid;
+}
+
+double mean_step_s(const Stamps& stamps) {
+  if (stamps.size() < 2 || stamps.back() <= stamps.front()) return 1;
+  return static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(stamps.size() - 1) / 1e9;
 }
 
 std::int64_t StatedTimes::push(std::int64_t stamp_ns) {

@@ -38,6 +38,9 @@ struct SampleGrid {
 Result<SampleGrid> sample_grid(const std::vector<std::int64_t>& stamps_ns, const std::string& where,
                                std::optional<double> interval_s = std::nullopt);
 
+/// The mean step of stamps; 1 if there are too few, or no time passes.
+double mean_step_s(const std::vector<std::int64_t>& stamps_ns);
+
 /// The times of rows whose interval is known: of the stamps only holes are used.
 class StatedTimes {
  public:

@@ -9,9 +9,8 @@
 
 #include "compensation/plausibility.hpp"
 #include "compensation/sample.hpp"
+#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
-#include "tools/prismcal/recordings/rate_judge.hpp"
-#include "tools/prismcal/recordings/table_judge.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -134,9 +133,8 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   }
   add_range_remarks(summary);
   if (!rate) return summary;
-  const double unit_deg_per_h = table->columns()[*rate].unit->factor;
-  const std::size_t rows = rates.size();
-  for (std::string& remark : judge_rates(rates, judgement_of(*table, unit_deg_per_h, rows, stamps_ns)))
+  const RateRows rows{table->columns()[*rate].unit->factor, mean_step_s(stamps_ns), stamps_ns, table->has_dates()};
+  for (std::string& remark : lines_of(judge_rates(rates, rows), Severity::kRemark))
     summary.remarks.push_back(std::move(remark));
   return summary;
 }

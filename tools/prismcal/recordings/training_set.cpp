@@ -12,7 +12,6 @@
 #include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
-#include "tools/prismcal/recordings/unit_check.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -59,31 +58,12 @@ Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
   return {};
 }
 
-/// Checks a recording against the set, and makes its blocks.
-class TableMaker : public SecondConsumer {
- public:
-  TableMaker(TrainingSet& set, const SiteOptions& site) : set_(set), site_(site) {}
-
-  Result<void> begin(const Recording& recording) override {
-    if (auto same = check_source(recording, "gyro_serial", "gyro", "unknown", set_.serial); !same) return same;
-    if (auto same = check_source(recording, "axis", "axis", "-", set_.axis); !same) return same;
-    if (auto known = check_inputs(recording, set_); !known) return known;
-    const auto earth_rate = earth_rate_of(recording, site_);
-    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    builder_.emplace(set_.features, *earth_rate, recording.name);
-    builder_->reserve(recording.most_seconds);
-    return {};
-  }
-  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) override {
-    return builder_->push(second_mean, begins_session);
-  }
-  Result<BlockTable> finish() { return with_plausible_unit(builder_->finish(), site_); }
-
- private:
-  TrainingSet& set_;
-  const SiteOptions& site_;
-  std::optional<BlockTableBuilder> builder_;
-};
+/// Checks a recording against the set.
+Result<void> check_recording(const Recording& recording, TrainingSet& set) {
+  if (auto same = check_source(recording, "gyro_serial", "gyro", "unknown", set.serial); !same) return same;
+  if (auto same = check_source(recording, "axis", "axis", "-", set.axis); !same) return same;
+  return check_inputs(recording, set);
+}
 
 nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
   nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
@@ -95,8 +75,8 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
                 {"missing_s", table.missing_s},
                 {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
                 {"fingerprint", fingerprint_json(table)}});
-  if (!recording.notes.empty()) facts["remarks"] = recording.notes;
-  if (!recording.questions.empty()) facts["questions"] = recording.questions;
+  if (auto remarks = recording.remarks(); !remarks.empty()) facts["remarks"] = std::move(remarks);
+  if (auto questions = recording.questions(); !questions.empty()) facts["questions"] = std::move(questions);
   return facts;
 }
 
@@ -169,7 +149,7 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   std::vector<std::vector<double>> columns;
   for (const std::string& name : data.names) columns.push_back(table.column(name));
   for (std::size_t i = 0; i < table.size(); ++i) {
-    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks.lag_settling(i);
+    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks[i].lag_settling;
     for (const auto& column : columns) known = known && std::isfinite(column[i]);
     if (known) good.push_back(i);
   }
@@ -210,32 +190,35 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   source.several = true;
   UnmatchedRanges unmatched(source.leave_out);
   for (const std::string& path : paths) {
-    TableMaker maker(set, options.site);
-    auto recording = read_recording(path, source, maker);
-    if (!recording) return tl::unexpected<Error>(recording.error());
-    unmatched.add(*recording);
-    auto table = maker.finish();
-    if (!table) return tl::unexpected<Error>(table.error());
-    const auto left_out = append_recording(*table, set);
+    auto loaded = read_blocks(path, source, options.site, set.features,
+                              [&](const Recording& recording) { return check_recording(recording, set); });
+    if (!loaded) return tl::unexpected<Error>(loaded.error());
+    auto& [recording, table] = *loaded;
+    unmatched.add(recording);
+    const auto left_out = append_recording(table, set);
     if (!left_out) return tl::unexpected<Error>(left_out.error());
-    const std::string question = sign_question(*table);
-    if (!question.empty()) recording->questions.push_back(question);
-    set.facts.push_back(facts_of(*recording, *table, *left_out));
-    table->seconds = {};  // not needed for training
+    const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
+    std::vector<Finding> to_note;
+    if (!announced) to_note = recording.findings;
+    const double mean_deg_per_h = table.mean_rate_deg_per_h();
+    if (auto question = sign_question(mean_deg_per_h, table.earth_rate_deg_per_h)) {
+      recording.findings.push_back(*question);
+      to_note.push_back(std::move(*question));
+    }
+    set.facts.push_back(facts_of(recording, table, *left_out));
+    table.seconds = {};  // not needed for training
     set.notes.push_back(
         fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled); mean bias "
                     "{:.4g} deg/h, without the Earth rate on the axis, {:.4g} deg/h",
-                    recording->name, counted(table->size() - *left_out, "block"), set.features.length_s,
-                    counted(table->gaps, "gap"), table->missing_s, counted(*left_out, "block"),
-                    mean_rate_deg_per_h(*table) - table->earth_rate_deg_per_h, table->earth_rate_deg_per_h));
-    const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
-    for (const auto* texts : {&recording->notes, &recording->questions}) {
-      for (std::size_t i = 0; !announced && i < texts->size(); ++i)
-        set.notes.push_back(recording->name + ": " + (*texts)[i]);
+                    recording.name, counted(table.size() - *left_out, "block"), set.features.length_s,
+                    counted(table.gaps, "gap"), table.missing_s, counted(*left_out, "block"),
+                    mean_deg_per_h - table.earth_rate_deg_per_h, table.earth_rate_deg_per_h));
+    for (const Severity severity : {Severity::kRemark, Severity::kQuestion}) {
+      for (const std::string& line : lines_of(to_note, severity)) set.notes.push_back(recording.name + ": " + line);
     }
-    if (announced && !question.empty()) set.notes.push_back(recording->name + ": " + question);
-    set.questions.insert(set.questions.end(), recording->questions.begin(), recording->questions.end());
-    set.tables.push_back(std::move(*table));
+    const std::vector<std::string> questions = recording.questions();
+    set.questions.insert(set.questions.end(), questions.begin(), questions.end());
+    set.tables.push_back(std::move(table));
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   if (set.data.target.size() == 0) return missing_input(set);
