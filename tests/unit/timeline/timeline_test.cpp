@@ -19,7 +19,7 @@
 namespace prism {
 namespace {
 
-/// What happens in the middle of a minute.
+/// Damage in the middle of a minute.
 struct Damage {
   const char* name;
   double lost_s = 0;     ///< frames that are lost
