@@ -118,7 +118,7 @@ def report(begun):
     rows, cpu, then = first_rows, first_cpu, first
     caught_up = None
     while not SECONDS or time.monotonic() - begun < SECONDS:
-        time.sleep(EVERY_S if not BACKLOG or caught_up else 0.5)
+        time.sleep(0.5 if BACKLOG and not caught_up else min(EVERY_S, SECONDS or EVERY_S))
         now_rows, now_cpu, now = int(sql("SELECT coalesce(sum(rows), 0) FROM prism.places")), cpu_s(relay.pid), time.monotonic()
         middle, worst = lags()
         print(f"{now - begun:6.1f} s  {now_rows:9} rows  {(now_rows - rows) / (now - then):8.0f} rows/s  lag median {middle:6.2f} s, worst "

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "base/escape.hpp"
 #include "base/outside_text.hpp"
@@ -60,23 +61,22 @@ std::string braille(unsigned dots) {
           static_cast<char>(0x80 | (code & 0x3F))};
 }
 
+Colour colour_of(const std::string& quality) {
+  if (quality == "good") return Colour::kGood;
+  for (const char* reason : {"no_data", "rate_invalid", "input_missing", "over_limit", "implausible"}) {
+    if (quality.find(reason) != std::string::npos) return Colour::kBad;
+  }
+  return Colour::kWarning;
+}
+
 // As `prismctl status`; the first line of an axis has the colour of its quality.
 std::vector<Line> value_lines(const json& status) {
-  std::vector<Colour> colours;
-  for (const json& axis : at(status, "axes")) {
-    const std::string quality = text_of(at(axis, "quality"));
-    const auto has = [&](const char* reason) { return quality.find(reason) != std::string::npos; };
-    const bool bad =
-        has("no_data") || has("rate_invalid") || has("input_missing") || has("over_limit") || has("implausible");
-    colours.push_back(quality == "good" ? Colour::kGood : bad ? Colour::kBad : Colour::kWarning);
-  }
   std::vector<Line> lines;
-  const std::string text = values_view(status);
-  auto colour = colours.begin();
-  for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    lines.push_back({text.substr(begin, end - begin)});
-    const bool is_first = lines.back().text.starts_with("quality ") || lines.back().text.starts_with("axis ");
-    if (is_first && colour != colours.end()) lines.back().colour = *colour++;
+  std::istringstream text(values_view(status));
+  auto axis = at(status, "axes").begin();
+  for (std::string line; std::getline(text, line);) {
+    const bool is_first = line.starts_with("quality ") || line.starts_with("axis ");
+    lines.push_back({line, is_first ? colour_of(text_of(at(*axis++, "quality"))) : Colour::kPlain});
   }
   return lines;
 }
@@ -84,33 +84,28 @@ std::vector<Line> value_lines(const json& status) {
 }  // namespace
 
 void Trace::push(const json& row) {
-  constexpr double kDayS = 86400, kGapS = 10;  // prismd restarts the window after a gap of 10 s
+  constexpr double kDayS = 86400;
   const double time_s = value_of(row, "time_s");
   if (!std::isfinite(time_s)) return;
   while (!points_.empty() && points_.back().time_s >= time_s) points_.pop_back();
   while (!points_.empty() && points_.front().time_s < time_s - kDayS) points_.pop_front();
-  const bool continues = !points_.empty() && time_s - points_.back().time_s <= kGapS;
-  points_.push_back({time_s, value_of(row, "mean_rate_deg_per_h"), value_of(row, "corrected_mean_deg_per_h"),
-                     continues ? points_.back().run_begin_s : time_s});
+  if (text_of(at(row, "quality")).find("warming") != std::string::npos) return;
+  points_.push_back({time_s, value_of(row, "mean_rate_deg_per_h"), value_of(row, "corrected_mean_deg_per_h")});
 }
 
-std::vector<std::string> Trace::lines(const std::string& name, double end_s, double span_s, int window_s, int columns,
+std::vector<std::string> Trace::lines(const std::string& name, double end_s, double span_s, int columns,
                                       int rows) const {
   constexpr int kDotColumns = 2, kDotRows = 4;
   constexpr unsigned kBits[kDotColumns][kDotRows] = {{0x01, 0x02, 0x04, 0x40}, {0x08, 0x10, 0x20, 0x80}};
   constexpr double kLeastSpan = 2e-5;   // resolution of the scale's digits
   constexpr double kLeastWidthS = 2.5;  // a row is a second: a shorter column shows the values around it
-  const auto before = [](const TracePoint& point, double time_s) { return point.time_s < time_s; };
+  const auto before = [](const Point& point, double time_s) { return point.time_s < time_s; };
   const auto first = std::lower_bound(points_.begin(), points_.end(), end_s - span_s, before);
   const bool corrected = std::any_of(first, points_.end(), [](const auto& p) { return std::isfinite(p.corrected); });
-  double TracePoint::*const value = corrected ? &TracePoint::corrected : &TracePoint::rate;
+  double Point::*const value = corrected ? &Point::corrected : &Point::rate;
   double low = NAN, high = NAN;
-  for (int since_s = window_s; since_s >= 0 && !std::isfinite(low); since_s -= std::max(window_s, 1)) {
-    for (auto point = first; point != points_.end(); ++point) {
-      if (point->time_s - point->run_begin_s >= since_s)
-        low = std::fmin(low, (*point).*value), high = std::fmax(high, (*point).*value);
-    }
-  }
+  for (auto point = first; point != points_.end(); ++point)
+    low = std::fmin(low, (*point).*value), high = std::fmax(high, (*point).*value);
   const double half = std::max(high - low, kLeastSpan) / 2, top = (low + high) / 2 + half;
   const std::size_t width = static_cast<std::size_t>(columns - kLeftColumns),
                     last_row = static_cast<std::size_t>(rows - 1);
@@ -151,24 +146,19 @@ void Screen::status(json status, double steady_s) {
   }
 }
 
-void Screen::history(const json& result, double steady_s) {
-  for (const json& rows : at(result, "axes")) {
-    for (const json& row : rows) this->row(row, steady_s);
-  }
-  if (at(status_, "age_s").is_number()) row_steady_s_ -= at(status_, "age_s").get<double>();
-}
-
-void Screen::row(const json& row, double steady_s) {
+void Screen::row(const json& row) {
   const auto trace = traces_.find(text_of(at(row, "axis")));
   if (trace == traces_.end() || !at(row, "time_s").is_number()) return;
   trace->second.push(row);
-  row_steady_s_ = steady_s;
   row_time_s_ = at(row, "time_s").get<double>();
 }
 
 void Screen::event(const json& event) {
   constexpr std::size_t kKept = 16;
-  events_.push_back(event);
+  const bool alarming = at(event, "severity") == "error" || at(event, "severity") == "warning";
+  std::string text = event_line(event);
+  text.pop_back();  // the line end
+  events_.push_back({text, alarming ? Colour::kWarning : Colour::kPlain});
   if (events_.size() > kKept) events_.pop_front();
 }
 
@@ -191,31 +181,16 @@ json Screen::current(double steady_s) const {
   return status;
 }
 
-// State and age of the data; below them the reason, or the source.
-std::vector<Line> Screen::head(const json& status, const std::string& utc, int columns) const {
-  const std::string state = text_of(at(status, "state")), why = text_of(at(status, "detail"), "");
-  std::string text = fmt::format("{}  {}, {}", instance_, state, age_text(at(status, "age_s")));
-  const int gap = columns - static_cast<int>(columns_of(text) + columns_of(utc));
-  if (gap > 0) text += std::string(static_cast<std::size_t>(gap), ' ') + utc;
-  const bool good = state == "receiving" || state == "replaying";
-  const std::string source = text_of(at(status, "device"), "no device") + ", frames " + text_of(at(status, "frames"));
-  return {{text, good ? Colour::kGood : Colour::kBad},
-          {why.empty() ? source : why, why.empty() ? Colour::kPlain : Colour::kBad}};
-}
-
-// Of the same height for each axis; below them the time. The time of the data continues from the last row, and may
-// differ from this machine's clock.
-std::vector<Line> Screen::traces(int columns, int rows, double steady_s) const {
+// Of the same height for each axis; below them the time.
+std::vector<Line> Screen::traces(int columns, int rows, double now_s) const {
   if (traces_.empty() || columns <= kLeftColumns) return {};
-  const double now_s = row_time_s_ + std::max(steady_s - row_steady_s_, 0.0);
   const int each = std::max((rows - 1) / static_cast<int>(traces_.size()), 2), half = (columns - kLeftColumns) / 2;
   std::vector<Line> lines;
-  int window_s = 0;
   for (const auto& [axis, trace] : traces_) {
-    window_s = window_length_s(at(at(status_, "axes"), axis));
-    for (const std::string& line : trace.lines(axis, now_s, kSpansS[span_], window_s, columns, each))
+    for (const std::string& line : trace.lines(axis, now_s, kSpansS[span_], columns, each))
       lines.push_back({line, Colour::kCurve});
   }
+  const int window_s = window_length_s(at(at(status_, "axes"), traces_.begin()->first));
   lines.push_back({fmt::format("{:<{}}-{:<{}}-{:<{}}now", fmt::format("{} s mean, deg/h", window_s), kLeftColumns,
                                kSpans[span_], half, kHalfSpans[span_], std::max(columns - kLeftColumns - half - 5, 0)),
                    Colour::kFaint});
@@ -225,18 +200,25 @@ std::vector<Line> Screen::traces(int columns, int rows, double steady_s) const {
 std::vector<Line> Screen::lines(const Size& size, double steady_s, const std::string& utc) const {
   constexpr int kTall = 36;
   const json status = current(steady_s);
-  std::vector<Line> lines = head(status, utc, size.columns);
-  const auto add = [&lines](const std::vector<Line>& more) { lines.insert(lines.end(), more.begin(), more.end()); };
+  // State and age of the data; below them the reason, or the source.
+  const std::string state = text_of(at(status, "state")), why = text_of(at(status, "detail"), "");
+  std::string head = fmt::format("{}  {}, {}", instance_, state, age_text(at(status, "age_s")));
+  const int gap = size.columns - static_cast<int>(columns_of(head) + columns_of(utc));
+  if (gap > 0) head += std::string(static_cast<std::size_t>(gap), ' ') + utc;
+  const bool good = state == "receiving" || state == "replaying";
+  std::vector<Line> lines = {{head, good ? Colour::kGood : Colour::kBad}};
+  const std::string source = text_of(at(status, "device"), "no device") + ", frames " + text_of(at(status, "frames"));
+  lines.push_back(why.empty() ? Line{source} : Line{why, Colour::kBad});
+
+  const auto add = [&lines](const auto& more) { lines.insert(lines.end(), more.begin(), more.end()); };
   const auto room = [&] { return size.rows - static_cast<int>(lines.size()) - 1; };
   add(value_lines(status));
   lines.push_back({frame_counts(status_)});
-  add(traces(size.columns, room() - (size.rows >= kTall ? 8 : 3), steady_s));
-  const auto events = std::min(events_.size(), static_cast<std::size_t>(std::max(room(), 0)));
-  for (auto event = events_.end() - static_cast<int>(events); event != events_.end(); ++event) {
-    const bool alarming = at(*event, "severity") == "error" || at(*event, "severity") == "warning";
-    lines.push_back({event_line(*event), alarming ? Colour::kWarning : Colour::kPlain});
-    lines.back().text.pop_back();
-  }
+  // The time of the data may differ from this machine's clock: now is the last row's time and the age of the data.
+  const double age_s = number_member(status_, "age_s") + steady_s - status_steady_s_;
+  add(traces(size.columns, room() - (size.rows >= kTall ? 8 : 3), row_time_s_ + std::max(age_s, 0.0)));
+  const auto events = std::min(static_cast<int>(events_.size()), std::max(room(), 0));
+  add(std::vector<Line>(events_.end() - events, events_.end()));
   lines.resize(static_cast<std::size_t>(std::max(size.rows - 1, 0)));  // with few rows: the top and the keys
   lines.push_back({fmt::format("q quit   1-5 time span: {}", kSpans[span_]), Colour::kFaint});
   for (Line& line : lines) line.text = fitted(line.text, static_cast<std::size_t>(size.columns));

@@ -6,7 +6,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,31 +22,25 @@ struct Line {
   Colour colour = Colour::kPlain;
 };
 
-struct TracePoint {
-  double time_s;           ///< data time
-  double rate, corrected;  ///< the window's means, deg/h; NaN where unknown
-  double run_begin_s;      ///< begin of the rows without a gap
-};
-
-/// The means of the last day, in order of time.
+/// The window's means of the last day, in order of time.
 class Trace {
  public:
-  /// Adds the params of a window notification. A row that is older than the last one (after a clock step, or when
-  /// history is read again) replaces all points from its time on.
+  /// Adds the params of a window notification; means of a window that is not full are noisy and not drawn. A row that
+  /// is older than the last one (after a clock step, or when history is read again) replaces all points from its time
+  /// on.
   void push(const nlohmann::json& row);
 
   /// A curve of `span_s` until `end_s` in braille dots (2 × 4 per character): `rows` (>= 2) lines of `columns` (> 21),
   /// with `name` and the largest value at the left of the first, the quantity and the smallest value at the left of the
-  /// last. The quantity is the corrected rate, or the raw rate if no row in the span has one. Only rows at least
-  /// `window_s` after a gap set the scale (all if no row does), so that noisy means of a window that is not full do
-  /// not; values outside are at the edge.
-  std::vector<std::string> lines(const std::string& name, double end_s, double span_s, int window_s, int columns,
-                                 int rows) const;
-
-  const std::deque<TracePoint>& points() const { return points_; }
+  /// last. The quantity is the corrected rate, or the raw rate if no row in the span has one.
+  std::vector<std::string> lines(const std::string& name, double end_s, double span_s, int columns, int rows) const;
 
  private:
-  std::deque<TracePoint> points_;
+  struct Point {
+    double time_s;           ///< data time
+    double rate, corrected;  ///< deg/h; NaN where unknown
+  };
+  std::deque<Point> points_;
 };
 
 /// Steady times are seconds of a monotonic clock. A status is current for 3 s; the screen shows no numbers from an
@@ -57,10 +50,8 @@ class Screen {
   explicit Screen(std::string instance) : instance_(std::move(instance)) {}
 
   void status(nlohmann::json status, double steady_s);
-  /// The result of `history`. Call after status().
-  void history(const nlohmann::json& result, double steady_s);
-  /// The params of a window notification.
-  void row(const nlohmann::json& row, double steady_s);
+  /// The params of a window notification, or a row of the history. Call after status().
+  void row(const nlohmann::json& row);
   void event(const nlohmann::json& event);
   /// prismd is disconnected or does not run; `why`: the reason.
   void gone(const std::string& why) { gone_ = why; }
@@ -72,15 +63,14 @@ class Screen {
 
  private:
   nlohmann::json current(double steady_s) const;
-  std::vector<Line> head(const nlohmann::json& status, const std::string& utc, int columns) const;
-  std::vector<Line> traces(int columns, int rows, double steady_s) const;
+  std::vector<Line> traces(int columns, int rows, double now_s) const;
 
   std::string instance_, gone_;
   nlohmann::json status_;
-  double status_steady_s_ = 0, row_steady_s_ = 0;
+  double status_steady_s_ = 0;
   double row_time_s_ = 0;                ///< data time of the last row
   std::map<std::string, Trace> traces_;  ///< of each axis of the status
-  std::deque<nlohmann::json> events_;    ///< newest last
+  std::deque<Line> events_;              ///< newest last
   std::size_t span_ = 1;
 };
 

@@ -102,7 +102,7 @@ class ScreenWatch {
     client_.on_notification = [this](std::string_view line) {
       const json message = parse_json_line(line).value_or(json());
       const std::string method = text_member(message, "method");
-      if (method == "window") screen_.row(at(message, "params"), steady_s());
+      if (method == "window") screen_.row(at(message, "params"));
       if (method == "event") screen_.event(at(message, "params"));
     };
     client_.on_end = [this](client::State, const std::string& reason) {
@@ -148,7 +148,9 @@ class ScreenWatch {
         co_await client_.ask("subscribe", subscription_of(settings_));
         json wanted = {{"seconds", 3600}};
         const auto history = co_await client_.ask("history", wanted);
-        if (history) screen_.history(*history, steady_s());
+        for (const json& axis : history ? at(*history, "axes") : json()) {
+          for (const json& row : axis) screen_.row(row);
+        }
         wanted = {{"count", 16}};
         const auto events = co_await client_.ask("events", wanted);
         for (const json& event : events ? *events : json()) screen_.event(event);
