@@ -237,6 +237,8 @@ test("a problem of the device is shown with all axes, unless the quality of an a
   gyro.status.health = { state: "failed", problems: ["log: no space", "y: quality: no_model"] };
   gyro.axes.get("y").quality = "good";
   assert.deepEqual([of("x").level, of("x").word, of("x").why], ["bad", "fault", "log: no space"]);
+  gyro.status.health.problems = ["z: T is 25.004 degC since 9 s", "room is 25.004 degC since 9 s", "disk: full"];
+  assert.equal(of("x").why, "z: T, room is 25.004 °C since 9 s; disk: full");
   assert.equal(state.inWords("room: connecting; quality is now warming+input_missing"), "room: unplugged; quality is now warming+input missing");
 });
 

@@ -15,8 +15,8 @@ export function withUnit(value, decimals, unit) {
   return text === kUnknown ? text : `${text}\u202f${unit}`;
 }
 
-/** A unit of prismd as the page shows it. */
-export const unitText = (unit) => unit.replace("degC", "°C");
+/** A unit, or a text with units, of prismd as the page shows it. */
+export const unitText = (text) => text.replaceAll("degC", "°C");
 
 /** The number of decimals with which `span`, the range of a chart, has three digits. */
 export function decimalsFor(span) {

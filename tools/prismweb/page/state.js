@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // State of each gyro, whether it is current, and its words and levels: good, care (caution) or bad (check). Independent of the document.
-import { decimalsOf, fixed, kUnknown, span } from "./format.js";
+import { decimalsOf, fixed, kUnknown, span, unitText } from "./format.js";
 
 /** Level, word and explanation of each reason in a quality (docs/protocol.md). */
 const kReasons = {
@@ -139,14 +139,25 @@ export function takeInstance(gyro, { state, axes }) {
   for (const axis of axes) axisOf(gyro, axis);
 }
 
-/** A text of prismd with the page's words for qualities and states of lines. */
-export const inWords = (text) => text.replace(/[a-z]+(_[a-z]+)+|extrapolating|connecting/g, (word) => kReasons[word]?.[1] ?? wordOfLine(word));
+/** A text of prismd with the page's units, and its words for qualities and states of lines. */
+export const inWords = (text) => unitText(text).replace(/[a-z]+(_[a-z]+)+|extrapolating|connecting/g, (word) => kReasons[word]?.[1] ?? wordOfLine(word));
+
+/** The problems; those that say the same of several sensors, as of T and the thermometer that measures it, are one. */
+function joined(problems) {
+  const sensors = new Map();
+  for (const text of problems) {
+    const end = Math.max(text.indexOf(" is "), 0), what = text.slice(end);
+    sensors.set(what, [...(sensors.get(what) ?? []), text.slice(0, end)]);
+  }
+  return [...sensors].map(([what, names]) => names.join(", ") + what);
+}
 
 /** The device's level and problems. Its level is "good" if the quality of one of its axes explains it. */
 function healthOf({ status, axes }) {
   const isExplained = [...axes.values()].some((axis) => levelOfQuality(axis.quality) !== "good");
   const level = isExplained ? "good" : { failed: "bad", caution: "care" }[status.health?.state] ?? "good";
-  return [level, (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text)).map(inWords)]; // in the quality, too
+  const problems = (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text)); // in the quality, too
+  return [level, joined(problems).map(inWords)];
 }
 
 /** The explanations of a quality that is not good. They name the inputs that are unknown. */
