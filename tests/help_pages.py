@@ -15,10 +15,16 @@ import help_tree
 OF_THE_CODE = r"\b(?:INT|UINT|FLOAT|TEXT|ENUM):\S.*|->|\bin [\[{]|\b(?:ENUM|FLOAT|UINT|REQUIRED)\b|\b(?:Excludes|Needs):"
 
 
+MOST_FIRST = 28  # options of the first section of a command; more hide those that every user needs
+
+
 def breaches(name, tree, above=frozenset()):
     """Yields errors. `name`: program and command ("prismcal allan"). `above`: options of the program, which commands also accept."""
     for found in re.findall(OF_THE_CODE, tree["text"]):
         yield f"{name} --help: found \"{found}\", expected readable text"
+    first = len(re.findall(r"^  -", tree["text"].partition("\nFurther options:")[0], re.M))
+    if " " in name and first > MOST_FIRST:
+        yield f"{name} --help: found {first} options in the first section, expected at most {MOST_FIRST}"
     known = above | {option for names, _, _ in tree["options"] for option in names}
     if not tree["examples"]:
         yield f"{name} --help: found no examples, expected one or more"
@@ -40,7 +46,7 @@ def self_test():
         return {"text": text, "options": [(options, True, "")], "commands": {}, "examples": list(examples)}
 
     planted = [tree("--grid ENUM:value in {a->1}"), tree("--count INT:INT in [1 - 256]=20"), tree("--out TEXT REQUIRED"),
-               tree(examples=()), tree(examples=["prismd run --gone"]), tree(examples=["prismd walk"])]
+               tree(examples=()), tree("  -x\n" * (MOST_FIRST + 1)), tree(examples=["prismd run --gone"]), tree(examples=["prismd walk"])]
     missed = [case for case in planted if not list(breaches("prismd run", case))]
     if list(breaches("prismd run", tree("--rate N   how many (1 to 256; default 20)"))) or missed:
         sys.exit(f"an injected error was not found, or correct help was rejected; not found: {missed}")

@@ -13,6 +13,7 @@ PROGRAMS = {
     "prismweb": "tools/prismweb/prismweb",
     "prism-import": os.path.join(os.path.dirname(os.path.abspath(__file__)), "prism-import/prism_import.py"),
 }
+SECTIONS = ("Options", "Further options")
 HELP_COLUMN = 30  # if only one blank follows a value, the help text is found by its column
 
 
@@ -30,7 +31,7 @@ def read(program, words=()):
         if re.match(r"\S.*:$", line):
             section = line[:-1]
         entry = re.match(r"  (\S+)(.*)", line)
-        if entry and section == "Options":
+        if entry and section in SECTIONS:
             parts = re.split(r"\s{2,}", entry[2], maxsplit=1)
             if len(parts) == 1 and line[HELP_COLUMN - 1 : HELP_COLUMN] == " " and not is_continued(following):
                 parts = [line[:HELP_COLUMN].split(maxsplit=1)[1], line[HELP_COLUMN:]]
@@ -41,7 +42,7 @@ def read(program, words=()):
             commands[entry[1]] = (entry[2].strip(), read(program, (*words, entry[1])))
         elif section == "Examples" and line.startswith("  "):
             examples.append(line.strip())
-        elif section == "Options" and options and is_continued(line):
+        elif section in SECTIONS and options and is_continued(line):
             options[-1][2] = (options[-1][2] + " " + line.strip()).strip()
     return {"options": options, "commands": commands, "examples": examples, "text": text}
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
-#include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/far_runs.hpp"
 #include "compensation/evaluation/rate_steps.hpp"
 #include "compensation/evaluation/statistics.hpp"

@@ -11,7 +11,6 @@
 #include <random>
 #include <vector>
 
-#include "compensation/evaluation/correlation.hpp"
 #include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {

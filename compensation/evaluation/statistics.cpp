@@ -1,10 +1,34 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/evaluation/statistics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace prism::evaluation {
+namespace {
+
+/// The deviations from the mean, scaled to at most 1 (squares of very small ones would underflow), or the error.
+Result<std::vector<double>> deviations(std::span<const double> values, const std::string& where) {
+  if (values.size() < 3) {
+    return make_error(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
+  }
+  const auto summary = summarise(values, Divisor::kN, where);
+  if (!summary) return tl::unexpected(summary.error());
+  if (summary->peak_to_peak == 0) return make_error(where, "the series is constant: its correlation is not defined");
+  std::vector<double> result(values.begin(), values.end());
+  for (double& value : result) value = (value - summary->mean) / summary->peak_to_peak;
+  return result;
+}
+
+double dot(const std::vector<double>& x, const std::vector<double>& y, std::size_t lag) {
+  double sum = 0;
+  for (std::size_t i = 0; i + lag < y.size(); ++i) sum += x[i] * y[i + lag];
+  return sum;
+}
+
+}  // namespace
 
 const char* divisor_text(Divisor divisor) { return divisor == Divisor::kN ? "N" : "N-1"; }
 
@@ -63,6 +87,69 @@ double median_absolute_deviation(const std::vector<double>& values) {
   distances.reserve(values.size());
   for (const double value : values) distances.push_back(std::abs(value - centre));
   return median_of(std::move(distances));
+}
+
+Result<double> correlate(std::span<const double> x, std::span<const double> y, const std::string& where) {
+  if (x.size() != y.size()) {
+    return make_error(where,
+                      std::to_string(x.size()) + " against " + std::to_string(y.size()) + " values; expected as many");
+  }
+  const auto dx = deviations(x, where);
+  if (!dx) return tl::unexpected(dx.error());
+  const auto dy = deviations(y, where);
+  if (!dy) return tl::unexpected(dy.error());
+  const double r = dot(*dx, *dy, 0) / std::sqrt(dot(*dx, *dx, 0) * dot(*dy, *dy, 0));
+  return std::clamp(r, -1.0, 1.0);
+}
+
+Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where) {
+  const auto d = deviations(values, where);
+  if (!d) return tl::unexpected(d.error());
+  Autocorrelation result;
+  const double variance = dot(*d, *d, 0);
+  for (std::size_t lag = 0; lag <= std::min(max_lag, values.size() - 1); ++lag) {
+    result.coefficient.push_back(dot(*d, *d, lag) / variance);
+  }
+  result.band = 1.96 / std::sqrt(static_cast<double>(values.size()));
+  return result;
+}
+
+std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows) {
+  double squares = 0;
+  std::size_t pairs = 0;
+  for (std::size_t i = 1; i < blocks.size(); ++i) {
+    if (!follows.empty() && !follows[i]) continue;
+    const double step = blocks[i] - blocks[i - 1];
+    squares += step * step;
+    ++pairs;
+  }
+  if (pairs == 0) return std::nullopt;
+  return std::sqrt(squares / (2.0 * static_cast<double>(pairs)));
+}
+
+Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
+                                             const std::vector<bool>& follows, Divisor divisor,
+                                             const std::string& where) {
+  if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
+    return make_error(where, fmt::format("found {} raw and {} corrected blocks, expected equal numbers", raw.size(),
+                                         corrected.size()));
+  }
+  const auto before = summarise(raw, divisor, where + ", raw");
+  if (!before) return tl::unexpected(before.error());
+  const auto after = summarise(corrected, divisor, where + ", corrected");
+  if (!after) return tl::unexpected(after.error());
+
+  BiasStability result{divisor, *before, *after, {}, noise_floor(raw, follows), {}};
+  if (before->sd > 0) result.improvement = (before->sd - after->sd) / before->sd;
+  if (result.floor_deg_per_h) {
+    const double floor = *result.floor_deg_per_h;
+    const double explainable = before->sd * before->sd - floor * floor;
+    // below a hundredth of the variance the ratio would be noise divided by noise
+    if (explainable > 0.01 * before->sd * before->sd) {
+      result.explained = (before->sd * before->sd - after->sd * after->sd) / explainable;
+    }
+  }
+  return result;
 }
 
 }  // namespace prism::evaluation

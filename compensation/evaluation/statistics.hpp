@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Mean, standard deviation with a named divisor, rms, min, max and median: the numbers in every table of a report.
+// The numbers in every table of a report: mean, standard deviation with a named divisor, median, correlation, and the
+// bias stability before and after compensation with its white-noise floor.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,5 +48,45 @@ double median_absolute_deviation(const std::vector<double>& values);
 inline constexpr double kMadToSd = 1.4826;
 /// A standard deviation of normal data that outliers do not affect. Not empty, no NaN.
 inline double robust_sd(const std::vector<double>& values) { return kMadToSd * median_absolute_deviation(values); }
+
+/// Pearson's coefficient, −1 to 1, no unit. Errors: different lengths, fewer than three pairs, a value that is not
+/// finite, a constant series (its coefficient is not defined).
+Result<double> correlate(std::span<const double> x, std::span<const double> y, const std::string& where);
+
+struct Autocorrelation {
+  std::vector<double> coefficient;  ///< lags 0 to max_lag, in samples; [0] = 1
+  double band = 0;                  ///< ± 1.96 / sqrt(N): contains 95 % of the coefficients of a white series
+};
+
+/// r_k = Σ (x_i − m)(x_{i+k} − m) / Σ (x_i − m)², the biased form, always within ±1. max_lag is limited to N − 1.
+/// Errors: fewer than three values, a value that is not finite, a constant series.
+Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where);
+
+/// "Bias stability" of a laser gyro: the standard deviation (1 sigma) of non-overlapping means, of 100 s by default,
+/// deg/h. Not the Allan minimum ("bias instability"), although both names are in use for both numbers.
+struct BiasStability {
+  Divisor divisor = Divisor::kNMinus1;
+  SummaryStatistics before;  ///< raw bias, deg/h
+  SummaryStatistics after;   ///< bias − predicted bias, deg/h
+  /// (before.sd − after.sd) / before.sd; nullopt if the raw bias is constant.
+  std::optional<double> improvement;
+  /// Standard deviation of a block mean caused by white noise alone, deg/h, from first differences of the raw blocks:
+  /// sqrt(Σ(x_{k+1} − x_k)² / (2M)), M pairs of neighbours. Nullopt without neighbours.
+  std::optional<double> floor_deg_per_h;
+  /// (s_raw² − s_res²) / (s_raw² − s_floor²): 1 = a better model would not help; nullopt if the raw bias does not
+  /// exceed its floor. May exceed 1 slightly, because the floor is an estimate.
+  std::optional<double> explained;
+};
+
+/// Before and after over the same blocks. `follows` (block i begins at the end of block i − 1) has the length of the
+/// series, or is empty if all blocks follow each other. Errors: different lengths, fewer than two blocks, values that
+/// are not finite.
+Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
+                                             const std::vector<bool>& follows, Divisor divisor,
+                                             const std::string& where);
+
+/// The floor alone: sqrt(Σ(x_{k+1} − x_k)² / 2M) over the M pairs of neighbours, deg/h. Slow drift cancels in first
+/// differences, so this is the white part. Returns nullopt without a pair.
+std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows);
 
 }  // namespace prism::evaluation

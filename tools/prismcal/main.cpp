@@ -1,5 +1,38 @@
 // SPDX-License-Identifier: MIT
 // prismcal: the workbench: train, fit, validate, predict, evaluate, report, verify. One file a command.
-#include "tools/prismcal/commands/program.hpp"
+#include <fmt/format.h>
 
-int main(int argc, char** argv) { return prism::commands::run(argc, argv); }
+#include <cstdio>
+#include <new>
+
+#include "config/version.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands/commands.hpp"
+
+int main(int argc, char** argv) {
+  using namespace prism;
+  using namespace prism::commands;
+  constexpr int kDone = 0, kFailed = 1, kUsage = 64;
+  CLI::App app("prismcal: trains, evaluates and compares bias models of laser gyros");
+  int code = kDone;
+  tools::use_readable_help(app);
+  app.set_version_flag("--version", std::string("prismcal ") + kVersion);
+  app.require_subcommand(1);
+  tools::add_examples(
+      app, {"prismcal train logs/ --out model.json", "prismcal evaluate model.json repeat.csv --out report"});
+  for (const auto add : {add_train_command, add_fit_command, add_cv_command, add_predict_command, add_evaluate_command,
+                         add_compare_command, add_inspect_command, add_allan_command, add_convert_command,
+                         add_design_command, add_export_command, add_verify_command, add_campaign_command})
+    add(app, code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    fmt::print(stderr, "prismcal: {}; see prismcal --help\n", error.what());
+    return kUsage;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "prismcal: out of memory\n");
+    return kFailed;
+  }
+  return code;
+}

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
+#include "compensation/evaluation/statistics.hpp"
 #include "tests/bench/science/contenders.hpp"
 #include "tests/bench/science/record.hpp"
 #include "tests/bench/science/tables.hpp"

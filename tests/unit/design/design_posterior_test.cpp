@@ -13,7 +13,6 @@
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/design/stated_prior.hpp"
 
 namespace prism::design {
 namespace {

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Profiles of the chamber: its limits, the inputs of a profile, the search for the best.
-#include "tools/prismcal/design/profile_search.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
 
 #include "tests/support/blocks.hpp"
-#include "tools/prismcal/design/chamber.hpp"
 #include "tools/prismcal/design/gyro_inputs.hpp"
 #include "tools/prismcal/design/plan.hpp"
-#include "tools/prismcal/design/stated_prior.hpp"
+#include "tools/prismcal/design/profiles.hpp"
 #include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 namespace prism::design {

@@ -10,8 +10,6 @@
 #include <tuple>
 #include <vector>
 
-#include "compensation/evaluation/bias_stability.hpp"
-#include "compensation/evaluation/correlation.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "tests/support/power_law_noise.hpp"
 #include "tests/support/random_series.hpp"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Segments and hysteresis of a synthetic chamber cycle.
+#include "compensation/evaluation/thermal.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "compensation/evaluation/hysteresis.hpp"
 
 namespace prism::evaluation {
 namespace {

@@ -16,7 +16,7 @@
 #include "tests/support/blocks.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
-#include "tools/prismcal/analysis/recording_meanings.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::commands {
 namespace {
@@ -152,7 +152,7 @@ TEST(Limits, MeasureAllQuantities) {
   const auto evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kNMinus1)
           .value();
-  const auto measured = analysis::measure_all({"r1", &table, &evaluated, nullptr});
+  const auto measured = analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, nullptr, false));
   ASSERT_EQ(measured.size(), analysis::measured_names().size());
   for (const analysis::Measured& m : measured)  // this model states no standard deviation
     EXPECT_EQ(m.value.has_value(), m.quantity != "within_two_sd_percent") << m.quantity;
@@ -166,7 +166,7 @@ TEST(Limits, MeasureCoverageByTheModelsSd) {
   const auto covered = [&](double sd) {
     const auto evaluated =
         analysis::evaluate_model(std::make_shared<ModelWithSd>(sd), table, {}, evaluation::Divisor::kNMinus1).value();
-    return *analysis::measure_all({"r1", &table, &evaluated, nullptr}).back().value;
+    return *analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, nullptr, false)).back().value;
   };
   EXPECT_NEAR(covered(0.007), 95.4, 3);    // the noise of a block is 0.07 / √100
   EXPECT_NEAR(covered(0.0035), 68.3, 10);  // 240 blocks

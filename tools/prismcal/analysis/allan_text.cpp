@@ -8,6 +8,7 @@
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
+#include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -66,14 +67,6 @@ Json coefficients_json(const AllanAnalysis& analysis) {
 }
 
 }  // namespace
-
-std::string unexplained_text(const AllanAnalysis& analysis) {
-  if (analysis.unexplained_s.empty()) return "";
-  return fmt::format(
-      "The five noises miss the Allan deviation at {:g} s by more than 4 standard deviations: an oscillation, a "
-      "temperature cycle or noise with one time constant. The coefficients do not describe it.",
-      fmt::join(analysis.unexplained_s, ", "));
-}
 
 std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {
   std::string text = fmt::format("{}: {} values of {}, every {:g} s ({}), {}", where, analysis.values, series.column,

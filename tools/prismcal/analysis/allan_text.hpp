@@ -14,7 +14,4 @@ std::string allan_text(const evaluation::AllanAnalysis& analysis, const recordin
 std::string allan_json(const evaluation::AllanAnalysis& analysis, const recordings::RateSeries& series,
                        const std::string& where);
 
-/// Names the averaging times that the five noises do not explain; empty if they explain all.
-std::string unexplained_text(const evaluation::AllanAnalysis& analysis);
-
 }  // namespace prism::analysis

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "compensation/evaluation/correlation.hpp"
+#include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
 
 namespace prism::analysis {

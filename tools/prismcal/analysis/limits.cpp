@@ -15,12 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::optional<double> gap_after(const EvaluatedRecording& recording) {
-  const auto loop = measure_loop(recording, recording.evaluation->corrected_deg_per_h);
-  if (!loop || loop->bins.empty()) return std::nullopt;
-  return loop->max_gap_deg_per_h;
-}
-
 /// Reads "min" or "max" of one limit.
 Result<std::optional<double>> read_edge(const Json& object, const char* key, const std::string& where) {
   if (!object.contains(key)) return std::optional<double>();
@@ -30,55 +24,6 @@ Result<std::optional<double>> read_edge(const Json& object, const char* key, con
 }
 
 }  // namespace
-
-std::vector<std::string> measured_names() {
-  return {"mean_deg_per_h",
-          "bias_stability_deg_per_h",
-          "rms_deg_per_h",
-          "peak_to_peak_deg_per_h",
-          "improvement_percent",
-          "explained_percent",
-          "hysteresis_gap_deg_per_h",
-          "angle_random_walk_deg_per_sqrt_h",
-          "bias_instability_deg_per_h",
-          "extrapolating_percent",
-          "uncorrected_percent",
-          "within_two_sd_percent"};
-}
-
-std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
-  const evaluation::BiasStability& s = recording.evaluation->stability;
-  const auto allan =
-      analyse_seconds(recording.evaluation->corrected_seconds_deg_per_h(*recording.table), recording.table->name);
-  const auto percent = [](std::optional<double> share) { return share ? std::optional(100 * *share) : std::nullopt; };
-  std::optional<double> walk, instability;
-  if (allan && allan->coefficients) {
-    walk = coefficient(*allan->coefficients, evaluation::NoiseType::kAngleRandomWalk).value;
-    // If B has no value, its bound is compared instead.
-    const auto& b = coefficient(*allan->coefficients, evaluation::NoiseType::kBiasInstability);
-    instability = b.value.value_or(b.high);
-  }
-  const double blocks = static_cast<double>(recording.table->size());
-  const std::vector<std::optional<double>> values = {
-      s.after.mean,
-      s.after.sd,
-      s.after.rms,
-      s.after.peak_to_peak,
-      percent(s.improvement),
-      percent(s.explained),
-      gap_after(recording),
-      walk,
-      instability,
-      recording.evaluation->extrapolated_percent(),
-      100 * static_cast<double>(recording.evaluation->uncorrected) / blocks,
-      percent(recording.evaluation->coverage())};
-  const std::vector<std::string> units = {"deg/h", "deg/h",  "deg/h", "deg/h", "%", "%",
-                                          "deg/h", "deg/√h", "deg/h", "%",     "%", "%"};
-  std::vector<Measured> measured;
-  const auto names = measured_names();
-  for (std::size_t i = 0; i < names.size(); ++i) measured.push_back({names[i], units[i], values[i]});
-  return measured;
-}
 
 std::string range_text(const Limit& limit) {
   if (limit.min && limit.max) return fmt::format("{:g} to {:g}", *limit.min, *limit.max);
@@ -131,20 +76,18 @@ std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std
 }
 
 report::Table limits_table(const std::vector<LimitCheck>& checks, const std::string& id, const std::string& recording) {
-  report::Table table{id + "_limits",
-                      "Specification limits on " + recording,
+  report::Table table{id + "_limits", "Specification limits on " + recording,
                       "A value that could not be measured fails its limit.",
-                      {},
-                      {}};
-  table.columns = {{"quantity", "", false}, {"unit", "", false}, {"at least"}, {"at most"}, {"measured"},
-                   {"verdict", "", false}};
+                      report::columns("quantity: | unit: | at least | at most | measured | verdict:")};
   std::vector<std::string> failed;
   for (const LimitCheck& check : checks) {
     const report::Emphasis emphasis = check.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
-    table.rows.push_back({report::text_cell(check.limit.quantity), report::text_cell(check.measured.unit),
-                          report::general_cell(check.limit.min, 6), report::general_cell(check.limit.max, 6),
+    table.rows.push_back({check.limit.quantity,
+                          check.measured.unit,
+                          report::general_cell(check.limit.min, 6),
+                          report::general_cell(check.limit.max, 6),
                           report::general_cell(check.measured.value, 5),
-                          report::text_cell(check.pass ? "PASS" : "FAIL", emphasis)});
+                          {check.pass ? "PASS" : "FAIL", emphasis}});
     if (!check.pass) failed.push_back(check.limit.quantity);
   }
   table.meaning = failed.empty()

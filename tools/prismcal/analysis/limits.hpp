@@ -16,17 +16,6 @@ struct Limit {
   std::optional<double> min, max;
 };
 
-/// A value measured on one recording; nullopt if the recording does not determine it.
-struct Measured {
-  std::string quantity, unit;
-  std::optional<double> value;
-};
-
-/// Names of all quantities that can have limits.
-std::vector<std::string> measured_names();
-/// Returns all quantities, in the order of measured_names().
-std::vector<Measured> measure_all(const EvaluatedRecording& recording);
-
 /// Parses a JSON object { "QUANTITY": {"min": a, "max": b}, … }; comments are allowed. Errors, with the JSON pointer:
 /// a quantity that is not one of `names`, an unknown key, a limit without min and max, no limit, invalid JSON.
 Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,

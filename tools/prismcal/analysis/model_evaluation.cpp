@@ -179,7 +179,7 @@ report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation
     two.push_back(other.corrected_deg_per_h[i]);
   }
   const auto difference = evaluation::next_difference(before, one, two, table.name);
-  if (!difference) return report::text_cell(report::kNothing);
+  if (!difference) return report::kNothing;
   const std::string range = fmt::format("{:+.1f} to {:+.1f}", 100 * difference->low, 100 * difference->high);
   using report::Emphasis;
   if (difference->holds_zero()) return {range + ": not distinguishable", 100 * difference->value, Emphasis::kMuted};

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "compensation/compensation_engine.hpp"
-#include "compensation/evaluation/bias_stability.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
+#include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
 #include "tools/prismcal/report/document.hpp"
 

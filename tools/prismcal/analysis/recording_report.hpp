@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: MIT
-// Tables and figures on one model and one recording.
+// One model on one recording: all values, computed once, and the tables and figures of the report with their meanings.
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compensation/evaluation/allan.hpp"
-#include "compensation/evaluation/hysteresis.hpp"
+#include "compensation/evaluation/statistics.hpp"
+#include "compensation/evaluation/thermal.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::analysis {
+
+/// A value before and after the correction.
+template <class T>
+struct BeforeAfter {
+  T before, after;
+};
 
 /// One recording and the evaluation of a model on it. Pointers are not owned.
 struct EvaluatedRecording {
@@ -20,49 +28,64 @@ struct EvaluatedRecording {
   const ModelEvaluation* evaluation = nullptr;
   const recordings::BlockTable* training = nullptr;  ///< null: unknown
   bool doubtful = false;                             ///< the recording may be the reason of its result
-};
 
-/// Hysteresis between heating and cooling in bins of kHysteresisBin degC, over blocks with a correction. `bias`: of all
-/// blocks.
-inline constexpr double kHysteresisBin = 5;
-Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias);
-/// Allan analysis of the rates of seconds.
-Result<evaluation::AllanAnalysis> analyse_seconds(const std::vector<recordings::Series>& seconds,
-                                                  const std::string& where);
-
-/// Of the 1 Hz series before and after the correction.
-struct AllanPair {
-  Result<evaluation::AllanAnalysis> before, after;
+  std::vector<double> hours, temperature_degc;  ///< of each block
+  std::vector<evaluation::ThermalKind> kinds;   ///< of each block
+  /// Heating against cooling in bins of 5 degC, over blocks with a correction; an error without such a bin.
+  BeforeAfter<Result<evaluation::Hysteresis>> loop;
+  /// Of the rates of seconds.
+  BeforeAfter<Result<evaluation::AllanAnalysis>> allan;
 };
-AllanPair analyse_both(const EvaluatedRecording& recording);
+EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
+                                      const ModelEvaluation& evaluation, const recordings::BlockTable* training,
+                                      bool doubtful);
+
+/// A quantity that can have limits, measured on one recording; nullopt if the recording does not determine it.
+struct Measured {
+  std::string quantity, unit;
+  std::optional<double> value;
+};
+/// Names of all quantities that can have limits.
+std::vector<std::string> measured_names();
+/// Returns all quantities, in the order of measured_names().
+std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
 /// One sentence on the improvement and the share of blocks outside the training range. If `overlap` (see
 /// overlap_text()) is not empty, it states that this is not a test.
 report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap);
-/// Mean, 1 sigma, rms, peak to peak before and after; improvement, white-noise floor and explained share.
-report::Table stability_table(const EvaluatedRecording& recording);
-/// Mean and 1 sigma before and after for each soak and ramp.
-Result<report::Table> segment_table(const EvaluatedRecording& recording);
-/// Hysteresis and temperature sensitivity of heating and cooling, before and after.
-Result<report::Table> hysteresis_table(const EvaluatedRecording& recording);
-/// Allan coefficients before and after.
-Result<report::Table> allan_table(const EvaluatedRecording& recording, const AllanPair& allan);
 
 /// Temperature, its slope, UHFO and bias over time.
-report::Figure record_figure(const recordings::BlockTable& table, const std::string& id);
-/// Bias and model over time, the residual, and the blocks outside the training range.
-report::Figure bias_figure(const EvaluatedRecording& recording);
-/// Bias against temperature, with different points for heating and cooling, before and after.
-report::Figure thermal_figure(const EvaluatedRecording& recording);
-/// Allan deviation before and after, with the 68 % band.
-Result<report::Figure> allan_figure(const EvaluatedRecording& recording, const AllanPair& allan);
-/// Histogram and autocorrelation of the residual.
-Result<report::Figure> residual_figure(const EvaluatedRecording& recording);
-/// Training and evaluated blocks in the planes (T, dT/dt) and (T, U). `recording.training` must not be null.
-report::Figure domain_figure(const EvaluatedRecording& recording);
+report::Figure record_figure(const EvaluatedRecording& recording);
 
-/// Makes all tables and figures above that the recording allows, one after the other. An error becomes a paragraph with
-/// its text.
+/// Makes all other tables and figures that the recording allows, one after the other. An error becomes a paragraph with
+/// its text. To add one, write its function in recording_report.cpp and a row there.
 void add_recording_blocks(const EvaluatedRecording& recording, const std::function<void(report::Block)>& take);
+
+/// Names the averaging times that the five noises do not explain; empty if they explain all.
+std::string unexplained_text(const evaluation::AllanAnalysis& analysis);
+
+// Conclusions for this gyro from the values of a table or figure: one sentence each.
+
+/// Is white noise all that is left, or could a better model remove more?
+std::string stability_meaning(const evaluation::BiasStability& stability, bool doubtful = false);
+/// Is the correction as good while the temperature changes as in soaks? One value per block.
+std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
+                             const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h,
+                             double extrapolated_percent = 0);
+/// The differences between heating and cooling before and after.
+std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
+/// The part of the largest difference and of the loop's area that is removed. `knows_slope`: the model has the slope of
+/// a temperature or a lag as input.
+std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
+                               bool knows_slope);
+/// The averaging times at which the correction helps or harms. Deviations at the same increasing averaging times.
+std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
+                                const std::vector<double>& after);
+/// Does the model add noise, and why a bias instability may appear after compensation only.
+std::string allan_meaning(const evaluation::AllanCoefficients& before, const evaluation::AllanCoefficients& after);
+/// Is the residual white noise, or is a drift left that no input shows?
+std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s);
+/// The meaning of the share of blocks outside the training range.
+std::string domain_meaning(std::size_t outside, std::size_t blocks);
 
 }  // namespace prism::analysis

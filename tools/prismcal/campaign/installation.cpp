@@ -84,85 +84,63 @@ Result<std::string> model_text_of(const ResultStore& store, const TaskResult& re
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
-  if ((*model)->info().id != result.id)
+  const compensation::ModelInfo& info = (*model)->info();
+  if (info.id != result.id)
+    return make_error(path,
+                      fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id, result.id));
+  if (info.gyro_serial != result.serial)
     return make_error(
-        path, fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", (*model)->info().id, result.id));
-  if ((*model)->info().gyro_serial != result.serial)
-    return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"",
-                                        (*model)->info().gyro_serial, result.serial));
+        path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"", info.gyro_serial, result.serial));
   return text;
 }
 
-/// Reads the manifest in `folder`; returns an empty one if the folder does not exist or is empty.
-Result<Json> old_manifest(const std::string& folder) {
+/// The entries of the manifest in `folder`; none if the folder does not exist or is empty.
+Result<Json> old_entries(const std::string& folder) {
   std::error_code error;
-  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json{{"models", Json::array()}};
+  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json::array();
   const std::string path = folder + "/" + kManifest;
   const auto text = read_text_file(path, kMaxModelBytes);
   if (!text)
     return make_error(folder,
                       fmt::format("found files but no {}, expected an empty folder or installed models", kManifest));
-  Json json = Json::parse(*text, nullptr, false);
+  const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
       !json["models"].is_array())
     return make_error(path, fmt::format("found other contents, expected a {} with \"models\"", kFormat));
-  return json;
+  return json["models"];
 }
 
-Result<void> exchange_folders(const std::string& made, const std::string& folder) {
-  std::error_code error;
-  if (!fs::exists(folder, error)) {
-    if (::rename(made.c_str(), folder.c_str()) == 0) return {};
-  } else if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) {
-    fs::remove_all(made, error);
-    return {};
-  }
-  const int failed = errno;
-  fs::remove_all(made, error);
-  return make_error(folder, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(failed)));
-}
-
-/// Copies the models of gyros that are not in the new folder. Returns their number.
-Result<std::size_t> copy_others(const Json& old, const std::string& folder, const std::string& made, Json& manifest) {
-  std::size_t kept = 0;
-  for (const Json& entry : old["models"]) {
-    const std::string name = entry.is_object() ? entry.value("file", "") : "";
-    std::error_code error;
-    if (name.empty() || name.find('/') != std::string::npos || fs::exists(fs::path(made) / name, error)) continue;
-    const auto text = read_text_file((fs::path(folder) / name).string(), kMaxModelBytes);
-    if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
-      return tl::unexpected<Error>(done.error());
-    manifest["models"].push_back(entry);
-    ++kept;
-  }
-  return kept;
-}
-
+/// Writes the models and the manifest into `made`, a new folder that will replace `folder`.
 Result<InstalledModels> fill(const LotFile& file, const ResultStore& store, const Lot& lot, const std::string& made,
                              const std::string& folder, bool keep_others) {
   InstalledModels installed;
+  std::error_code error;
   Json manifest = {
       {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
+  const auto add = [&](const std::string& name, const Result<std::string>& text, Json entry) -> Result<void> {
+    if (!text) return tl::unexpected<Error>(text.error());
+    manifest["models"].push_back(std::move(entry));
+    return write_text_file((fs::path(made) / name).string(), *text);
+  };
   for (const TaskResult* result : lot.chosen(file.models)) {
     const std::string name = file_name_of(*result);
-    std::error_code error;
     if (fs::exists(fs::path(made) / name, error) || name == kManifest)
       return make_error(
           name, fmt::format("found a second gyro with this file name ({}), expected unique names", result->gyro));
     const auto text = model_text_of(store, *result);
-    if (!text) return tl::unexpected<Error>(text.error());
-    if (auto done = write_text_file((fs::path(made) / name).string(), *text); !done)
+    if (auto done = add(name, text, text ? entry_of(file, *result, name, *text) : Json()); !done)
       return tl::unexpected<Error>(done.error());
-    manifest["models"].push_back(entry_of(file, *result, name, *text));
     ++installed.models;
   }
-  const auto old = old_manifest(folder);
-  if (!old) return tl::unexpected<Error>(old.error());
-  if (keep_others) {
-    const auto kept = copy_others(*old, folder, made, manifest);
-    if (!kept) return tl::unexpected<Error>(kept.error());
-    installed.kept = *kept;
+  const auto others = old_entries(folder);
+  if (!others) return tl::unexpected<Error>(others.error());
+  for (const Json& entry : *others) {
+    const std::string name = entry.is_object() ? entry.value("file", "") : "";
+    if (!keep_others || name.empty() || name.find('/') != std::string::npos || fs::exists(fs::path(made) / name, error))
+      continue;
+    if (auto done = add(name, read_text_file((fs::path(folder) / name).string(), kMaxModelBytes), entry); !done)
+      return tl::unexpected<Error>(done.error());
+    ++installed.kept;
   }
   if (auto done = write_text_file(made + "/" + kManifest, json_text(manifest, 1) + "\n"); !done)
     return tl::unexpected<Error>(done.error());
@@ -181,11 +159,11 @@ Result<InstalledModels> install_models(const LotFile& file, const ResultStore& s
   fs::remove_all(made, error);
   if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be created");
   auto installed = fill(file, store, lot, made, target, keep_others);
-  if (!installed) {
-    fs::remove_all(made, error);
-    return installed;
-  }
-  if (auto done = exchange_folders(made, target); !done) return tl::unexpected<Error>(done.error());
+  const bool exists = fs::exists(target, error);
+  if (installed && (exists ? ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE)
+                           : ::rename(made.c_str(), target.c_str())) != 0)
+    installed = make_error(target, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(errno)));
+  if (!installed || exists) fs::remove_all(made, error);
   return installed;
 }
 

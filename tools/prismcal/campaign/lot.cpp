@@ -183,10 +183,8 @@ Cell gyro_cell(const TaskResult& result, bool pages) {
 }
 
 Table models_table(const LotFile& file, const Lot& lot) {
-  Table table{"models",
-              "The lot by model",
-              "Installed: the first accepted model of each gyro, in this order.",
-              {"model:", "options:", "accepted", "rejected", "refused", "without a result", "installed"}};
+  Table table{"models", "The lot by model", "Installed: the first accepted model of each gyro, in this order.",
+              report::columns("model: | options: | accepted | rejected | refused | without a result | installed")};
   const auto chosen = lot.chosen(file.models);
   std::set<std::string> gyros;
   for (const ModelChoice& model : file.models) {
@@ -208,12 +206,11 @@ Table models_table(const LotFile& file, const Lot& lot) {
 
 Table gyros_table(const LotFile& file, const Lot& lot) {
   Table table{
-      "gyros",
-      "Every gyro with every model",
+      "gyros", "Every gyro with every model",
       "Means over the repeat runs; 1 sigma of block means. Each run must meet the limits; a value that could not "
       "be measured fails its limit.",
-      {"gyro:", "model:", "verdict:", "repeats", "before [deg/h]", "after [deg/h]", "improvement [%]",
-       "hysteresis [deg/h]", "within 2 sd [%]", "by which limit:", "id:"}};
+      report::columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
+                      "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
   std::size_t accepted = 0;
   for (const TaskResult& result : lot.results) {
     accepted += result.accepted();
@@ -256,10 +253,9 @@ std::string lot_meaning(const LotFile& file, const Lot& lot) {
 }
 
 Table statistics_table(const LotFile& file, const Lot& lot) {
-  Table table{"spread",
-              "Distributions over the lot",
-              "Robust sd: 1.4826 × median absolute deviation.",
-              {"model:", "quantity:", "unit:", "gyros", "least", "5 %", "median", "95 %", "greatest", "robust sd"}};
+  Table table{
+      "spread", "Distributions over the lot", "Robust sd: 1.4826 × median absolute deviation.",
+      report::columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd")};
   for (const ModelChoice& model : file.models) {
     for (const LotQuantity& quantity : kLotQuantities) {
       const auto values = values_of(lot.results, model.name, quantity.name);
@@ -320,10 +316,9 @@ report::Figure statistics_figure(const LotFile& file, const Lot& lot) {
 }
 
 Table outliers_table(const LotFile& file, const Lot& lot) {
-  Table table{"outliers",
-              "Outliers",
+  Table table{"outliers", "Outliers",
               fmt::format("More than {} robust sd from the median of the lot; for eight or more gyros.", kOutlierScore),
-              {"gyro:", "model:", "quantity:", "value", "robust sds", "verdict:"}};
+              report::columns("gyro: | model: | quantity: | value | robust sds | verdict:")};
   for (const ModelChoice& model : file.models) {
     for (const LotQuantity& quantity : kLotQuantities) {
       const auto values = values_of(lot.results, model.name, quantity.name);
@@ -346,11 +341,10 @@ Table outliers_table(const LotFile& file, const Lot& lot) {
 }
 
 Table nearest_gyros_table(const LotFile& file, const Lot& lot) {
-  Table table{"siblings",
-              "Gyros with similar bias curves",
+  Table table{"siblings", "Gyros with similar bias curves",
               "Each gyro and the gyro with the most similar bias against temperature (training recordings, bins of "
               "5 degC, mean subtracted); most similar pairs first, least similar last.",
-              {"gyro:", "most like:", "rms difference [deg/h]", "correlation"}};
+              report::columns("gyro: | most like: | rms difference [deg/h] | correlation")};
   std::map<std::string, const TaskResult*> gyros;  // all models of a gyro have the same recordings, and the same curve
   for (const TaskResult& result : lot.results) {
     if (!result.curve.empty()) gyros.emplace(result.gyro, &result);
@@ -376,11 +370,9 @@ Table nearest_gyros_table(const LotFile& file, const Lot& lot) {
 }
 
 Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
-  Table table{"drift",
-              "Drift since the earlier campaign",
-              "Same gyro and model: this campaign minus the earlier one.",
-              {"gyro:", "model:", "mean [deg/h]", "against temperature, rms [deg/h]", "after, then [deg/h]",
-               "after, now [deg/h]"}};
+  Table table{"drift", "Drift since the earlier campaign", "Same gyro and model: this campaign minus the earlier one.",
+              report::columns("gyro: | model: | mean [deg/h] | against temperature, rms [deg/h] | after, then [deg/h] "
+                              "| after, now [deg/h]")};
   double largest = -1;
   table.meaning = "No gyro is in both campaigns.";
   for (const TaskResult& now : lot.results) {

@@ -128,15 +128,13 @@ std::string shared_file(const RecordingEvaluation& evaluated, const Task& task) 
 }
 
 Json evaluation_json(const RecordingEvaluation& evaluated, const Task& task, Role role) {
-  const analysis::EvaluatedRecording recording{"r", &evaluated.loaded.table, &evaluated.evaluation, nullptr};
   Json json = {{"role", campaign::role_name(role)},
                {"recording", evaluated.loaded.table.name},
                {"blocks", evaluated.loaded.table.size()},
                {"before_deg_per_h", number_json(evaluated.evaluation.stability.before.sd)},
                {"trained_on", shared_file(evaluated, task)},
                {"measured", Json::object()}};
-  for (const analysis::Measured& m : analysis::measure_all(recording))
-    json["measured"][m.quantity] = number_json(m.value);
+  for (const analysis::Measured& m : evaluated.measured) json["measured"][m.quantity] = number_json(m.value);
   return json;
 }
 
@@ -344,10 +342,7 @@ void add_campaign_command(CLI::App& app, int& code) {
   tools::add_examples(*command,
                       {"prismcal campaign lot.json --plan", "prismcal campaign lot.json --engine print >tasks.txt",
                        "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models"});
-  command->callback([choice, &code] {
-    const auto done = run_campaign(*choice);
-    code = done ? *done : failed(done.error());
-  });
+  command->callback([choice, &code] { code = exit_code(run_campaign(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <atomic>
 #include <string>
+#include <vector>
 
 #include "base/result.hpp"
 #include "compensation/model.hpp"
@@ -28,8 +29,15 @@ void add_campaign_command(CLI::App& app, int& code);  ///< trains and evaluates 
 
 /// Ends a progress line, prints "prismcal: ERROR" on stderr and returns exit code 1.
 int failed(const Error& error);
+/// The result, or failed().
+int exit_code(const Result<int>& done);
 
 Result<compensation::ModelPtr> load_model(const std::string& path);
+
+/// Reads all *.json of `folder`, sorted by name, for `train --prior`, except models of gyro `own_serial` (if not
+/// empty). Errors: an unreadable folder, a file that is not a model, fewer than two models left.
+Result<std::vector<compensation::ModelPtr>> read_population_models(const std::string& folder,
+                                                                   const std::string& own_serial);
 
 /// After this call, the first Ctrl-C sets the returned flag, and the second one kills the program.
 const std::atomic<bool>* stop_on_interrupt();

@@ -7,7 +7,6 @@
 #include <cctype>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <optional>
 
 #include "base/file.hpp"
@@ -15,9 +14,9 @@
 #include "config/config.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
@@ -45,32 +44,27 @@ double samples_per_second(const recordings::Recording& recording) {
 
 }  // namespace
 
-void add_common_options(CLI::App& command, CommonOptions& options) {
-  const std::map<std::string, evaluation::Divisor> divisors = {{"N", evaluation::Divisor::kN},
-                                                               {"N-1", evaluation::Divisor::kNMinus1}};
-  add_source_options(command, options.source);
-  add_site_options(command, options.site);
-  command.add_option("--divisor", options.divisor, "divisor of the variance: N or N-1 (default)")
-      ->transform(CLI::CheckedTransformer(divisors).description("N|N-1"));
-  command
-      .add_option("--max-bias", options.max_bias_deg_per_h,
-                  "largest accepted bias, deg/h (default: from --config, else 100)")
-      ->check(tools::positive());
-  command
-      .add_option(
-          "--extrapolation", options.extrapolation,
-          "predictions outside the training range: preset, flag, clamp or shrink (default: from --config, else preset)")
-      ->check(CLI::IsMember(std::vector<std::string>(compensation::kExtrapolationNames.begin(),
-                                                     compensation::kExtrapolationNames.end())));
-  command.add_option("--fallback", options.fallback,
-                     "model used while the window is not full (default: from --config, else none)");
-  command.add_option("--out", options.out, "folder for report.html, report.csv and report.json");
-  command.add_flag("--all-blocks", options.all_blocks,
-                   "report every block and row of long recordings, not their means and extremes");
-  command.add_flag("--simulated", options.simulated, "mark all pages as simulated data");
-  command.add_flag("--any-gyro", options.any_gyro, "accept a recording of another gyro than the model's");
-  command.add_flag("--json", options.json, "print the report as JSON");
-  command.add_flag("--quiet", options.quiet, "no remarks on stderr");
+void add_common_options(CLI::App& command, CommonOptions& o) {
+  add_source_options(command, o.source);
+  add_site_options(command, o.site);
+  const std::vector<std::string> policies(compensation::kExtrapolationNames.begin(),
+                                          compensation::kExtrapolationNames.end());
+  add_options(
+      command,
+      {{"--divisor", &o.divisor, "divisor of the variance: N or N-1 (default)", one_of({"N", "N-1"})},
+       {"--max-bias", &o.max_bias_deg_per_h, "largest accepted bias, deg/h (default: from --config, else 100)",
+        tools::positive()},
+       {"--extrapolation", &o.extrapolation,
+        "predictions outside the training range: preset, flag, clamp or shrink (default: from --config, else "
+        "preset)",
+        one_of(policies)},
+       {"--fallback", &o.fallback, "model used while the window is not full (default: from --config, else none)"},
+       {"--out", &o.out, "folder for report.html, report.csv and report.json"},
+       {"--all-blocks", &o.all_blocks, "report every block and row of long recordings, not their means and extremes"},
+       {"--simulated", &o.simulated, "mark all pages as simulated data"},
+       {"--any-gyro", &o.any_gyro, "accept a recording of another gyro than the model's"},
+       {"--json", &o.json, "print the report as JSON"},
+       {"--quiet", &o.quiet, "no remarks on stderr"}});
 }
 
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
@@ -168,18 +162,9 @@ void add_doubts(report::Report& report, const std::string& recording, const std:
 }
 
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
-  report::Table table{"recordings", "The recordings", "", {}, {}};
-  table.columns = {{"role", "", false},
-                   {"recording", "", false},
-                   {"used", "s"},
-                   {"samples", "1/s"},
-                   {"length", "h"},
-                   {"blocks"},
-                   {"gaps"},
-                   {"missing", "s"},
-                   {"lost frames"},
-                   {"T from", "degC"},
-                   {"T to", "degC"}};
+  report::Table table{"recordings", "The recordings", "",
+                      report::columns("role: | recording: | used [s] | samples [1/s] | length [h] | blocks | gaps | "
+                                      "missing [s] | lost frames | T from [degC] | T to [degC]")};
   std::size_t missing_s = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const auto& [role, loaded] : recordings) {
@@ -189,13 +174,10 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
     const double hours = static_cast<double>(t.last_s - t.first_s + 1) / 3600;
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
-    table.rows.push_back({report::text_cell(role), report::text_cell(t.name),
-                          report::fixed_cell(static_cast<double>(loaded->recording.seconds - t.unused_s), 0),
+    table.rows.push_back({role, t.name, report::count_cell(loaded->recording.seconds - t.unused_s),
                           report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
-                          report::fixed_cell(static_cast<double>(t.size()), 0),
-                          report::fixed_cell(static_cast<double>(t.gaps), 0),
-                          report::fixed_cell(static_cast<double>(t.missing_s), 0),
-                          report::fixed_cell(static_cast<double>(t.missing_frames), 0), report::fixed_cell(*low, 1),
+                          report::count_cell(t.size()), report::count_cell(t.gaps), report::count_cell(t.missing_s),
+                          report::count_cell(t.missing_frames), report::fixed_cell(*low, 1),
                           report::fixed_cell(*high, 1)});
     missing_s += t.missing_s;
     lowest = std::min(lowest, *low);

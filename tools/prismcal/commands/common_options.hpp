@@ -17,7 +17,7 @@ namespace prism::commands {
 struct CommonOptions {
   recordings::SourceOptions source;
   recordings::SiteOptions site;
-  evaluation::Divisor divisor = evaluation::Divisor::kNMinus1;
+  std::string divisor;                       ///< "N"; else N-1
   std::optional<double> max_bias_deg_per_h;  ///< overrides the configuration
   std::string extrapolation, fallback;       ///< override the configuration; empty: from the configuration
   std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
@@ -25,6 +25,9 @@ struct CommonOptions {
   bool any_gyro = false;
   bool all_blocks = false;  ///< every block in the report, also of long recordings
   bool json = false;
+  evaluation::Divisor used_divisor() const {
+    return divisor == "N" ? evaluation::Divisor::kN : evaluation::Divisor::kNMinus1;
+  }
   bool quiet = false;  ///< print neither the path of the report nor how tables were understood
 };
 
@@ -60,7 +63,7 @@ void add_doubts(report::Report& report, const std::string& recording, const std:
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
 /// Writes report.html, report.csv, report.json and tables/*.csv to options.out, if any, reduced
-/// (tools/prismcal/report/reduced.hpp) without options.all_blocks, and prints the path on stderr. Prints JSON with
+/// (report::reduced()) without options.all_blocks, and prints the path on stderr. Prints JSON with
 /// options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
 

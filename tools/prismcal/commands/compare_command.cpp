@@ -27,52 +27,48 @@ struct CompareChoice {
   CommonOptions common;
 };
 
-/// evaluations[m][r]: model m on recording r.
 struct Comparison {
   std::vector<compensation::ModelPtr> models;
-  std::vector<Loaded> recordings;  ///< with the blocks of the first model
-  std::vector<std::vector<analysis::ModelEvaluation>> evaluations;
-  std::vector<std::pair<std::string, std::string>> overlaps;  ///< recording, and overlap_text()
+  std::vector<Loaded> recordings;  ///< with the blocks of the first model, without seconds
+  std::vector<std::vector<analysis::ModelEvaluation>> evaluations;  ///< [m][r]: model m on recording r
+  std::vector<std::pair<std::string, std::string>> overlaps;        ///< recording, and overlap_text()
 };
 
 Result<Comparison> evaluate_all(const CompareChoice& choice) {
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   Comparison comparison;
-  bool same_blocks = true;
   for (const std::string& path : choice.models) {
     auto model = load_model(path);
     if (!model) return tl::unexpected(model.error());
     comparison.models.push_back(std::move(*model));
-    same_blocks =
-        same_blocks && comparison.models.back()->info().features == comparison.models.front()->info().features;
   }
+  comparison.evaluations.resize(comparison.models.size());
   recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
-  for (const compensation::ModelPtr& model : comparison.models) {
-    const bool first = comparison.evaluations.empty();
-    comparison.evaluations.emplace_back();
-    for (std::size_t r = 0; r < choice.recordings.size(); ++r) {
+  for (const std::string& path : choice.recordings) {
+    std::optional<Loaded> of_first;
+    for (std::size_t m = 0; m < comparison.models.size(); ++m) {
+      const compensation::ModelPtr& model = comparison.models[m];
+      const compensation::ModelInfo& info = model->info();
       std::optional<Loaded> own;
-      if (first || !same_blocks) {
-        auto read = load_blocks(choice.recordings[r], model->info().features, &model->info(), choice.common);
+      if (!of_first || info.features != of_first->table.features) {
+        auto read = load_blocks(path, info.features, &info, choice.common);
         if (!read) return tl::unexpected(read.error());
         unmatched.add(read->recording);
-        own = std::move(*read);
-      } else if (auto same =
-                     check_gyro(choice.recordings[r], comparison.recordings[r].recording, model->info(), choice.common);
-                 !same) {
+        (of_first ? own : of_first) = std::move(*read);
+      } else if (auto same = check_gyro(path, of_first->recording, info, choice.common); !same) {
         return tl::unexpected(same.error());
       }
-      Loaded& loaded = own ? *own : comparison.recordings[r];
-      auto evaluated = analysis::evaluate_model(model, loaded.table, *correction, choice.common.divisor);
+      const Loaded& loaded = own ? *own : *of_first;
+      auto evaluated = analysis::evaluate_model(model, loaded.table, *correction, choice.common.used_divisor());
       if (!evaluated) return tl::unexpected(evaluated.error());
-      comparison.evaluations.back().push_back(std::move(*evaluated));
-      std::string overlap = recordings::overlap_text(model->info().provenance_json, loaded.recording, loaded.table);
+      comparison.evaluations[m].push_back(std::move(*evaluated));
+      std::string overlap = recordings::overlap_text(info.provenance_json, loaded.recording, loaded.table);
       if (!overlap.empty())
-        comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded.table.name, model->info().name), overlap);
-      if (!same_blocks) loaded.table.seconds = {};
-      if (first) comparison.recordings.push_back(std::move(loaded));
+        comparison.overlaps.emplace_back(fmt::format("{} for {}", loaded.table.name, info.name), std::move(overlap));
     }
+    of_first->table.seconds = {};
+    comparison.recordings.push_back(std::move(*of_first));
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
   return comparison;
@@ -102,8 +98,7 @@ std::string comparison_meaning(const Comparison& comparison) {
 /// One row per model, several columns per recording. Marks the lowest sigma. "change" and "against the first" are
 /// relative to the first model.
 report::Table comparison_table(const Comparison& comparison, evaluation::Divisor divisor) {
-  report::Table table{
-      "comparison", "Models on recordings", "", {{"model", "", false}, {"kind", "", false}, {"id", "", false}}, {}};
+  report::Table table{"comparison", "Models on recordings", "", report::columns("model: | kind: | id:")};
   table.caption = fmt::format(
       "Bias stability: 1 sigma of {} s means, divisor {}. Change: of sigma after compensation, relative to the first "
       "model. "
@@ -113,20 +108,15 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       comparison.models.front()->info().features.length_s, evaluation::divisor_text(divisor));
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const std::string& name = comparison.recordings[r].table.name;
-    for (const report::Column& column : {report::Column{name + ": before", "deg/h"},
-                                         {"after", "deg/h"},
-                                         {"improvement", "%"},
-                                         {"95 % of further", "%"},
-                                         {"change", "%"},
-                                         {"against the first", "points"},
-                                         {"off", "%"}}) {
+    table.columns.emplace_back(name + ": before", "deg/h");
+    for (const report::Column& column :
+         report::columns("after [deg/h] | improvement [%] | 95 % of further [%] | change [%] | "
+                         "against the first [points] | off [%]"))
       table.columns.push_back(column);
-    }
   }
   for (std::size_t m = 0; m < comparison.models.size(); ++m) {
     const compensation::ModelInfo& info = comparison.models[m]->info();
-    std::vector<Cell> cells = {report::text_cell(info.name), report::text_cell(info.kind),
-                               report::text_cell(info.id.substr(0, 12))};
+    std::vector<Cell> cells = {info.name, info.kind, info.id.substr(0, 12)};
     for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
       const analysis::ModelEvaluation& evaluated = comparison.evaluations[m][r];
       const evaluation::BiasStability& s = evaluated.stability;
@@ -137,10 +127,10 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
       cells.push_back(report::fixed_cell(s.after.sd, 5, best ? Emphasis::kBest : Emphasis::kNone));
       cells.push_back(
           report::percent_cell(s.improvement, s.improvement && *s.improvement < 0 ? Emphasis::kBad : Emphasis::kNone));
-      cells.push_back(report::text_cell(analysis::interval_text(evaluated.improvement_interval)));
+      cells.push_back(analysis::interval_text(evaluated.improvement_interval));
       cells.push_back(report::percent_cell(m > 0 && first > 0 ? std::optional(s.after.sd / first - 1) : std::nullopt));
       cells.push_back(
-          m == 0 ? report::text_cell(report::kNothing)
+          m == 0 ? Cell(report::kNothing)
                  : analysis::difference_cell(comparison.evaluations[0][r], evaluated, comparison.recordings[r].table));
       cells.push_back(report::fixed_cell(evaluated.extrapolated_percent(), 1));
     }
@@ -150,7 +140,7 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
   return table;
 }
 
-Result<void> compare(const CompareChoice& choice) {
+Result<int> compare(const CompareChoice& choice) {
   const auto comparison = evaluate_all(choice);
   if (!comparison) return tl::unexpected(comparison.error());
   report::Report report;
@@ -171,11 +161,12 @@ Result<void> compare(const CompareChoice& choice) {
     add_doubts(report, loaded.table.name,
                analysis::recording_doubts(loaded.table, comparison->evaluations[0][r], loaded.recording.questions()));
   }
-  const report::Table table = comparison_table(*comparison, choice.common.divisor);
+  const report::Table table = comparison_table(*comparison, choice.common.used_divisor());
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
   if (!choice.common.json && !report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
   if (!choice.common.json) fmt::print("{}", report::plain_text(table));
-  return write_report(report, choice.common);
+  if (auto done = write_report(report, choice.common); !done) return tl::unexpected(done.error());
+  return 0;
 }
 
 }  // namespace
@@ -188,10 +179,7 @@ void add_compare_command(CLI::App& app, int& code) {
       ->required();
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal compare old.json new.json --on repeat.csv --on other.csv"});
-  command->callback([choice, &code] {
-    const auto done = compare(*choice);
-    code = done ? 0 : failed(done.error());
-  });
+  command->callback([choice, &code] { code = exit_code(compare(*choice)); });
 }
 
 }  // namespace prism::commands

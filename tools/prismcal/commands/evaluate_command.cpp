@@ -16,8 +16,8 @@
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
-#include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
@@ -39,7 +39,7 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
       {"model", fmt::format("{}, type {}, id {}", info.name, info.kind, info.id)},
       {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
       {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
-      {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.divisor))}};
+      {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.used_divisor()))}};
   for (const Case& c : cases) {
     if (!c.overlap.empty()) add_overlap(report, c.loaded.table.name, c.overlap);
     add_doubts(report, c.loaded.table.name, c.doubts);
@@ -49,12 +49,13 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
 }
 
 report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
+                                  const std::vector<analysis::Measured>& measured,
                                   const std::vector<analysis::Limit>& limits, const CommonOptions& options,
                                   bool& within_limits) {
   report::Section section{
       recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
   if (!limits.empty()) {
-    const auto checks = analysis::check_limits(limits, analysis::measure_all(recording));
+    const auto checks = analysis::check_limits(limits, measured);
     within_limits = within_limits && std::all_of(checks.begin(), checks.end(),
                                                  [](const analysis::LimitCheck& check) { return check.pass; });
     section.blocks.push_back(analysis::limits_table(checks, recording.id, recording.table->name));
@@ -64,7 +65,7 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
     const bool figure = std::holds_alternative<report::Figure>(block);
     section.blocks.push_back(figure && !options.all_blocks ? report::reduced(std::move(block)) : std::move(block));
   };
-  add(analysis::record_figure(*recording.table, recording.id));
+  add(analysis::record_figure(recording));
   if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate) {
     section.blocks.push_back(analysis::data_quality_paragraph(*quality, recording.table->name));
   }
@@ -88,20 +89,6 @@ std::optional<report::Section> together_section(const std::vector<Case>& cases) 
   return report::Section{"together", "All recordings together", {report::Paragraph{text, report::Emphasis::kNone}}};
 }
 
-/// Prints all tables and paragraphs of the report, and the meaning of its figures.
-void print_tables(const report::Report& report) {
-  if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
-  for (const report::Section& section : report.sections) {
-    for (const report::Block& block : section.blocks) {
-      if (const auto* table = std::get_if<report::Table>(&block)) fmt::print("{}\n", report::plain_text(*table));
-      if (const auto* paragraph = std::get_if<report::Paragraph>(&block))
-        fmt::print("{}\n\n", printable(paragraph->text));
-      if (const auto* figure = std::get_if<report::Figure>(&block); figure && !figure->meaning.empty())
-        fmt::print("{}\n→ {}\n\n", printable(figure->title), printable(figure->meaning));
-    }
-  }
-}
-
 /// The exit code: a limit failed, or a recording was used in training.
 int verdict(const Evaluation& evaluation, bool in_sample) {
   bool tests = true;
@@ -117,7 +104,7 @@ int verdict(const Evaluation& evaluation, bool in_sample) {
 Result<int> evaluate(const EvaluateChoice& choice) {
   const auto evaluation = evaluate_recordings(choice);
   if (!evaluation) return tl::unexpected(evaluation.error());
-  if (!choice.common.json) print_tables(evaluation->report);
+  if (!choice.common.json) fmt::print("{}", report::plain_text(evaluation->report));
   if (const auto done = write_report(evaluation->report, choice.common); !done) return tl::unexpected(done.error());
   return verdict(*evaluation, choice.in_sample);
 }
@@ -137,11 +124,11 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
     auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
     unmatched.add(loaded->recording);
-    auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.divisor);
+    auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.used_divisor());
     if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
     auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions());
-    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts)});
+    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts), {}});
   }
   std::optional<Loaded> training;
   if (!choice.training.empty()) {
@@ -160,11 +147,12 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
   Evaluation evaluation;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const analysis::EvaluatedRecording recording{fmt::format("r{}", i + 1), &cases[i].loaded.table,
-                                                 &cases[i].evaluation, training ? &training->table : nullptr,
-                                                 !cases[i].doubts.empty()};
-    report.sections.push_back(
-        recording_section(recording, cases[i].overlap, *limits, choice.common, evaluation.within_limits));
+    const analysis::EvaluatedRecording recording =
+        analysis::evaluate_recording(fmt::format("r{}", i + 1), cases[i].loaded.table, cases[i].evaluation,
+                                     training ? &training->table : nullptr, !cases[i].doubts.empty());
+    cases[i].measured = analysis::measure_all(recording);
+    report.sections.push_back(recording_section(recording, cases[i].overlap, cases[i].measured, *limits, choice.common,
+                                                evaluation.within_limits));
   }
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   for (const auto& [role, loaded] : all) {
@@ -185,19 +173,15 @@ void add_evaluate_command(CLI::App& app, int& code) {
   command->add_option("model", choice->model, "model file")->required();
   command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
       ->required();
-  command->add_option("--training", choice->training,
-                      "recording used for training, for the figure of the training range");
-  command->add_option("--limits", choice->limits,
-                      "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL");
-  command->add_flag("--in-sample", choice->in_sample,
-                    "exit code 0 also if the model was trained on these recordings; otherwise it is 3");
+  add_options(*command,
+              {{"--training", &choice->training, "recording used for training, for the figure of the training range"},
+               {"--limits", &choice->limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},
+               {"--in-sample", &choice->in_sample,
+                "exit code 0 also if the model was trained on these recordings; otherwise it is 3"}});
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
                                  "prismcal evaluate model.json repeat.csv --limits limits.json"});
-  command->callback([choice, &code] {
-    const auto result = evaluate(*choice);
-    code = result ? *result : failed(result.error());
-  });
+  command->callback([choice, &code] { code = exit_code(evaluate(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
 
 namespace prism::commands {
@@ -22,6 +23,7 @@ struct RecordingEvaluation {
   analysis::ModelEvaluation evaluation;
   std::string overlap;              ///< with the training data (overlap_text()); empty: none known
   std::vector<std::string> doubts;  ///< recording_doubts()
+  std::vector<analysis::Measured> measured;
 };
 
 struct Evaluation {

@@ -93,10 +93,7 @@ void add_export_command(CLI::App& app, int& code) {
   choice->common.quiet = true;
   tools::add_examples(*command, {"prismcal export model.json --c firmware",
                                  "prismcal export model.json --c firmware --float --max-bytes 8000 --on data/log"});
-  command->callback([choice, &code] {
-    const auto done = run(*choice);
-    code = done ? *done : failed(done.error());
-  });
+  command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -7,6 +7,7 @@
 
 #include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
@@ -34,65 +35,44 @@ std::string method_help() {
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
-  const std::string terms = training::method_names(training::kTerms) + ": ";
-  command.add_option("--method", o.method, method_help())->check(CLI::IsMember(known_methods()));
-  command
-      .add_option("--weight", o.weight,
-                  training::method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)")
-      ->check(CLI::IsMember({"huber", "hampel", "logistic", "myriad"}));
-  command.add_option("--c", o.c, "regularisation, normalised units; with --sigma2: no tuning")
-      ->check(tools::positive());
-  command.add_option("--sigma2", o.sigma2, "kernel width squared, normalised units")->check(tools::positive());
-  command.add_option("--beta", o.beta, "Huber's parameter")->check(tools::positive());
-  command.add_option("--delta", o.delta, "myriad's parameter")->check(tools::positive());
-  command
-      .add_option("--epsilon", o.epsilon,
-                  training::method_names(training::kTube) + ": half width of the tube, in sd of the target")
-      ->check(tools::not_negative())
-      ->capture_default_str();
-  command
-      .add_option(
-          "--tune", o.tune,
-          training::method_names(training::kTuning) + ": blocked (folds; default), shuffled (folds), loo or reml")
-      ->check(CLI::IsMember({"blocked", "shuffled", "loo", "reml"}));
-  command.add_option("--folds", o.folds, "number of folds")->check(tools::within(2, 1000000))->capture_default_str();
-  command.add_option("--reweight", o.reweight, "1 (the paper) or converge")
-      ->check(CLI::IsMember({"1", "converge"}))
-      ->capture_default_str();
-  command.add_option("--scale", o.scale, "scale estimate of the residuals: mad or iqr")
-      ->check(CLI::IsMember({"mad", "iqr"}))
-      ->capture_default_str();
-  command.add_option("--hampel-floor", o.hampel_floor, "Hampel's weight of far outliers; 0 drops the sample")
-      ->check(tools::within(0, 1))
-      ->capture_default_str();
-  command
-      .add_option(
-          "--drift", o.drift,
-          training::method_names(training::kDrift) +
-              ": thermal (default: what one passage cannot decide is mostly thermal), open (the record decides) "
-              "or none (no drift in time)")
-      ->check(CLI::IsMember({"thermal", "open", "none"}));
-  command.add_option("--normalise", o.normalise, "zscore, auto (by column, as LS-SVMlab) or none")
-      ->check(CLI::IsMember({"zscore", "auto", "none"}))
-      ->capture_default_str();
-  command.add_option("--seed", o.seed, "seed of the random generator")
-      ->check(tools::within(0, 1e15))
-      ->capture_default_str();
-  command.add_option("--threads", o.threads, "maximum number of threads")
-      ->check(tools::within(1, 64))
-      ->capture_default_str();
-  command.add_option("--start", o.start, terms + "initial terms, or none");
-  command.add_option("--p-enter", o.p_enter, terms + "p below which a term is added")
-      ->check(tools::within(0, 1))
-      ->capture_default_str();
-  command.add_option("--p-remove", o.p_remove, terms + "p above which a term is removed")
-      ->check(tools::within(0, 1))
-      ->capture_default_str();
-  command.add_option("--memory", o.memory_mb, "memory limit of training, MB")
-      ->check(tools::positive())
-      ->capture_default_str();
-  command.add_flag("--json", o.json, "print JSON");
-  command.add_flag("--quiet", o.quiet, "no progress on stderr");
+  using training::method_names;
+  const std::string terms = method_names(training::kTerms) + ": ";
+  add_options(
+      command,
+      {{"--method", &o.method, method_help(), one_of(known_methods())},
+       {"--weight", &o.weight, method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)",
+        one_of({"huber", "hampel", "logistic", "myriad"})},
+       {"--c", &o.c, "regularisation, normalised units; with --sigma2: no tuning", tools::positive()},
+       {"--sigma2", &o.sigma2, "kernel width squared, normalised units", tools::positive()},
+       {"--beta", &o.beta, "Huber's parameter", tools::positive()},
+       {"--delta", &o.delta, "myriad's parameter", tools::positive()},
+       {"--epsilon", &o.epsilon, method_names(training::kTube) + ": half width of the tube, in sd of the target",
+        tools::not_negative()},
+       {"--tune", &o.tune,
+        method_names(training::kTuning) + (o.tune.empty() ? ": blocked (folds; default), shuffled (folds), loo or reml"
+                                                          : ": blocked (folds), shuffled (folds), loo or reml"),
+        one_of({"blocked", "shuffled", "loo", "reml"})},
+       {"--folds", &o.folds, "number of folds", tools::within(2, 1000000)},
+       {"--reweight", &o.reweight, "1 (the paper) or converge", one_of({"1", "converge"})},
+       {"--scale", &o.scale, "scale estimate of the residuals: mad or iqr", one_of({"mad", "iqr"})},
+       {"--hampel-floor", &o.hampel_floor, "Hampel's weight of far outliers; 0 drops the sample", tools::within(0, 1)},
+       {"--drift", &o.drift,
+        method_names(training::kDrift) + ": thermal (default: what one passage cannot decide is mostly thermal), open "
+                                         "(the record decides) or none (no drift in time)",
+        one_of({"thermal", "open", "none"})},
+       {"--normalise", &o.normalise, "zscore, auto (by column, as LS-SVMlab) or none",
+        one_of({"zscore", "auto", "none"})},
+       {"--seed", &o.seed, "seed of the random generator", tools::within(0, 1e15)},
+       {"--threads", &o.threads, "maximum number of threads", tools::within(1, 64)},
+       {"--start", &o.start, terms + "initial terms, or none"},
+       {"--p-enter", &o.p_enter, terms + "p below which a term is added", tools::within(0, 1)},
+       {"--p-remove", &o.p_remove, terms + "p above which a term is removed", tools::within(0, 1)},
+       {"--memory", &o.memory_mb, "memory limit of training, MB", tools::positive()},
+       {"--json", &o.json, "print JSON"},
+       {"--quiet", &o.quiet, "no progress on stderr"}});
+  show_later(command, {"--weight", "--c", "--sigma2", "--beta", "--delta", "--epsilon", "--tune", "--folds",
+                       "--reweight", "--scale", "--hampel-floor", "--drift", "--normalise", "--seed", "--threads",
+                       "--start", "--p-enter", "--p-remove", "--memory"});
 }
 
 std::string method_name_of(const MethodOptions& options) {

@@ -40,32 +40,6 @@ void draw(double share, std::string text) {
   bar_drawn = true;
 }
 
-/// Draws the bar of one command, which may read several recordings, one after the other.
-class ReadBar {
- public:
-  void show(const tables::ReadState& state) {
-    using Clock = std::chrono::steady_clock;
-    constexpr double kPatience_s = 2, kBetween_s = 0.2;
-    const auto now = Clock::now();
-    const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
-    if (state.bytes < last_bytes_) began_ = drawn_ = now;
-    last_bytes_ = state.bytes;
-    const bool done = state.bytes >= state.of_bytes;
-    const double seconds = since(began_);
-    if (done && drawn_ != began_) end_progress();
-    if (done || seconds < kPatience_s || since(drawn_) < kBetween_s) return;
-    drawn_ = now;
-    const double share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
-    draw(share,
-         fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
-                     duration_text(seconds * (1 - share) / share), 1e-6 * static_cast<double>(state.rows) / seconds));
-  }
-
- private:
-  std::chrono::steady_clock::time_point began_, drawn_;
-  std::uint64_t last_bytes_ = UINT64_MAX;  ///< a new reading begins with fewer
-};
-
 }  // namespace
 
 training::TuningProgress progress_bar(bool quiet) {
@@ -78,8 +52,25 @@ training::TuningProgress progress_bar(bool quiet) {
 }
 
 tables::ReadProgress read_progress() {
+  using Clock = std::chrono::steady_clock;
+  constexpr double kPatience_s = 2, kBetween_s = 0.2;
   if (isatty(STDERR_FILENO) == 0) return {};
-  return [bar = ReadBar()](const tables::ReadState& state) mutable { bar.show(state); };
+  // A command may read several recordings, one after the other; a new reading begins with fewer bytes.
+  return [began = Clock::time_point(), drawn = Clock::time_point(),
+          last_bytes = std::uint64_t{UINT64_MAX}](const tables::ReadState& state) mutable {
+    const auto now = Clock::now();
+    const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
+    if (state.bytes < last_bytes) began = drawn = now;
+    last_bytes = state.bytes;
+    const bool done = state.bytes >= state.of_bytes;
+    const double seconds = since(began), share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
+    if (done && drawn != began) end_progress();
+    if (done || seconds < kPatience_s || since(drawn) < kBetween_s) return;
+    drawn = now;
+    draw(share,
+         fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
+                     duration_text(seconds * (1 - share) / share), 1e-6 * static_cast<double>(state.rows) / seconds));
+  };
 }
 
 void end_progress() {

@@ -11,6 +11,7 @@
 #include "base/outside_text.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
 
 namespace prism::commands {
@@ -114,6 +115,7 @@ void add_train_command(CLI::App& app, int& code) {
       ->required();
   command->add_option("--out", choice->out, "model file to write; NAME-AXIS.json for each of several axes")->required();
   add_train_options(*command, *choice);
+  show_later(*command, {"--window", "--slope", "--end-mean", "--max-gap", "--lag"});
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
       "--latitude 48.1 --elevation 90 --inputs T,dTdt --out model.json";
@@ -122,10 +124,7 @@ void add_train_command(CLI::App& app, int& code) {
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
                        kMapped, "prismcal train logs/ --hold-out blocks:600 --out model.json",
                        "prismcal train four-hours.csv --prior models/ --out model.json"});
-  command->callback([choice, &code] {
-    const auto done = run(*choice);
-    code = done ? *done : failed(done.error());
-  });
+  command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -20,7 +20,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/input_choice.hpp"
-#include "tools/prismcal/commands/population_models.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/csv_lines.hpp"
@@ -177,16 +177,14 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  command
-      .add_option("--inputs", choice.inputs,
-                  "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto")
-      ->capture_default_str();
-  command.add_option("--serial", choice.serial, "gyro serial number (default: from the recordings)");
-  command.add_option("--name", choice.name, "readable name of the model");
-  command.add_option(
-      "--prior", choice.prior,
-      training::method_names(training::kSiblings) + ": folder with two or more models of gyros of the same type");
-  command.add_flag("--force", choice.force, "train even if the data-quality check rejects a recording");
+  add_options(command, {{"--inputs", &choice.inputs,
+                         "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto"},
+                        {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
+                        {"--name", &choice.name, "readable name of the model"},
+                        {"--prior", &choice.prior,
+                         training::method_names(training::kSiblings) +
+                             ": folder with two or more models of gyros of the same type"},
+                        {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);
 }

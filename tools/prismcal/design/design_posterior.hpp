@@ -28,6 +28,11 @@ struct KnownGyro {
 /// Errors: not a composite model, a model of a table.
 Result<KnownGyro> known_gyro(const compensation::ModelPtr& model);
 
+/// `bias_sd_deg_per_h`: spread of the bias over the domain, > 0; `noise_deg_per_h`: of the mean rate of a window of 100
+/// s, > 0. Variances are those of the simulated gyros of docs/benchmarks.md, rounded; lengths are in standard
+/// deviations of each range of the domain.
+KnownGyro stated_gyro(const std::vector<InputRange>& domain, double bias_sd_deg_per_h, double noise_deg_per_h);
+
 /// Gaussian process: the posterior variance depends on the inputs and the covariance, not on the measured bias, so that
 /// a recording can be judged before it is made (I-optimality; Cohn, Ghahramani and Jordan 1996). The bias is expressed
 /// over a few pivots of the kernel; each recording adds Ψ Λ⁻¹ Ψᵀ to the information, Λ the covariance of its nuisance,

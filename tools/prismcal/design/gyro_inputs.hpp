@@ -9,7 +9,7 @@
 
 #include "base/result.hpp"
 #include "compensation/features.hpp"
-#include "tools/prismcal/design/chamber.hpp"
+#include "tools/prismcal/design/profiles.hpp"
 
 namespace prism::design {
 

@@ -8,7 +8,6 @@
 #include <functional>
 
 #include "compensation/training/held_out.hpp"
-#include "tools/prismcal/design/profile_search.hpp"
 
 namespace prism::design {
 namespace {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A report as data: metadata, tables and figures in sections. Written as HTML, CSV or JSON.
+// A report as data: metadata, tables and figures in sections. Text, HTML, CSV and JSON are written from it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include "tools/prismcal/report/plot.hpp"
 
 namespace prism::report {
 
@@ -47,8 +46,11 @@ struct Column {
   Column(std::string shown, std::string in, bool numeric = true)
       : name(std::move(shown)), unit(std::move(in)), number(numeric) {}
   /// "before [deg/h]": with its unit; "gyro:": a column of text.
-  Column(const char* text);
+  Column(std::string text);
 };
+
+/// "gyro: | before [deg/h] | after [deg/h]": the columns of a table.
+std::vector<Column> columns(const char* text);
 
 struct Table {
   std::string id;       ///< unique, [a-z0-9_], fixed in the program; key in CSV and JSON, and file name
@@ -57,6 +59,46 @@ struct Table {
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows{};  ///< each with one cell per column
   std::string meaning{};                  ///< one sentence, computed from the values: their meaning for this gyro
+};
+
+/// The meaning of a series determines its colour, width and dash in all figures. Inks also differ in lightness or dash,
+/// so that a grey print is readable.
+enum class Ink {
+  kRaw,        ///< measured values: light, wide
+  kModel,      ///< predictions of a model: dark, warm
+  kCorrected,  ///< corrected values, residuals: dark, cold
+  kAccent1,    ///< further series, with different dashes
+  kAccent2,
+  kAccent3,
+  kGuide,  ///< limits and reference lines: thin, grey, dashed
+};
+
+enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars };
+
+struct Series {
+  std::string name;  ///< in the key; empty: not in the key
+  Ink ink = Ink::kRaw;
+  SeriesStyle form = SeriesStyle::kLine;
+  std::vector<double> x{}, y{};
+  std::vector<double> high{};  ///< kBand: upper edge (y is the lower)
+};
+
+struct Axis {
+  std::string label;  ///< with its unit
+  bool logarithmic = false;
+};
+
+struct Panel {
+  std::string title;  ///< "(a) …"; empty: none
+  Axis x{}, y{};
+  std::vector<Series> series{};
+};
+
+/// Panels are arranged in rows of `columns`. A value that is not finite interrupts a line.
+struct Plot {
+  int columns = 1;
+  double panel_height = 260;  ///< pixels, for a width of 960
+  std::vector<Panel> panels{};
 };
 
 struct Figure {
@@ -92,5 +134,18 @@ struct Report {
 
 /// Returns `id` if it is [a-z0-9_-] and at most 80 bytes long, else "<kind>-<number>". For HTML ids and file names.
 std::string id_or_number(const std::string& id, const char* kind, int number);
+
+/// A report of any length as a page of a few megabytes: its long series and tables reduced, others unchanged. A line
+/// becomes its mean, with a band from minimum to maximum, of each of kIntervals intervals of x. Points are thinned to
+/// one per cell of a grid, at most kMostPoints. Of a table kMostRows rows remain, or a few less: the first, those with
+/// the smallest and the largest value of a column, and others at equal distances. The captions state it. A reduced
+/// report stays as it is.
+Report reduced(Report report);
+/// The same for one of its parts.
+Block reduced(Block block);
+
+inline constexpr std::size_t kIntervals = 400, kMostPoints = 700, kMostRows = 400;
+/// Series with fewer points, and tables with fewer rows, are unchanged.
+inline constexpr std::size_t kLongSeries = 1200;
 
 }  // namespace prism::report

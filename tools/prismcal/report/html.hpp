@@ -8,9 +8,6 @@
 
 namespace prism::report {
 
-/// CSS of the page for screen and print.
-extern const char* const kStyle;
-
 /// Numbers tables and figures in order. Escapes all texts of `report`. Replaces an id that is not [a-z0-9_-] by
 /// "section-3", "table-7" or "figure-2".
 std::string html_page(const Report& report);

@@ -169,4 +169,17 @@ std::string plain_text(const Table& table) {
   return text + (table.meaning.empty() ? "" : "→ " + printable(table.meaning) + "\n");
 }
 
+std::string plain_text(const Report& report) {
+  std::string text = report.warning.empty() ? "" : printable(report.warning) + "\n\n";
+  for (const Section& section : report.sections) {
+    for (const Block& block : section.blocks) {
+      if (const auto* table = std::get_if<Table>(&block)) text += plain_text(*table) + "\n";
+      if (const auto* paragraph = std::get_if<Paragraph>(&block)) text += printable(paragraph->text) + "\n\n";
+      if (const auto* figure = std::get_if<Figure>(&block); figure && !figure->meaning.empty())
+        text += printable(figure->title) + "\n→ " + printable(figure->meaning) + "\n\n";
+    }
+  }
+  return text;
+}
+
 }  // namespace prism::report

@@ -26,5 +26,7 @@ std::string json_text(const Report& report);
 
 /// Title, columns with units, rows, caption; each line ends with a newline. Column widths count characters, not bytes.
 std::string plain_text(const Table& table);
+/// The warning, then all tables and paragraphs, and the meaning of each figure.
+std::string plain_text(const Report& report);
 
 }  // namespace prism::report

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The limits of a thermal chamber, the domain that a model must serve, and the profiles to compare.
+// Chamber profiles: the limits of a chamber, the domain that a model must serve, profiles to compare, and the search
+// for the best one.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -40,5 +42,19 @@ simulation::ChamberProfile paper_within(const ChamberLimits& limits);
 /// Profiles that a user would run without a plan: one slow ramp to each end, the same at full speed with soaks, and a
 /// staircase over the range.
 std::vector<simulation::ChamberProfile> simple_profiles(const ChamberLimits& limits, double hours);
+
+/// The value of a profile, to be minimised; pure.
+using ProfileCost = std::function<double(const simulation::ChamberProfile&)>;
+
+struct FoundProfile {
+  simulation::ChamberProfile profile;
+  double cost = 0;
+  int evaluations = 0;
+};
+
+/// Visits of temperatures, each a ramp and a soak: one to four of them, up to eight segments, `hours` in all. Tries a
+/// family (start cold or hot, number of visits, speed, share of the soaks), then changes temperatures and durations of
+/// the best of each number of visits while that helps. Deterministic. Stops after `max_evaluations`.
+FoundProfile find_profile(const ChamberLimits& limits, double hours, const ProfileCost& cost, int max_evaluations);
 
 }  // namespace prism::design

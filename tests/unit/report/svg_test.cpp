@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // SVG drawings: comparison with drawings/*.svg (PRISM_REGENERATE=1 writes them), and properties of all plots.
-#include "tools/prismcal/report/svg_chart.hpp"
+#include "tools/prismcal/report/svg.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,6 @@
 #include "base/file.hpp"
 #include "tests/unit/report/markup.hpp"
 #include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/reduced.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::report {
@@ -42,7 +41,7 @@ void expect_drawing(const std::string& name, const Plot& plot) {
 
 Plot one_panel(SeriesStyle form) {
   Series series{"it's a_b", Ink::kModel, form, {1, 1, 100, 100}, {1, 2, 1, 2}, {2, 3, 4, 5}};
-  return {1, 200, {{"(a) one", {"x, s", true}, {"y, deg/h"}, {}, {series}}}};
+  return {1, 200, {{"(a) one", {"x, s", true}, {"y, deg/h"}, {series}}}};
 }
 
 std::size_t count(const std::string& text, std::string_view part) {
@@ -51,25 +50,24 @@ std::size_t count(const std::string& text, std::string_view part) {
   return found;
 }
 
-TEST(SvgChart, DrawsALineWithAGapAndASecondAxis) {
-  Plot plot{1, 180, {{"(a) bias", {"time, h"}, {"bias, deg/h"}, {"T, °C"}, {}}}};
+TEST(SvgChart, DrawsALineWithAGap) {
+  Plot plot{1, 180, {{"(a) bias", {"time, h"}, {"bias, deg/h"}}}};
   plot.panels[0].series = {{"before", Ink::kRaw, SeriesStyle::kLine, {0, 1, 2, 3, 4}, {-0.5, 0.25, kNan, 0.5, 1}},
-                           {"temperature", Ink::kModel, SeriesStyle::kLine, {0, 4}, {-40, 85}, {}, true}};
+                           {"temperature", Ink::kModel, SeriesStyle::kLine, {0, 4}, {-0.4, 0.85}}};
   expect_drawing("line", plot);
 }
 
 TEST(SvgChart, DrawsABandAndPointsOnLogarithmicAxes) {
-  Plot plot{2, 240, {{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}, {}, {}}}};
+  Plot plot{2, 240, {{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}}}};
   plot.panels[0].series = {{"", Ink::kCorrected, SeriesStyle::kBand, {1, 10, 1000}, {0.9, 0.3, 0.02}, {1.1, 0.4, 0.06}},
                            {"after", Ink::kCorrected, SeriesStyle::kLinePoints, {1, 10, 1000}, {1, 0.35, 0.04}}};
-  plot.panels.push_back({"(b) empty", {"x"}, {"y"}, {}, {}});
-  plot.panels.push_back(
-      {"(c)", {"x", true}, {"y", true}, {}, {{"", Ink::kModel, SeriesStyle::kPoints, {3, 3}, {2, 3}}}});
+  plot.panels.push_back({"(b) empty", {"x"}, {"y"}});
+  plot.panels.push_back({"(c)", {"x", true}, {"y", true}, {{"", Ink::kModel, SeriesStyle::kPoints, {3, 3}, {2, 3}}}});
   expect_drawing("allan", plot);
 }
 
 TEST(SvgChart, DrawsBarsAndPoints) {
-  Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}, {}, {}}, {"(b)", {"T, °C"}, {"bias"}, {}, {}}}};
+  Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}}, {"(b)", {"T, °C"}, {"bias"}}}};
   plot.panels[0].series = {{"residual", Ink::kCorrected, SeriesStyle::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
                            {"limit", Ink::kGuide, SeriesStyle::kLinePoints, {-1.5, 2.5}, {5, 5}}};
   plot.panels[1].series = {{"soak", Ink::kAccent1, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {1, 1, 2}},
@@ -124,7 +122,7 @@ TEST(SvgChart, HasFewTicksOnNarrowRanges) {
 
 TEST(SvgChart, IsSmallWithManyPointsAndKeepsTheirExtremes) {
   for (const SeriesStyle form : {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kBand, SeriesStyle::kBars}) {
-    Plot plot{1, 260, {{"", {"x"}, {"y"}, {}, {{"", Ink::kRaw, form}}}}};
+    Plot plot{1, 260, {{"", {"x"}, {"y"}, {{"", Ink::kRaw, form}}}}};
     Series& series = plot.panels[0].series[0];
     for (int i = 0; i < 100000; ++i) {
       series.x.push_back(i);
@@ -147,17 +145,6 @@ TEST(SvgChart, HasTheValuesOfFewPoints) {
   plot.panels[0].series[0].x.assign(101, 1);
   plot.panels[0].series[0].y.assign(101, 1);
   EXPECT_THAT(draw_svg(plot), Not(HasSubstr("<title>"))) << "too many to point at";
-}
-
-TEST(SvgChart, ClipsToFixedRanges) {
-  Plot plot = one_panel(SeriesStyle::kLine);
-  plot.panels[0].y.min = 1.5;
-  plot.panels[0].y.max = 1.75;
-  const std::string svg = draw_svg(plot, 7);
-  EXPECT_THAT(svg, HasSubstr(">1.6</text>"));
-  EXPECT_THAT(svg, Not(HasSubstr(">2</text>")));
-  EXPECT_THAT(svg, HasSubstr("<clipPath id=\"plot7-0\">"));
-  EXPECT_THAT(svg, HasSubstr("clip-path=\"url(#plot7-0)\""));
 }
 
 TEST(SvgChart, WrapsTheKeyAndTruncatesLongNames) {
@@ -188,7 +175,7 @@ Report long_report(std::size_t points, SeriesStyle form) {
   for (std::size_t i = points / 4; i < points / 4 + points / 100; ++i) series.y[i] = NAN;
   if (form == SeriesStyle::kPoints) std::rotate(series.x.begin(), series.x.begin() + 100, series.x.end());
   Report report;
-  report.sections = {{"s", "S", {Figure{"f", "F", "", {1, 260, {Panel{"", {}, {}, {}, {series}}}}}}}};
+  report.sections = {{"s", "S", {Figure{"f", "F", "", {1, 260, {Panel{"", {}, {}, {series}}}}}}}};
   return report;
 }
 
