@@ -30,7 +30,7 @@ struct Quantity {
   double stopped;    ///< fewer equal values, or a shorter time in s, do not show that the sensor has stopped
 };
 
-constexpr std::array<Quantity, 3> kQuantities = {{
+constexpr std::array<Quantity, 3> kJudged = {{
     {"rate", "deg/h", &SecondMean::rate_deg_per_h, &QuantitySet::rate, 0, 60, true, 60},
     {"temperature", "degC", &SecondMean::temperature_degc, &QuantitySet::temperature, 3, 290, false, 1000},
     {"uhfo", "V", &SecondMean::uhfo_v, &QuantitySet::uhfo, 0, 2000, false, 1000},
@@ -188,8 +188,7 @@ std::vector<std::string> lines_of(const std::vector<Finding>& findings, Severity
 
 std::array<std::vector<Finding>, 3> judge_seconds(std::vector<SecondMean>& second_means, bool is_date) {
   std::array<std::vector<Finding>, 3> findings;
-  for (std::size_t q = 0; q < kQuantities.size(); ++q)
-    findings[q] = judge_quantity(kQuantities[q], second_means, is_date);
+  for (std::size_t q = 0; q < kJudged.size(); ++q) findings[q] = judge_quantity(kJudged[q], second_means, is_date);
   return findings;
 }
 
@@ -200,7 +199,7 @@ std::vector<Finding> judge_rates(std::vector<double>& rates, const RateRows& row
     return tables::time_text(std::llround(static_cast<double>(rows.stamps_ns[row]) / kMs_ns) * 1'000'000, rows.is_date);
   };
   const auto length = [](std::size_t first, std::size_t last) { return counted(last - first + 1, "row"); };
-  return judge(kQuantities[0], {rates, rows.unit_deg_per_h, rows.interval_s, length, time, nullptr});
+  return judge(kJudged[0], {rates, rows.unit_deg_per_h, rows.interval_s, length, time, nullptr});
 }
 
 QuantitySet RowJudge::push(const Sample& sample, std::size_t line) {
@@ -243,8 +242,7 @@ Result<std::string> RowJudge::implausible_text(std::size_t quantity, const std::
   }
   const std::size_t implausible = sums[0].values + sums[1].values;
   if (implausible == 0) return std::string();
-  std::string text =
-      fmt::format("{}: {} of {} values implausible", kQuantities[quantity].name, implausible, count.values);
+  std::string text = fmt::format("{}: {} of {} values implausible", kJudged[quantity].name, implausible, count.values);
   const bool both = sums[0].values > 0 && sums[1].values > 0;
   for (const Rejected& sum : sums) {
     if (sum.values == 0) continue;
@@ -252,7 +250,7 @@ Result<std::string> RowJudge::implausible_text(std::size_t quantity, const std::
       text += fmt::format("{} {} {}", &sum == &sums[0] ? ":" : ";", sum.values,
                           &sum == &sums[0] ? "outside the limits" : "changed too fast");
     text += fmt::format(", the first in line {}: {}", sum.first_line,
-                        compensation::rejection_text(sum.why, kQuantities[quantity].unit));
+                        compensation::rejection_text(sum.why, kJudged[quantity].unit));
   }
   if (quantity == 1 && 2 * count.like_kelvin > count.values)
     return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");

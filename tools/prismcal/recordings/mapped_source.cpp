@@ -17,7 +17,7 @@
 namespace prism::recordings {
 namespace {
 
-constexpr std::array<const char*, 3> kQuantities = {"rate", "temperature", "uhfo"};  // before the sensors
+constexpr std::array<const char*, 3> kMapped = {"rate", "temperature", "uhfo"};  // before the sensors
 
 struct Conversion {
   double scale = 1, offset = 0, factor = 1, shift = 0;
@@ -42,14 +42,14 @@ class MappedColumns {
       }
       const auto unit = unit_of_quantity(quantity, mapped, table.columns()[*column]);
       if (!unit) return tl::unexpected<Error>(unit.error());
-      const auto* const at = std::find(kQuantities.begin(), kQuantities.end(), quantity);
-      columns.place_.push_back(at < kQuantities.end() ? static_cast<std::size_t>(at - kQuantities.begin())
-                                                      : kQuantities.size() + sensors.size());
+      const auto* const at = std::find(kMapped.begin(), kMapped.end(), quantity);
+      columns.place_.push_back(at < kMapped.end() ? static_cast<std::size_t>(at - kMapped.begin())
+                                                  : kMapped.size() + sensors.size());
       columns.conversion_.push_back({mapped.scale, mapped.offset, (*unit)->factor, (*unit)->offset});
-      if (at == kQuantities.end()) sensors.push_back({quantity, sensor_unit(**unit)});
+      if (at == kMapped.end()) sensors.push_back({quantity, sensor_unit(**unit)});
       selection.numbers.push_back(*column);
     }
-    columns.values_.assign(kQuantities.size() + sensors.size(), kUnknown);
+    columns.values_.assign(kMapped.size() + sensors.size(), kUnknown);
     if (!sensors.empty()) columns.sensors_ = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
     if (auto good = table.select(std::move(selection)); !good) return tl::unexpected<Error>(good.error());
     return columns;
@@ -118,7 +118,7 @@ class Averaging {
     last_sample_ns_ = sample.time_ns;
     if (leave_out_.contains(compensation::second_number(sample.time_ns))) return;
     const QuantitySet implausible = judged_ ? judge_.push(sample, line) : QuantitySet();
-    const auto second_mean = averager_.push(sample, implausible, values.subspan(kQuantities.size()));
+    const auto second_mean = averager_.push(sample, implausible, values.subspan(kMapped.size()));
     if (second_mean) second_means_.push_back(*second_mean);
   }
 
