@@ -212,11 +212,14 @@ double temperature_of(const SecondMean& second_mean) { return second_mean.temper
 
 FeatureExtractor::FeatureExtractor(FeatureDefinition definition)
     : definition_(std::move(definition)), places_(definition_.sensors.size(), SIZE_MAX) {
+  for (const auto& [name, tau_s] : definition_.response_s)
+    bodies_.push_back({tau_s, sensor_index(definition_.sensors, name)});
   reset();
 }
 
 void FeatureExtractor::reset() {
   history_.clear();
+  for (Body& body : bodies_) body.value = kUnknown;
   lag_mean_degc_.clear();
   sensor_lag_mean_.assign(definition_.sensors.size(), {});
   lag_age_s_ = -1;
@@ -242,7 +245,8 @@ Window FeatureExtractor::take(const SecondMean& second_mean) {
   window.second_mean = second_mean;
   window.sensors.resize(definition_.sensors.size());
   if (known_list_ != second_mean.sensor_list) use_sensor_list(second_mean);
-  const SecondMean taken = without_implausible(second_mean);
+  SecondMean taken = without_implausible(second_mean);
+  respond(taken, window);
   admit(taken, window);
   update_lags(taken, window);
   const std::int64_t warm_s = second_mean.second - warm_since_ + 1;
@@ -263,6 +267,27 @@ void FeatureExtractor::use_sensor_list(const SecondMean& second_mean) {
 double FeatureExtractor::quantity(const SecondMean& second_mean, std::size_t sensor) const {
   const std::size_t place = places_[sensor];
   return place < second_mean.sensors.size() ? second_mean.sensors[place] : kUnknown;
+}
+
+// The exact response to a temperature that is constant since the second before.
+void FeatureExtractor::respond(SecondMean& second_mean, Window& window) {
+  const std::int64_t now = second_mean.second;
+  for (Body& body : bodies_) {
+    const bool is_t = body.sensor == definition_.sensors.size();
+    if (!is_t && places_[body.sensor] >= second_mean.sensors.size()) continue;
+    double& value = is_t ? second_mean.temperature_degc : second_mean.sensors[places_[body.sensor]];
+    if (!std::isfinite(value)) continue;
+    const double step = static_cast<double>(now - body.last);
+    if (std::isnan(body.value) || step <= 0 || step > std::max(definition_.max_gap_s + 1, body.tau_s / 10)) {
+      body.value = value;
+      body.since = now;
+    } else {
+      body.value += (body.value - value) * std::expm1(-step / body.tau_s);
+    }
+    body.last = now;
+    value = body.value;
+    window.settling |= now - body.since < 3 * static_cast<std::int64_t>(body.tau_s);
+  }
 }
 
 // Keeps exactly the seconds that a full window needs; a gap above max_gap_s clears the history first.

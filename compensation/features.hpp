@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ struct FeatureDefinition {
   SlopeMethod slope = SlopeMethod::kDifference;
   int end_mean_s = 10;  ///< kDifference: length of the mean at each end, 1 s to length_s
   int max_gap_s = 5;    ///< a longer gap empties the window, 0 to 3600 s
+  /// Time constants, s, 1 to 1e6, with which the gyro's body follows T or a sensor that is not in it: each one-second
+  /// mean passes a first-order response first, so that all features are those of the body. Without one: unchanged.
+  std::map<std::string, int> response_s;
   /// One input T − EMA(T) per time constant, s, > 0: the thermal history.
   std::vector<double> lag_time_constants_s;
   /// Sensors that inputs use, with their units.
@@ -61,6 +65,7 @@ struct Window {
   std::vector<double> lag_degc;       ///< T − EMA(T), one per time constant; empty if T is unknown in the second
   std::vector<SensorWindow> sensors;  ///< as FeatureDefinition::sensors
   bool lag_settling = false;          ///< less than three of the longest time constants since the lag filters started
+  bool settling = false;              ///< the same of a response
 };
 
 /// The names of model inputs in files and on command lines: "T", "dTdt", "U", "lag1", "lag2", …; of a sensor named case
@@ -99,8 +104,11 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
 /// rates, whatever their gaps. Implausible values count as unknown. Shorter gaps have no effect: means use the
 /// available seconds, slopes their true times. Cost: O(history_s) per second.
 ///
-/// No accumulated rounding: only the lag filters are recursive. They restart if the last known temperature is more than
-/// max(max_gap_s + 1, shortest time constant / 10) s old, or after a step back in time.
+/// A response takes the body as steady at the first temperature. It restarts, as a lag filter does, and for three of
+/// its time constants the window is `settling`, but used.
+///
+/// No accumulated rounding: only the responses and lag filters are recursive. They restart if the last known
+/// temperature is more than max(max_gap_s + 1, shortest time constant / 10) s old, or after a step back in time.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(FeatureDefinition definition);
@@ -121,6 +129,7 @@ class FeatureExtractor {
  private:
   Window take(const SecondMean& second_mean);
   void admit(const SecondMean& second_mean, Window& window);
+  void respond(SecondMean& second_mean, Window& window);
   void measure(Window& window) const;
   void update_lags(const SecondMean& second_mean, Window& window);
   double quantity(const SecondMean& second_mean, std::size_t sensor) const;
@@ -132,6 +141,14 @@ class FeatureExtractor {
   std::int64_t incomplete_;          ///< last second after a gap, without a rate or without a temperature
   SensorList known_list_;            ///< of the last mean
   std::vector<std::size_t> places_;  ///< index in that list of each sensor of the definition; its size if absent
+  /// Of a thermometer: the body that follows it.
+  struct Body {
+    int tau_s;
+    std::size_t sensor;  ///< of the definition; its size: T
+    double value = kUnknown;
+    std::int64_t since = 0, last = 0;  ///< seconds
+  };
+  std::vector<Body> bodies_;
   std::vector<double> lag_mean_degc_;
   std::vector<std::vector<double>> sensor_lag_mean_;  ///< by sensor; kUnknown before the first known value
   std::int64_t last_lag_second_ = 0;

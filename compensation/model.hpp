@@ -124,7 +124,8 @@ std::vector<double> gather_inputs(const Model& model, const Window& window);
 // The identity of a model: SHA-256 over its numbers, so that a model has the same id wherever it was written.
 
 /// Version 2: the id depends on the serial number. Models for any gyro are written as version 1, which prism 0.2 reads.
-inline constexpr int kModelVersion = 2;
+/// Version 3: with a response, which prism 0.4 would ignore.
+inline constexpr int kModelVersion = 3;
 inline constexpr std::array kSlopeNames = {"difference", "least_squares"};  ///< in the order of SlopeMethod
 
 /// Version of the file of a model.

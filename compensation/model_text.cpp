@@ -136,6 +136,19 @@ JsonTable<FeatureDefinition> feature_keys() {
               features.sensors.push_back({name, kSensorUnitNames[sensors.choice(name, kSensorUnitNames)]});
             }
           },
+          nullptr)
+      .custom(
+          "response_s",
+          {{"type", "object"}, {"additionalProperties", {{"type", "integer"}, {"minimum", 1}, {"maximum", 1000000}}}},
+          "time constant with which the gyro's body follows T or a sensor",
+          [](const Section& section, F& features) {
+            const Section response = section.object("response_s");
+            for (const std::string& name : response.names(TextRule::kSensorName)) {
+              if (unit_of_input(features, name) != "degC")
+                response.fail(name, "is not a temperature of the features, expected T or a sensor in degC");
+              features.response_s[name] = static_cast<int>(response.integer(name, {1, 1e6}));
+            }
+          },
           nullptr);
 }
 
@@ -245,7 +258,7 @@ const JsonTable<ModelInfo>& model_keys() {
       JsonTable<M>()
           .custom("format", {{"const", "prism-model"}}, "", read_format, nullptr)
           .also({}, true)
-          .known("version", {{"enum", {1, 2}}}, "2: the id covers gyro/serial")
+          .known("version", {{"enum", {1, 2, 3}}}, "2: the id covers gyro/serial; 3: with a response")
           .also({}, true)
           .text("kind", &M::kind, "")
           .required()
@@ -310,11 +323,15 @@ std::string features_text(const FeatureDefinition& f) {
   for (const SensorName& sensor : f.sensors)
     sensors += fmt::format("{}\"{}\": \"{}\"", sensors.empty() ? ", \"sensors\": {" : ", ", sensor.name, sensor.unit);
   if (!sensors.empty()) sensors += "}";
+  std::string response;
+  for (const auto& [name, tau_s] : f.response_s)
+    response += fmt::format("{}\"{}\": {}", response.empty() ? ", \"response_s\": {" : ", ", name, tau_s);
+  if (!response.empty()) response += "}";
   return fmt::format(
       "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
-      "\"lag_time_constants_s\": {}{}}},\n",
+      "\"lag_time_constants_s\": {}{}{}}},\n",
       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
-      exact_texts(f.lag_time_constants_s), sensors);
+      exact_texts(f.lag_time_constants_s), sensors, response);
 }
 
 }  // namespace

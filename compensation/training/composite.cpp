@@ -195,6 +195,7 @@ namespace {
 
 constexpr Eigen::Index kCoarseSamples = 320, kMiddleSamples = 500, kFineSamples = 1000;
 constexpr int kCoarseEvaluations = 60, kFineEvaluations = 40;
+constexpr double kImpossible = std::numeric_limits<double>::infinity();
 
 // Starts of the search: [s1², l², s2², s3², s4², tau, s_n²] (offsets: s5²). A smooth bias with white noise; a
 // polynomial; a wiggly one; mostly drift.
@@ -215,6 +216,22 @@ std::vector<Eigen::VectorXd> starts(Eigen::Index inputs, bool offsets) {
 /// Minimises the objective over `part` from `start`.
 using Descent = std::function<Minimum(const CompositeSamples& part, const Eigen::VectorXd& weight,
                                       const Eigen::VectorXd& start, int most, const Eigen::MatrixXd& inverse_hessian)>;
+
+/// `tell`: called with each value.
+Descent descent(const DriftPrior& drift, const TuningSettings& tuning, std::function<void(double)> tell) {
+  return [=, &tuning](const CompositeSamples& part, const Eigen::VectorXd& weight, const Eigen::VectorXd& start,
+                      int most, const Eigen::MatrixXd& inverse_hessian) {
+    const auto f = [&](const Eigen::VectorXd& theta, Eigen::VectorXd& gradient) {
+      constexpr double kFarthest = 25;  // e^±25: no data can distinguish such a parameter from 0 or infinity
+      if (!(theta.cwiseAbs().maxCoeff() < kFarthest)) return kImpossible;
+      const auto system = CompositeSystem::make(part, theta, weight);
+      const double value = system ? system->objective(&gradient, drift) : kImpossible;
+      if (tell) tell(value);
+      return value;
+    };
+    return minimise_smooth(f, start, most, inverse_hessian, [&] { return tuning.stopped(); });
+  };
+}
 
 }  // namespace
 
@@ -280,7 +297,6 @@ std::optional<Minimum> best_weighted(const Descent& descend, const CompositeSamp
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const TuningSettings& tuning,
                                       const Eigen::VectorXd& first) {
-  constexpr double kImpossible = std::numeric_limits<double>::infinity();
   constexpr int kExpected = 4 * 45 + 3 * 20;  // evaluations
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(samples.y.size());
   // Outliers enlarge the variance of the target, of which the drift is expected to be a share.
@@ -288,19 +304,10 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
   expected.centre += 2 * std::log(believed_sd(samples.y, first) / believed_sd(samples.y, ones));
   int evaluations = 0;
   double least = kImpossible;
-  const Descent descend = [&](const CompositeSamples& part, const Eigen::VectorXd& weight, const Eigen::VectorXd& start,
-                              int most, const Eigen::MatrixXd& inverse_hessian) {
-    const auto f = [&](const Eigen::VectorXd& theta, Eigen::VectorXd& gradient) {
-      constexpr double kFarthest = 25;  // e^±25: no data can distinguish such a parameter from 0 or infinity
-      if (!(theta.cwiseAbs().maxCoeff() < kFarthest)) return kImpossible;
-      const auto system = CompositeSystem::make(part, theta, weight);
-      const double value = system ? system->objective(&gradient, expected) : kImpossible;
-      least = std::min(least, value);
-      if (tuning.progress) tuning.progress(++evaluations, kExpected, {0, 0, 0, least});
-      return value;
-    };
-    return minimise_smooth(f, start, most, inverse_hessian, [&] { return tuning.stopped(); });
-  };
+  const Descent descend = descent(expected, tuning, [&](double value) {
+    least = std::min(least, value);
+    if (tuning.progress) tuning.progress(++evaluations, kExpected, {0, 0, 0, least});
+  });
   std::optional<Minimum> best;
   double searched = 0;
   for (const Eigen::Index most : {kCoarseSamples, kMiddleSamples, kFineSamples}) {
@@ -316,7 +323,15 @@ Result<CompositeFit> search_composite(const CompositeSamples& samples, const Rew
   return CompositeFit{best->x, first, best->value};
 }
 
-namespace {}  // namespace
+CompositeFit likely_theta(const CompositeSamples& samples, const DriftPrior& drift, const TuningSettings& tuning) {
+  CompositeFit best{{}, Eigen::VectorXd::Ones(samples.y.size()), kImpossible};
+  const Descent descend = descent(drift, tuning, {});
+  for (const Eigen::VectorXd& start : starts(samples.x.rows(), samples.recordings > 1)) {
+    const Minimum found = descend(samples, best.weight, start, kCoarseEvaluations, {});
+    if (found.value < best.objective) best.theta = found.x, best.objective = found.value;
+  }
+  return best;
+}
 
 std::optional<CompositeSolution> solve_composite(const CompositeSamples& samples, const Eigen::VectorXd& theta,
                                                  const Eigen::VectorXd& weight, const ReweightSettings& settings) {

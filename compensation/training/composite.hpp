@@ -10,6 +10,7 @@
 #include "compensation/composite_model.hpp"
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/robust.hpp"
+#include "compensation/training/trainer.hpp"
 #include "compensation/training/tuning.hpp"
 
 namespace prism::training {
@@ -36,6 +37,15 @@ compensation::CompositeVariances composite_variances(const Eigen::VectorXd& thet
 struct DriftPrior {
   double weight = 0, centre = 0;
 };
+
+DriftPrior drift_prior(Drift drift);
+
+/// One recording whose temperature (the first input, if none is named T) has a path hardly longer than its range.
+bool one_passage(const TrainingData& data);
+
+/// First weights: as good as none for rows far from their neighbours, so that no drift in time is found that follows
+/// them.
+Eigen::VectorXd first_weights(const TrainingData& data, const TrainingSettings& settings);
 
 /// y = beta + f(x) + n(t) + o + e: f ~ GP(0, k), n ~ Ornstein-Uhlenbeck (s4², tau) within a recording, o an offset for
 /// each recording (s5²), e ~ N(0, s_n²/v). H is the covariance of all of them, with 1e-8 on its diagonal:
@@ -88,6 +98,9 @@ struct CompositeFit {
 Result<CompositeFit> search_composite(const CompositeSamples& samples, const ReweightSettings& settings,
                                       const DriftPrior& drift, const TuningSettings& tuning,
                                       const Eigen::VectorXd& first);
+
+/// The best of several starts, unweighted, on all of the samples: a few hundred. An infinite objective: none is finite.
+CompositeFit likely_theta(const CompositeSamples& samples, const DriftPrior& drift, const TuningSettings& tuning);
 
 // Long records: the composite kernel over a few centres, with a filter for the nuisance; O(N r²) instead of O(N³).
 

@@ -28,25 +28,6 @@ bool shows_warm_up(const CompositeSamples& samples) {
   return recordings.size() > 1 && std::all_of(recordings.begin(), recordings.end(), is_long);
 }
 
-// Centre and weight on the simulated truths and the chamber splits (docs/benchmarks.md); kNone: as good as zero.
-DriftPrior drift_prior(Drift drift) {
-  if (drift == Drift::kThermal) return {0.25, std::log(0.05)};
-  return drift == Drift::kNone ? DriftPrior{100, std::log(1e-6)} : DriftPrior{};
-}
-
-// First weights: as good as none for rows far from their neighbours, so that no drift in time is found
-// that follows them. All 1 on clean gyros, if more than a quarter of the rows are far, and if the
-// 65 neighbours are more than a third of the record, because then ramps are far.
-Eigen::VectorXd first_weights(const TrainingJob& job) {
-  constexpr Eigen::Index kMostShare = 4, kFewestRows = 195;
-  const Eigen::Index n = job.data.target.size();
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
-  if (n < kFewestRows || job.settings.reweight.weight.kind == WeightKind::kNone) return weight;
-  const Rows suspects = gross_outliers(job.data.inputs, job.data.target, job.runs, kSuspect);
-  if (static_cast<Eigen::Index>(suspects.size()) * kMostShare <= n) weight(suspects).setConstant(kMinCompositeWeight);
-  return weight;
-}
-
 // 1 for the rows that the weights do not take for outliers, else 0: only they judge the model.
 Eigen::ArrayXd believed(const Eigen::VectorXd& weight) { return (weight.array() >= kBelievedWeight).cast<double>(); }
 
@@ -197,12 +178,31 @@ std::vector<double> relevance_of(const compensation::Model& model, const Trainin
   return square;
 }
 
-// One passage: the path of the temperature (the first input, if none is named T) is hardly longer than its range.
-bool one_passage(const TrainingData& raw, int recordings) {
+}  // namespace
+
+// Centre and weight on the simulated truths and the chamber splits (docs/benchmarks.md); kNone: as good as zero.
+DriftPrior drift_prior(Drift drift) {
+  if (drift == Drift::kThermal) return {0.25, std::log(0.05)};
+  return drift == Drift::kNone ? DriftPrior{100, std::log(1e-6)} : DriftPrior{};
+}
+
+// All 1 on clean gyros, if more than a quarter of the rows are far, and if the
+// 65 neighbours are more than a third of the record, because then ramps are far.
+Eigen::VectorXd first_weights(const TrainingData& data, const TrainingSettings& settings) {
+  constexpr Eigen::Index kMostShare = 4, kFewestRows = 195;
+  const Eigen::Index n = data.target.size();
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
+  if (n < kFewestRows || settings.reweight.weight.kind == WeightKind::kNone) return weight;
+  const Rows suspects = gross_outliers(data.inputs, data.target, runs_of(data), kSuspect);
+  if (static_cast<Eigen::Index>(suspects.size()) * kMostShare <= n) weight(suspects).setConstant(kMinCompositeWeight);
+  return weight;
+}
+
+bool one_passage(const TrainingData& raw) {
   constexpr Eigen::Index kPieces = 20;
   constexpr double kStraight = 0.75;
   const Eigen::Index n = raw.inputs.cols();
-  if (recordings > 1 || n < 2 * kPieces) return false;
+  if ((!raw.runs.empty() && raw.runs.back() > raw.runs.front()) || n < 2 * kPieces) return false;
   const auto named = std::find(raw.names.begin(), raw.names.end(), compensation::kInputTemperature);
   const Eigen::VectorXd t = raw.inputs.row(named == raw.names.end() ? 0 : named - raw.names.begin());
   Eigen::VectorXd mean(kPieces);
@@ -214,8 +214,6 @@ bool one_passage(const TrainingData& raw, int recordings) {
   return path > 0 && mean.maxCoeff() - mean.minCoeff() > kStraight * path;
 }
 
-}  // namespace
-
 Result<TrainedModel> train_composite(TrainingJob job) {
   auto data = normalise(job.data, job.settings.scaling);
   if (!data) return tl::unexpected<Error>(data.error());
@@ -223,7 +221,8 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   settings.reweight.weight.parameter = settings.parameter.value_or(kGentleParameter);
   CompositeSamples samples{data->x, data->y, time_of(job.data), job.runs, fold_count(job.runs), 0};
   if (!job.plan.sparse && shows_warm_up(samples)) samples.warm_up = kWarmUpVariance;
-  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), settings, first_weights(job));
+  auto fit = search_composite(samples, settings.reweight, drift_prior(settings.drift), settings,
+                              first_weights(job.data, job.settings));
   if (!fit) return tl::unexpected<Error>(fit.error());
   const auto solved = [&] {
     return job.plan.sparse ? solve_sparse_composite(samples, fit->theta, settings.reweight, job.plan.max_rank)
@@ -269,7 +268,7 @@ Result<TrainedModel> train_composite(TrainingJob job) {
   auto model = compensation::CompositeModel::make(std::move(job.info), std::move(p));
   if (!model) return tl::unexpected<Error>(model.error());
   trained.model = std::move(*model);
-  if (settings.drift == Drift::kThermal && one_passage(job.data, samples.recordings))
+  if (settings.drift == Drift::kThermal && one_passage(job.data))
     trained.notes.emplace_back(
         "one passage through the temperatures: thermal drift and drift in time cannot be separated; assumed mostly "
         "thermal; a second cycle would decide (--drift states what you know)");

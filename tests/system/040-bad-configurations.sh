@@ -26,7 +26,7 @@ echo '{}' >"$dir/gyro.json"; refused "no device" "gyro.json:/line/device: is mis
 code=0; prismd --check "$dir/gyro.json" >"$dir/o" 2>"$dir/e" || code=$?; same "exit code of --check" "$code" 78
 model=$PRISM_SOURCE/config/models/tao2019-model2.json
 echo '{"model": "./m.json", "line": {"device": "/dev/null"}}' >"$dir/gyro.json"
-sed 's/"version": 1/"version": 9/' "$model" >"$dir/m.json"; refused "newer model" "m.json:/version: found 9, expected at most 2: made by a newer prism"
+sed 's/"version": 1/"version": 9/' "$model" >"$dir/m.json"; refused "newer model" "m.json:/version: found 9, expected at most 3: made by a newer prism"
 sed 's/0.646/0.647/' "$model" >"$dir/m.json"; refused "damaged model" "m.json:/id: found"
 head -c 700 "$model" >"$dir/m.json"; refused "truncated model" "m.json:"
 sed 's/"serial": ""/"serial": "70-1"/' "$model" >"$dir/m.json"

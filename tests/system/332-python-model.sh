@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # prism.Model, the second implementation of features and models, gives the columns of the log: each model type and policy, two sessions,
-# a record that leaves the training range, lost frames, a lag.
+# a record that leaves the training range, lost frames, a response, a lag.
 . "$(dirname "$0")/lib.sh"
 /usr/bin/python3 -c 'import numpy' 2>/dev/null || skip "python3-numpy is not installed (run tools/setup)"
 export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
@@ -16,6 +16,7 @@ train ir-lssvm --method ir-lssvm --c 10 --sigma2 1
 train svr --method svr
 train ls --method ls --inputs T
 train squares --method stepwise --slope least_squares
+train response --method stepwise --response 900
 train lag --method stepwise --inputs T,dTdt,lag1 --lag 1800
 prismsim --rate 20 --profile fast --seed 3 --hours 3 --out short.pcap 2>/dev/null
 jq '.rate_hz = 20' g.json >g20.json
@@ -51,7 +52,7 @@ compare() { # MODEL POLICY
   prismd served.json --model "./$1.json" --replay b.pcap --replay c.pcap --out "log-$1-$2" >/dev/null 2>replay.err || fail "$1: $(cat replay.err)"
   /usr/bin/python3 compare.py "$1.json" "log-$1-$2" "$2" || fail "$1, $2"
 }
-for model in lssvm ir-lssvm svr ls squares lag composite; do compare "$model" preset; done
+for model in lssvm ir-lssvm svr ls squares response lag composite; do compare "$model" preset; done
 for policy in flag clamp shrink; do compare composite "$policy"; compare lssvm "$policy"; done
 
 # Many samples, of which some are centres: the models keep a matrix instead of their samples.
@@ -98,7 +99,7 @@ wrong() { # TEXT CHANGE
   jq "$2" composite.json >wrong.json
   contains "$2" "$(/usr/bin/python3 -c 'import prism; prism.Model("wrong.json")' 2>&1 | tail -1)" "ValueError: wrong.json: $1"
 }
-wrong "found prism-model 3, expected prism-model 1 or 2" '.version = 3'
+wrong "found prism-model 4, expected prism-model 1 to 3" '.version = 4'
 wrong "'beta' is missing" 'del(.beta)'
 wrong "'variances' is missing" 'del(.variances)'
 wrong "alpha: found a number that is not finite" '.alpha[0] = null'

@@ -84,6 +84,7 @@ void declare_gyro(CLI::App& app, CommandLine& line, SimOptions& options) {
 // Causes of bias other than T, dT/dt and U.
 void declare_truth(CLI::App& app, simulation::BiasModelSettings& truth) {
   app.add_flag("--smooth", truth.smooth, "smooth non-quadratic bias instead of the paper's equation");
+  app.add_flag("--in-air", truth.thermometer_in_air, "the thermometer is in the chamber's air, not in the gyro");
   const std::tuple<const char*, double&, const char*> sizes[]{
       {"--sensor-lag", truth.sensor_lag_s, "lag of the thermometer behind the body, s"},
       {"--hysteresis", truth.hysteresis_deg_per_h, "half the gap between heating and cooling, deg/h"},

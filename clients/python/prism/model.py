@@ -26,8 +26,8 @@ class Model:
             raise ValueError(f"{path}: {why}" + " is missing" * isinstance(why, KeyError)) from None
 
     def _read(self, file):
-        if file.get("format") != "prism-model" or file.get("version") not in (1, 2):
-            raise ValueError(f'found {file.get("format")} {file.get("version")}, expected prism-model 1 or 2')
+        if file.get("format") != "prism-model" or file.get("version") not in (1, 2, 3):
+            raise ValueError(f'found {file.get("format")} {file.get("version")}, expected prism-model 1 to 3')
         self.kind, self.inputs = file["kind"], [each["name"] for each in file["inputs"]]
         self.features, self.length = file["features"], file["features"]["length_s"]
         self.history = self.length + (self.features["end_mean_s"] if self.features["slope"] == "difference" else 0)
@@ -165,7 +165,9 @@ class Model:
         in_run[at] = 1
         full = np.convolve(in_run, np.ones(self.history, int))[at] == self.history
         mean_rate, _ = self._window(at, in_run, np.where(partial, np.nan, rate), self.history)
-        known, settling = self._lags(second + 10**9 * np.cumsum(partial), values)
+        time = second + 10**9 * np.cumsum(partial)
+        body_settling = self._respond(time, values)
+        known, settling = self._lags(time, values)
         for name, series in values.items():
             known[name], known[f"d{name}/dt"] = self._window(at, in_run, series, gap)
         known["dTdt"] = np.where(full, known["dT/dt"], np.nan)
@@ -178,7 +180,7 @@ class Model:
         out[:, over] = np.nan
         limited = self._limit(out[0], second, max_bias_deg_per_h) if slew_limit else full & False
         words = dict(warming=~full, input_missing=full & ~usable, extrapolating=outside & ~over, over_limit=over,
-                     settling=full & settling, rate_invalid=~np.isfinite(column("rate_deg_per_h")), implausible=bad,
+                     settling=full & (settling | body_settling), rate_invalid=~np.isfinite(column("rate_deg_per_h")), implausible=bad,
                      slew_limited=limited)
         quality = np.full(len(second), "", object)
         for word, rows in words.items():
@@ -211,6 +213,20 @@ class Model:
                 return total / count, (now / n - before / m) / (old / m - new / n)
             products, squares = np.convolve(dense, age)[at], np.convolve(known, age**2)[at]
             return total / count, (ages * total - count * products) / (count * squares - ages**2)
+
+    def _respond(self, time, values):
+        """Passes temperatures through their responses, in place; returns the rows before the responses settle."""
+        settling = np.zeros(len(time), bool)
+        for name, tau in self.features.get("response_s", {}).items():
+            last = since = -np.inf
+            for row in np.flatnonzero(np.isfinite(values[name])):
+                step, now, last = time[row] - last, values[name][row], time[row]
+                if not 0 < step <= max(self.features["max_gap_s"] + 1, tau // 10):
+                    body, since = now, last
+                else:
+                    body += (body - now) * np.expm1(-step / tau)
+                values[name][row], settling[row] = body, last - since < 3 * tau
+        return settling
 
     def _lags(self, time, values):
         """Value minus EMA of each quantity and time constant, by names of inputs; and the rows before they settle."""

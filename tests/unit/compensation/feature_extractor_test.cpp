@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// FeatureExtractor: slopes and lags of known histories, and a simple reference over random ones.
+// FeatureExtractor: slopes, responses and lags of known histories, and a simple reference over random ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -57,6 +58,26 @@ TEST(FeatureExtractor, LagsFollowTheirClosedForms) {
   }
 }
 
+// After a step of 30 degC the body is 30 exp(−n / tau) behind, and `settling` for 3 tau.
+TEST(FeatureExtractor, AResponseFollowsItsClosedForm) {
+  FeatureDefinition features;
+  features.length_s = 1, features.end_mean_s = 1;
+  features.sensors = {{"case", "degC"}};
+  features.response_s = {{"T", 400}, {"case", 25}};
+  const auto list = std::make_shared<const std::vector<SensorName>>(features.sensors);
+  FeatureExtractor extractor(features);
+  for (int n = 0; n < 2000; ++n) {
+    SecondMean mean = second_mean_at(n, n == 0 ? 20 : 50);
+    mean.sensor_list = list;
+    mean.sensors = {n == 0 ? 20.0 : 50.0};
+    const Window window = extractor.push(mean);
+    ASSERT_NEAR(window.temperature_degc, 50 - 30 * std::exp(-n / 400.0), kMeanRounding) << n;
+    ASSERT_NEAR(window.sensors.at(0).mean, 50 - 30 * std::exp(-n / 25.0), kMeanRounding) << n;
+    ASSERT_EQ(window.second_mean.temperature_degc, mean.temperature_degc);
+    ASSERT_EQ(window.settling, n < 1200) << n;
+  }
+}
+
 constexpr double kReferenceRounding = 1e-10;
 
 using Quantity = double SecondMean::*;
@@ -66,8 +87,9 @@ class Reference {
  public:
   explicit Reference(FeatureDefinition definition) : definition_(std::move(definition)) {}
 
-  Window push(const SecondMean& second_mean) {
+  Window push(const SecondMean& measured) {
     Window window;
+    const SecondMean second_mean = with_body(measured, window);
     if (!kept_.empty() && second_mean.second > last()) window.gap_s = static_cast<int>(second_mean.second - last()) - 1;
     const bool goes_on = !kept_.empty() && second_mean.second > last() && window.gap_s <= definition_.max_gap_s;
     if (!goes_on) kept_.clear();
@@ -142,6 +164,23 @@ class Reference {
     return covariance / variance;
   }
 
+  // The body is behind by a difference that decays with the elapsed time.
+  SecondMean with_body(SecondMean second_mean, Window& window) {
+    const auto found = definition_.response_s.find(kInputTemperature);
+    const double degc = second_mean.temperature_degc;
+    if (found == definition_.response_s.end() || std::isnan(degc)) return second_mean;
+    const std::int64_t tau = found->second, step = last_body_ ? second_mean.second - last_body_->first : 0;
+    if (step <= 0 || step > std::max<std::int64_t>(definition_.max_gap_s + 1, tau / 10)) {
+      behind_ = 0, body_begin_ = second_mean.second;
+    } else {
+      behind_ = (behind_ + degc - last_body_->second) * std::exp(-static_cast<double>(step) / static_cast<double>(tau));
+    }
+    last_body_ = {second_mean.second, degc};
+    second_mean.temperature_degc = degc - behind_;
+    window.settling = second_mean.second - body_begin_ < 3 * tau;
+    return second_mean;
+  }
+
   // Of one time constant: the difference decays with the elapsed time.
   void take_lag(const SecondMean& second_mean, Window& window) {
     const double degc = second_mean.temperature_degc, tau = definition_.lag_time_constants_s.at(0);
@@ -162,6 +201,9 @@ class Reference {
   double lag_ = 0;
   std::optional<std::pair<std::int64_t, double>> last_lag_;
   std::int64_t lag_begin_ = 0;
+  double behind_ = 0;
+  std::optional<std::pair<std::int64_t, double>> last_body_;
+  std::int64_t body_begin_ = 0;
 };
 
 void expect_alike(double a, double b, const char* what) {
@@ -183,6 +225,7 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
     definition.end_mean_s = trial % 4 < 2 ? 1 : 1 + below(static_cast<unsigned>(definition.length_s));
     definition.max_gap_s = below(8);
     definition.lag_time_constants_s = {1.0 + below(100)};
+    if (trial % 5 < 2) definition.response_s[kInputTemperature] = 1 + below(100);
     const int full = definition.length_s + (trial % 2 ? definition.end_mean_s : 0);
     ASSERT_EQ(history_s(definition), full);
     FeatureExtractor extractor(definition), without_ready(definition);
@@ -221,6 +264,7 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
       ASSERT_EQ(window.warm_s, expected.warm_s) << "trial " << trial << ", push " << i;
       ASSERT_EQ(window.gap_s, expected.gap_s);
       ASSERT_EQ(window.lag_settling, expected.lag_settling);
+      ASSERT_EQ(window.settling, expected.settling);
       ASSERT_EQ(window.lag_degc.size(), expected.lag_degc.size());
       if (!window.lag_degc.empty()) expect_alike(window.lag_degc[0], expected.lag_degc[0], "lag");
       expect_alike(window.second_mean.temperature_degc, second_mean.temperature_degc, "row");

@@ -137,6 +137,8 @@ TEST(ModelText, RandomModelsReadBackToTheLastBit) {
     info.features.max_gap_s = static_cast<int>(random() % 3601);
     info.features.slope = i % 4 ? SlopeMethod::kDifference : SlopeMethod::kLeastSquares;
     info.features.lag_time_constants_s = {1 + 1e-3 * static_cast<double>(random() % 1'000'000), 1e7};
+    if (i % 3 == 1) info.features.sensors = {{"case", "degC"}};
+    if (i % 3 == 1) info.features.response_s = {{"T", 1 + static_cast<int>(random() % 1'000'000)}, {"case", 1'000'000}};
     info.inputs = {"U", "lag2", "T"};
     if (i % 5) info.domain = {{-1e300, number(), -0.0}, {number(), 0, 0}};
     for (std::size_t k = 0; k < info.domain.min.size(); ++k) {
@@ -243,6 +245,12 @@ TEST(ModelId, ChangesWithEveryNumber) {
       [](ModelInfo& i) { i.features.max_gap_s = 4; },
       [](ModelInfo& i) { i.features.lag_time_constants_s = {1500.0000000000002}; },
       [](ModelInfo& i) { i.features.lag_time_constants_s = {}; },
+      [](ModelInfo& i) {
+        i.features.response_s = {{"T", 900}};
+      },
+      [](ModelInfo& i) {
+        i.features.response_s = {{"T", 901}};
+      },
       [](ModelInfo& i) { i.domain.min[0] = -40.000000000000007; },
       [](ModelInfo& i) { i.domain.max[1] = 6.0000000000000009; },
       [](ModelInfo& i) { i.domain = {}; },

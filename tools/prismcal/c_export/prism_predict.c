@@ -53,14 +53,34 @@ static prism_number slope_of(const prism_number *values) {
 
 void prism_reset(prism_state *state) { memset(state, 0, sizeof *state); }
 
+// The body's temperature: a first-order response to the thermometer's, which restarts after a gap that hides the past.
+static prism_number body_degc(prism_state *state, const prism_second *means) {
+  const int64_t step = means->second - state->body_second;
+  const double degc = (double)means->temperature_degc;
+  if (PRISM_RESPONSE_S == 0 || !is_known(means->temperature_degc)) return means->temperature_degc;
+  if (state->body_history_s == 0 || step <= 0 || step > PRISM_RESPONSE_BRIDGE_S) {
+    state->body_degc = degc;
+    state->body_history_s = 1;
+  } else {
+    state->body_degc += (state->body_degc - degc) * expm1(-(double)step / (double)PRISM_RESPONSE_S);
+    state->body_history_s += step;
+  }
+  state->body_second = means->second;
+  return (prism_number)state->body_degc;
+}
+
+static int is_body_settling(const prism_state *state) {
+  return PRISM_RESPONSE_S > 0 && state->body_history_s <= PRISM_RESPONSE_SETTLED_S;
+}
+
 // T - EMA(T). The filters restart after a gap that hides the past.
-static void update_lags(prism_state *state, const prism_second *means) {
+static void update_lags(prism_state *state, const prism_second *means, prism_number degc) {
   const int64_t step = means->second - state->lag_second;
   const int restart = state->lag_history_s == 0 || step <= 0 || step > PRISM_LAG_BRIDGE_S;
   int i;
   for (i = 0; i < PRISM_LAGS; ++i) {
     const double keep = restart ? 0 : exp(-(double)step / (double)prism_lag_s[i]);
-    state->lag_mean_degc[i] = keep * state->lag_mean_degc[i] + (1 - keep) * (double)means->temperature_degc;
+    state->lag_mean_degc[i] = keep * state->lag_mean_degc[i] + (1 - keep) * (double)degc;
   }
   state->lag_history_s = restart ? 1 : state->lag_history_s + step;
   state->lag_second = means->second;
@@ -68,7 +88,7 @@ static void update_lags(prism_state *state, const prism_second *means) {
 
 // Stores the second. A gap above PRISM_MAX_GAP_S or a step back empties the window. Returns the step from the last one.
 static int64_t store(prism_state *state, const prism_second *means) {
-  const prism_number now[2] = {means->temperature_degc, means->uhfo_v};
+  const prism_number now[2] = {body_degc(state, means), means->uhfo_v};
   const int64_t step = means->second - state->second;
   const int restart = state->history_s == 0 || step <= 0 || step > PRISM_MAX_GAP_S + 1;
   const int shift = restart ? PRISM_HISTORY_S : (int)step;
@@ -81,7 +101,7 @@ static int64_t store(prism_state *state, const prism_second *means) {
   if (restart) state->published_deg_per_h = (prism_number)NAN;
   state->history_s = restart ? 1 : state->history_s + step;
   state->second = means->second;
-  if (is_known(means->temperature_degc)) update_lags(state, means);
+  if (is_known(means->temperature_degc)) update_lags(state, means, now[0]);
   return step;
 }
 
@@ -137,7 +157,8 @@ static prism_number window_bias(const prism_state *state, unsigned *flags) {
     *flags |= PRISM_WARMING;
     return (prism_number)NAN;
   }
-  if (is_known(state->value[0][0]) && state->lag_history_s <= PRISM_LAG_SETTLED_S) *flags |= PRISM_SETTLING;
+  if (is_known(state->value[0][0]) && (state->lag_history_s <= PRISM_LAG_SETTLED_S || is_body_settling(state)))
+    *flags |= PRISM_SETTLING;
   for (i = 0; i < PRISM_INPUTS; ++i) {
     inputs[i] = input_of(state, prism_input[i]);
     if (is_known(inputs[i])) continue;

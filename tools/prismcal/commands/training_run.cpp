@@ -14,6 +14,7 @@
 #include "base/escape.hpp"
 #include "base/text_number.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/response.hpp"
 #include "compensation/training/trainer.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
@@ -96,6 +97,37 @@ Result<nlohmann::ordered_json> evaluate_held_out(const training::TrainedModel& t
   return json;
 }
 
+std::string check_response(std::string& word) {
+  const auto seconds = parse_number<int>(word);
+  if (word == "auto" || (seconds && *seconds >= 0 && *seconds <= 1'000'000)) return {};
+  return fmt::format("found \"{}\", expected auto or whole seconds within 0 to 1000000", word);
+}
+
+/// The response of T that the choice leaves open: that of the models of --prior, or the one that the samples show.
+Result<std::optional<training::ResponseSearch>> choose_response(TrainChoice& choice, const training::TrainingData& data,
+                                                                const training::TrainingSettings& settings) {
+  compensation::FeatureDefinition& features = choice.recordings.features;
+  if (choice.response != "auto") return std::nullopt;
+  if (!choice.prior.empty()) {
+    const auto models = read_population_models(choice.prior, "");
+    if (!models) return tl::unexpected<Error>(models.error());
+    features.response_s = models->front()->info().features.response_s;
+    return std::nullopt;
+  }
+  if (!choice.method.quiet) fmt::print(stderr, "does the gyro follow this thermometer later? …\n");
+  const auto found = training::find_response(data, settings, features.length_s);
+  if (found.tau_s > 0) features.response_s[compensation::kInputTemperature] = found.tau_s;
+  return found;
+}
+
+std::string response_text(const training::ResponseSearch& found) {
+  return found.tau_s > 0
+             ? fmt::format(
+                   "the gyro follows this thermometer in {:.0f} min ({:.0f} to {:.0f}): T and dTdt are of its body",
+                   found.tau_s / 60.0, found.low_s / 60, found.high_s / 60)
+             : "the gyro follows this thermometer at once: T and dTdt are as measured";
+}
+
 }  // namespace
 
 std::string TrainingRun::model_text() const {
@@ -105,25 +137,44 @@ std::string TrainingRun::model_text() const {
 Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
   TrainChoice choice = requested;
   if (choice.method.quiet) choice.recordings.source.table.silence();
+  auto settings = settings_of(choice.method);
+  if (!settings) return tl::unexpected<Error>(settings.error());
+  const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
+  settings->stop = stopped;
+  std::optional<training::ResponseSearch> response;
+  // Reads the recordings, and once more if they show a response.
+  const auto read = [&](const std::vector<std::string>& inputs) -> Result<recordings::TrainingSet> {
+    auto set = recordings::read_training_set(choice.files, inputs, choice.recordings);
+    if (!set || response) return set;
+    const auto before = choice.recordings.features;
+    auto found = choose_response(choice, set->data, *settings);
+    if (!found) return tl::unexpected<Error>(found.error());
+    response = std::move(*found);
+    if (choice.recordings.features == before) return set;
+    return recordings::read_training_set(choice.files, inputs, choice.recordings);
+  };
+  if (choice.response != "auto" && choice.response != "0")
+    choice.recordings.features.response_s[compensation::kInputTemperature] = std::stoi(choice.response);
   std::optional<InputSearch> search;
   if (choice.inputs == "auto") {
+    if (auto set = read({compensation::kInputTemperature, compensation::kInputSlope}); !set)
+      return tl::unexpected<Error>(set.error());
     auto found = choose_inputs(choice);
     if (!found) return tl::unexpected<Error>(found.error());
     choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
     search = std::move(*found);
     if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
   }
-  auto settings = settings_of(choice.method);
-  if (!settings) return tl::unexpected<Error>(settings.error());
   const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
   if (auto good =
           set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
       !good)
     return tl::unexpected<Error>(good.error());
-  auto set = recordings::read_training_set(choice.files, names, choice.recordings);
+  auto set = read(names);
   if (!set) return tl::unexpected<Error>(set.error());
   if (!choice.method.quiet) {
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
+    if (response) fmt::print(stderr, "{}\n", response_text(*response));
   }
   // A recording that cannot be used must not be called usable first. Of a constant temperature its quality says more.
   const auto constant = constant_input(set->data);
@@ -152,9 +203,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!models) return tl::unexpected<Error>(models.error());
     settings->siblings = std::move(*models);
   }
-  const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
   settings->progress = progress_bar(choice.method.quiet);
-  settings->stop = stopped;
   auto trained = training::train(set->data, std::move(info), *settings);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
@@ -166,6 +215,10 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   summary["readiness"] = readiness_text(judgement.readiness);
   summary["expected"] = expectation_json(expected);
   summary["recordings"] = set->facts;
+  if (response)
+    summary["response"] = {{"tau_s", response->tau_s},
+                           {"interval_s", {response->low_s, response->high_s}},
+                           {"log_likelihood_gain", response->gain}};
   if (search) summary["input_search"] = search_json(*search);
   if (set->hold_out.wanted()) {
     auto held_out = evaluate_held_out(*trained, *set);
@@ -179,6 +232,10 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
 void add_train_options(CLI::App& command, TrainChoice& choice) {
   add_options(command, {{"--inputs", &choice.inputs,
                          "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto"},
+                        {"--response", &choice.response,
+                         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
+                         "the recordings",
+                         CLI::Validator(check_response, "")},
                         {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
                         {"--name", &choice.name, "readable name of the model"},
                         {"--prior", &choice.prior,

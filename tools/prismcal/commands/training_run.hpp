@@ -17,7 +17,7 @@ namespace prism::commands {
 
 struct TrainChoice {
   std::vector<std::string> files;
-  std::string inputs = "T,dTdt,U", out, serial, name, prior;
+  std::string inputs = "T,dTdt,U", response = "auto", out, serial, name, prior;
   recordings::TrainingSetOptions recordings;
   MethodOptions method;
   bool force = false;

@@ -20,6 +20,7 @@ struct AxisModel {
 struct BiasModelSettings {
   AxisModel axis;
   bool smooth = false;              ///< the smooth non-quadratic bias instead of the paper's equation
+  bool thermometer_in_air = false;  ///< in the chamber's, not in the gyro
   double sensor_lag_s = 0;          ///< lag of the thermometer behind the body, which drives the bias
   double hysteresis_deg_per_h = 0;  ///< half the gap between heating and cooling
   double turn_on_deg_per_h = 0;     ///< 1 sigma of an offset sampled at every switch-on

@@ -106,6 +106,7 @@ GyroTruth SimulatedGyro::next_second(const GyroTruth& from) {
   const double lag_s = settings_.sensor_lag_s, body_middle = (from.body_degc + to.body_degc) / 2;
   to.sensor_degc =
       lag_s > 0 ? from.sensor_degc - (body_middle - from.sensor_degc) * std::expm1(-kGrid_s / lag_s) : to.body_degc;
+  if (settings_.thermometer_in_air) to.sensor_degc = profile_.temperature_degc(to.time_s);
   static const double draught_kept = std::exp(-kGrid_s / kDraughtTime_s);
   static const double draught_new = kDraught_degc * std::sqrt(1 - draught_kept * draught_kept);
   draught_degc_ = draught_degc_ * draught_kept + draught_new * draught_random_.normal();

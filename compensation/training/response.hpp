@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// A thermometer outside the gyro: the time constant with which the gyro's body follows it, from the training samples.
+#pragma once
+
+#include "compensation/training/trainer.hpp"
+
+namespace prism::training {
+
+struct ResponseSearch {
+  int tau_s = 0;                 ///< 0: the temperature as measured
+  double low_s = 0, high_s = 0;  ///< 95 % interval
+  double gain = 0;               ///< of the log likelihood, over the temperature as measured
+};
+
+/// The time constant, up to 4 h, with which samples of the temperature as measured have the largest restricted
+/// likelihood of the composite kernel; 0 if no other is clearly better, without the input T, and of a record too short
+/// to tell. Uses means of neighbouring samples, about 200: it costs about as much as training on 1000 samples.
+/// `length_s`: of the blocks.
+ResponseSearch find_response(const TrainingData& data, const TrainingSettings& settings, double length_s);
+
+}  // namespace prism::training
