@@ -98,6 +98,33 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
   return record;
 }
 
+Cycle simulate_cycle(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
+                     std::uint64_t seed) {
+  simulation::SimulatedGyro gyro(profile, seed, truth);
+  simulation::RandomSource noise(seed, 1);
+  Cycle cycle;
+  const auto end = static_cast<std::int64_t>(profile.duration_s());
+  for (std::int64_t second = 0; second < end; ++second) {
+    const simulation::GyroTruth& now = gyro.step(1);
+    compensation::SecondMean mean;
+    mean.second = second;
+    mean.samples = 1;
+    mean.rate_deg_per_h = now.bias_deg_per_h + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+    mean.temperature_degc = now.sensor_degc;
+    mean.uhfo_v = now.uhfo_v;
+    cycle.seconds.push_back(mean);
+  }
+  return cycle;
+}
+
+training::TrainingData Cycle::blocks(int tau_s) const {
+  compensation::FeatureDefinition features;
+  if (tau_s > 0) features.response_s[compensation::kInputTemperature] = tau_s;
+  Blocks made(features, {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
+  for (const compensation::SecondMean& mean : seconds) made.push(mean);
+  return made.finish();
+}
+
 training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end) {
   const Eigen::Index n = end - begin;
   training::TrainingData part{

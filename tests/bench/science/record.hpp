@@ -24,6 +24,14 @@ struct Record {
 Record simulate(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
                 std::uint64_t seed, std::uint64_t gyro = 0);
 
+/// One-second means of a cycle, to be cut into blocks with several responses.
+struct Cycle {
+  std::vector<compensation::SecondMean> seconds;
+  training::TrainingData blocks(int tau_s) const;
+};
+Cycle simulate_cycle(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
+                     std::uint64_t seed);
+
 /// Rows `begin` to `end` (one past the last).
 training::TrainingData rows(const training::TrainingData& data, Eigen::Index begin, Eigen::Index end);
 

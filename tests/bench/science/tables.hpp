@@ -45,6 +45,9 @@ int designs(std::uint64_t first_seed, int count);
 /// CPU time of the composite training: a cycle, and 100 000 rows.
 int cost(std::uint64_t first_seed, int count);
 
+/// Thermometers in the chamber's air and in the gyro: the time constant that training finds, and what it gains.
+int lag(std::uint64_t first_seed, int count);
+
 /// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
 
