@@ -21,7 +21,6 @@ namespace prism::prismrelay {
 namespace {
 
 using compensation::ColumnInfo;
-using compensation::ColumnType;
 using compensation::kColumnInfo;
 using nlohmann::json;
 
@@ -31,7 +30,7 @@ constexpr double kMaxTime_s = 9.2e9;          // the year 2261
 constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 
 // The times are converted; all other columns have the same name in the log and in prism.rows.
-bool is_copied(const ColumnInfo& column) { return column.type != ColumnType::kTime; }
+bool is_copied(const ColumnInfo& column) { return column.type != compensation::ColumnType::kTime; }
 
 // JSON whose texts PostgreSQL can store.
 std::string database_json(const json& value) {
@@ -169,10 +168,6 @@ void BatchItem::refuse(Table table, Record& record, const std::string& reason) {
             : is_segment ? fmt::format("metadata of segment {}", record.segment)
                          : std::string(table == kGaps ? "a gap" : "an event");
   refusal += ": " + shortened(reason, 300);
-}
-
-std::size_t BatchItem::refused_rows() const {
-  return static_cast<std::size_t>(std::ranges::count_if(records[kRows], &Record::is_refused));
 }
 
 Result<std::shared_ptr<BatchItem>> page_item(const LogKey& log, const std::string& cursor, json response) {

@@ -65,8 +65,6 @@ struct BatchItem {
   bool is_empty() const {
     return std::all_of(texts.begin(), texts.end(), [](const auto& text) { return text.empty(); });
   }
-  /// Number of refused rows.
-  std::size_t refused_rows() const;
 };
 
 /// At most one page of each log.

@@ -5,16 +5,22 @@
 #include <libpq-fe.h>
 
 #include <array>
-#include <chrono>
 #include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/host_time.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::prismrelay {
+
+template <auto function>
+struct Free {
+  void operator()(auto* object) const { function(object); }
+};
+
 namespace {
 
 constexpr const char* kServer = "postgresql";
@@ -78,10 +84,7 @@ tl::unexpected<Error> error_of(const Result<T>& result) {
   return tl::unexpected<Error>(result.error());
 }
 
-struct Clear {
-  void operator()(PGresult* result) const { PQclear(result); }
-};
-using QueryResult = std::unique_ptr<PGresult, Clear>;
+using QueryResult = std::unique_ptr<PGresult, Free<PQclear>>;
 
 // A field as text; empty if it is null.
 std::string field(const QueryResult& result, int row, int column) {
@@ -151,15 +154,11 @@ class Session {
 
   /// Text as a literal in SQL.
   std::string quoted(const std::string& text) const {
-    const std::unique_ptr<char, decltype(&PQfreemem)> literal(
-        PQescapeLiteral(connection_.get(), text.data(), text.size()), PQfreemem);
+    const std::unique_ptr<char, Free<PQfreemem>> literal(PQescapeLiteral(connection_.get(), text.data(), text.size()));
     return literal ? literal.get() : "''";
   }
 
  private:
-  struct Finish {
-    void operator()(PGconn* connection) const { PQfinish(connection); }
-  };
   explicit Session(PGconn* connection) : connection_(connection) {}
 
   tl::unexpected<Error> error() const {
@@ -177,25 +176,14 @@ class Session {
     return make_error(kServer, one_line(PQresultErrorMessage(result.get())));
   }
 
-  std::unique_ptr<PGconn, Finish> connection_;
+  std::unique_ptr<PGconn, Free<PQfinish>> connection_;
   std::string sqlstate_;  // of the last failed operation; empty: not of the server
 };
 
 namespace {
 
-std::int64_t today() {
-  return std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()).time_since_epoch().count();
-}
-
 // "2026-11-23" for days since 1970 UTC.
 std::string day_text(std::int64_t day) { return utc_text(day * 86400).substr(0, 10); }
-
-// rows_20261123
-std::string partition_name(std::int64_t day) {
-  std::string name = day_text(day);
-  std::erase(name, '-');
-  return "rows_" + name;
-}
 
 // The version of the schema, 0 if it does not exist. Errors: a later one.
 Result<int> schema_version(Session& session) {
@@ -216,18 +204,16 @@ Result<int> schema_version(Session& session) {
 // lock serialises them over all relays.
 Result<void> make_partitions(Session& session, const std::set<std::int64_t>& days) {
   for (const std::int64_t day : days) {
-    if (auto done =
-            session.run(fmt::format("BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); CREATE TABLE IF NOT "
-                                    "EXISTS prism.{} PARTITION "
-                                    "OF prism.rows FOR VALUES FROM ('{} 00:00:00+00') TO ('{} 00:00:00+00'); COMMIT",
-                                    partition_name(day), day_text(day), day_text(day + 1)));
-        !done)
-      return done;
+    const std::string name = "rows_" + utc_file_text(day * 86400).substr(0, 8);
+    const std::string create = fmt::format(
+        "BEGIN; SELECT pg_advisory_xact_lock(hashtext('prism.rows')); CREATE TABLE IF NOT EXISTS prism.{} PARTITION OF "
+        "prism.rows FOR VALUES FROM ('{} 00:00:00+00') TO ('{} 00:00:00+00'); COMMIT",
+        name, day_text(day), day_text(day + 1));
+    if (auto done = session.run(create); !done) return done;
     const auto made = session.query(fmt::format("SELECT FROM prism.days WHERE day = '{}'", day_text(day)));
     if (!made) return error_of(made);
     if (PQntuples(made->get()) == 0)
-      return make_error(kServer, fmt::format("prism.{} exists, but is not a partition of prism.rows; rename or drop it",
-                                             partition_name(day)));
+      return make_error(kServer, "prism." + name + " exists, but is not a partition of prism.rows; rename or drop it");
   }
   return {};
 }
@@ -352,7 +338,8 @@ Result<void> commit(Session& session, const Batch& batch) {
 
 Result<std::vector<std::string>> keep_partitions(Session& session, std::optional<int> keep_days) {
   std::vector<std::string> dropped;
-  if (const auto made = make_partitions(session, {today(), today() + 1, today() + 2}); !made) return error_of(made);
+  const std::int64_t today = static_cast<std::int64_t>(host_time_s()) / 86400;
+  if (const auto made = make_partitions(session, {today, today + 1, today + 2}); !made) return error_of(made);
   if (!keep_days) return dropped;
   const auto old = session.query(
       fmt::format("SELECT 'rows_' || to_char(day, 'YYYYMMDD'), rows_about, pg_size_pretty(bytes) FROM prism.days "

@@ -61,13 +61,14 @@ asio::awaitable<void> Mqtt::run() {
     const std::string reason = co_await run_connection();
     up_ = false;
     in_flight_ = 0;
-    if (stopping_) co_return;
-    target_.down("mqtt: " + reason);
+    if (stopping_) break;
+    target_.down(fmt::format("mqtt: {}:{}: {}", settings_.host, settings_.port, reason));
     if (Clock::now() - begin > scaled(kLongestPause)) delay = kFirstPause;
     pause_.expires_after(scaled(delay));
     co_await pause_.async_wait(kUse);
     delay = std::min(delay * 2, kLongestPause);
   }
+  io_.stop();
 }
 
 // Connects, and sends until the connection is lost or the program ends. Returns the reason of the loss. Each connection
@@ -75,17 +76,16 @@ asio::awaitable<void> Mqtt::run() {
 asio::awaitable<std::string> Mqtt::run_connection() {
   using namespace asio::experimental::awaitable_operators;
   if (std::string failure = prepare(); !failure.empty()) co_return failure;
-  const std::string broker = fmt::format("{}:{}: ", settings_.host, settings_.port);
   // libmosquitto waits for the name server: it is called only after that had an answer.
   asio::ip::tcp::resolver resolver(io_);
   const auto [unknown, places] = co_await resolver.async_resolve(settings_.host, std::to_string(settings_.port), kUse);
-  if (unknown) co_return broker + unknown.message();
+  if (unknown) co_return unknown.message();
   mosquitto* const client = client_.get();
   int code = mosquitto_connect_async(client, settings_.host.c_str(), settings_.port, kKeepAlive_s);
   asio::posix::stream_descriptor socket(io_);
   boost::system::error_code error;
   if (code == MOSQ_ERR_SUCCESS) socket.assign(::dup(mosquitto_socket(client)), error);
-  if (error) co_return broker + error.message();
+  if (error) co_return error.message();
   Clock::time_point end = Clock::time_point::max();
   while (code == MOSQ_ERR_SUCCESS) {
     pause_.expires_after(up_ && !stopping_ && !mosquitto_want_write(client) ? 1000ms : 50ms);
@@ -99,12 +99,12 @@ asio::awaitable<std::string> Mqtt::run_connection() {
     if (stopping_ && (!up_ || now > end)) co_return "";
     if (code != MOSQ_ERR_SUCCESS) break;
     if ((!up_ || in_flight_ > 0) && now - last_ack_ > scaled(kAckTimeout))
-      co_return broker + fmt::format("no acknowledgement for {} s", kAckTimeout.count());
+      co_return fmt::format("no acknowledgement for {} s", kAckTimeout.count());
     if (up_ && now > retained_due_) replace_retained();
     if (up_) send_unsent();
   }
   if (!reason_.empty()) co_return reason_;
-  co_return broker + (code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code));
+  co_return code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
 }
 
 // Creates the client. Returns an error, e.g. of the password file, which may be temporary.

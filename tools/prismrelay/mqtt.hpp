@@ -34,23 +34,20 @@ class Mqtt {
  public:
   Mqtt(boost::asio::io_context& io, const MqttSettings& settings, const std::string& site, Target& target);
 
-  /// Connects, and reconnects after a loss, until finish().
+  /// Connects, and reconnects after a loss, until finish(); then stops the io_context.
   boost::asio::awaitable<void> run();
   /// Publishes on PREFIX/SITE/`topic`. Stores the last value of each topic, and publishes it as soon as the connection
   /// allows, and again after a reconnection.
   void publish_last(const std::string& topic, const std::string& text, bool retained);
   /// Publishes if connected; else counts the message as dropped.
   void publish_once(const std::string& topic, const std::string& text);
-  /// Publishes "offline" and disconnects; run() returns within 5 s.
+  /// Publishes "offline" and disconnects; run() ends within 5 s.
   void finish();
 
  private:
   struct Last {
     std::string text;
     bool retained = false, sent = false;
-  };
-  struct Free {
-    void operator()(mosquitto* client) const { mosquitto_destroy(client); }
   };
   using Clock = std::chrono::steady_clock;
 
@@ -67,7 +64,7 @@ class Mqtt {
   const MqttSettings settings_;
   const std::string base_;  ///< PREFIX/SITE/
   Target& target_;
-  std::unique_ptr<mosquitto, Free> client_;
+  std::unique_ptr<mosquitto, decltype(&mosquitto_destroy)> client_{nullptr, mosquitto_destroy};
   boost::asio::steady_timer pause_;
   std::string reason_;  ///< of the end of the connection
   std::map<std::string, Last> last_;

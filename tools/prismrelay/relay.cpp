@@ -74,7 +74,7 @@ class Relay {
 
   void run() {
     signals_.async_wait([this](boost::system::error_code, int) { stop(); });
-    if (mqtt_) start(publish());
+    if (mqtt_) start(mqtt_->run());
     if (settings_.postgresql) start(store_rows());
     start(look_for_gyros());
     start(write_reports());
@@ -130,11 +130,6 @@ class Relay {
     ~Slot() { --used; }
     int& used;
   };
-
-  asio::awaitable<void> publish() {
-    co_await mqtt_->run();  // until stop()
-    io_.stop();
-  }
 
   void stop() {
     notify_stopping();
@@ -196,10 +191,9 @@ class Relay {
   }
 
   asio::awaitable<void> look_for_gyros() {
-    const bool has_watchdog = watchdog_half_us() > 0;
     for (;;) {
       update_gyros();
-      if (has_watchdog) notify_watchdog();
+      notify_watchdog();
       co_await sleep(kLookEvery);
     }
   }
@@ -519,7 +513,9 @@ class Relay {
   }
 
   void on_stored(Log& log, const BatchItem& item) {
-    const std::size_t refused = item.refused_rows(), read = item.records[kRows].size();
+    const std::vector<Record>& rows = item.records[kRows];
+    const auto read = rows.size();
+    const auto refused = static_cast<std::size_t>(std::ranges::count_if(rows, &Record::is_refused));
     log.had_refusals = refused > 0;
     if (!item.cursor_error.empty()) {
       log.error = "PostgreSQL refused the cursor: " + item.cursor_error;
@@ -533,7 +529,7 @@ class Relay {
     log.missing += item.missing;
     log.caught_up = !item.more;
     if (read > 0) {
-      log.arrival_s = 1e-9 * static_cast<double>(item.records[kRows].back().arrival_ns);
+      log.arrival_s = 1e-9 * static_cast<double>(rows.back().arrival_ns);
       log.lag_s = host_time_s() - log.arrival_s;
     }
     report_log(log);

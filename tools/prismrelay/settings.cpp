@@ -16,6 +16,7 @@
 #include "base/json_table.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
+#include "tools/prismrelay/mqtt.hpp"
 
 namespace prism::prismrelay {
 namespace {
@@ -24,8 +25,7 @@ namespace fs = std::filesystem;
 
 // The text is a level of topics, and in keys it precedes a '/'.
 void check_topic_part(const Section& section, const char* key, const std::string& text) {
-  if (text.size() > 64 || !follows(TextRule::kName, text) || text.find_first_of(" +#") != std::string::npos ||
-      text.starts_with('$'))
+  if (text.size() > 64 || !is_topic_part(text) || text.find(' ') != std::string::npos)
     section.fail(key, fmt::format("found \"{}\", expected 1 to 64 printable characters without blanks, /, + and #, "
                                   "without a . or $ first",
                                   shortened(text)));
@@ -130,12 +130,6 @@ JsonTable<Settings> keys() {
       });
 }
 
-// Of root, and of a service, which has no directory of a user; else of the user.
-std::string default_status_file() {
-  const std::vector<std::string> files = config::relay_status_files();
-  return ::geteuid() == 0 ? files.front() : files.back();
-}
-
 void find_files(Settings& settings, const fs::path& base) {
   const auto find = [&](std::string& file) {
     if (!file.empty()) file = (base / file).lexically_normal().string();
@@ -151,7 +145,8 @@ void find_files(Settings& settings, const fs::path& base) {
     }
     find(name);
   };
-  if (settings.status_file.empty()) settings.status_file = default_status_file();
+  const std::vector<std::string> usual = config::relay_status_files();  // the last one: of the user
+  if (settings.status_file.empty()) settings.status_file = ::geteuid() == 0 ? usual.front() : usual.back();
   find(settings.status_file);
   if (settings.postgresql) find_secret(settings.postgresql->password_file);
   if (!settings.mqtt) return;

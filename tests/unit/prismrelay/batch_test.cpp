@@ -84,7 +84,7 @@ TEST(Batch, PlacesTheCursorAfterTheLastStoredRow) {
   const auto item = item_of(page_of());
   BatchItem& page = **item;
   page.refuse(kRows, page.records[kRows][1], "no");
-  EXPECT_EQ(page.refused_rows(), 1u);
+  EXPECT_TRUE(page.records[kRows][1].is_refused);
   EXPECT_EQ(page.refusal, "row 7 of segment 2: no");
   EXPECT_EQ(place_line(page),
             "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,5,1970-01-01T00:00:10.000000000Z,1\n");
