@@ -117,7 +117,6 @@ GyroProxy::GyroProxy(GyroProxies& all, const client::InstanceSocket& instance)
       resubscribe_(all.io_, asio::steady_timer::time_point::max()) {
   short_.on_notification = [this](std::string_view line) { take_notification(line); };
   short_.on_end = [this](client::State state, const std::string&) {
-    is_running_ = false;
     if (std::exchange(state_, state) != state) all_.announce();
   };
   const client::Client::Session session_of_short = [this] { return session(); };
@@ -127,7 +126,7 @@ GyroProxy::GyroProxy(GyroProxies& all, const client::InstanceSocket& instance)
 }
 
 json GyroProxy::listing() const {
-  const char* const state = is_running_ ? "running" : state_ == client::State::kStopped ? "stopped" : "gone";
+  const char* const state = is_running() ? "running" : state_ == client::State::kStopped ? "stopped" : "gone";
   return {{"name", name()}, {"state", state}, {"axes", axes_}};
 }
 
@@ -155,7 +154,6 @@ asio::awaitable<std::string> GyroProxy::session() {
 }
 
 void GyroProxy::take_axes(const json& status) {
-  is_running_ = true;
   axes_.clear();
   for (const auto& [axis, own] : member(status, "axes").items()) {
     axes_.push_back(axis);
@@ -190,7 +188,7 @@ std::uint32_t GyroProxy::sample_every() const {
 }
 
 asio::awaitable<std::string> GyroProxy::call(std::string method, json params) {
-  if (!is_running_) co_return error_member(config::kGone, name() + " is not running");
+  if (!is_running()) co_return error_member(config::kGone, name() + " is not running");
   if (!params.is_null() && !params.is_object())
     co_return error_member(config::kInvalidParams, "params: expected an object");
   std::string text = params.is_null() ? "{}" : json_text(params);

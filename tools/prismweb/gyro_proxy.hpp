@@ -97,13 +97,13 @@ class GyroProxy {
  private:
   boost::asio::awaitable<std::string> session();
   void take_notification(std::string_view line);
+  bool is_running() const { return state_ == client::State::kConnected; }
   void take_axes(const nlohmann::json& status);
   std::uint32_t sample_every() const;
 
   GyroProxies& all_;
-  client::Client short_, long_;  ///< short_: also notifications
-  client::State state_ = client::State::kGone;
-  bool is_running_ = false;  ///< connected, and the axes are known
+  client::Client short_, long_;                 ///< short_: also notifications
+  client::State state_ = client::State::kGone;  ///< kConnected: also the axes are known
   std::vector<std::string> axes_;
   std::string problem_;  ///< why the last connection was rejected
   std::map<std::string, std::shared_ptr<History>, std::less<>> histories_;

@@ -7,7 +7,6 @@
 #include <boost/asio/post.hpp>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <set>
 #include <utility>
 
@@ -28,10 +27,8 @@ constexpr std::chrono::milliseconds kUpToDate{4000}, kNotConnected{500}, kReopen
 constexpr int kPagesPerCommit = 20;  // while the store is filled
 constexpr double kMaxTime_s = 9e9;
 constexpr std::int64_t kMaxLogLength_s = 7200, kFar_s = 6 * 3600, kFresh_s = 60;
-constexpr std::array kUnknownRange = {std::numeric_limits<double>::quiet_NaN(),
-                                      std::numeric_limits<double>::quiet_NaN()};  // null in JSON
-constexpr std::size_t kMaxRuns = 4;                                               // of the gyro's clock
-constexpr int kMaxPages = 40;  // of up to 256 KiB: covers the range and the interval of stored cursors
+constexpr std::size_t kMaxRuns = 4;  // of the gyro's clock
+constexpr int kMaxPages = 40;        // of up to 256 KiB: covers the range and the interval of stored cursors
 
 // The columns and the rows of a response.
 std::pair<json, json> table_of(std::vector<Period> steps, std::int64_t step_s) {
@@ -50,9 +47,9 @@ std::pair<json, json> table_of(std::vector<Period> steps, std::int64_t step_s) {
     for (std::size_t i = 0; i < kRateKnown; ++i)
       row.push_back(i < kSamples ? json(step.values[i]) : json(static_cast<std::uint32_t>(step.values[i])));
     for (const std::string& name : sensors) {
-      const auto [min, max] = step.sensors.try_emplace(name, kUnknownRange).first->second;
-      row.push_back(min);
-      row.push_back(max);
+      const auto found = step.sensors.find(name);
+      for (const std::size_t part : {0U, 1U})
+        row.push_back(found == step.sensors.end() ? json() : json(found->second[part]));
     }
     rows.push_back(std::move(row));
   }
@@ -122,12 +119,8 @@ asio::awaitable<Result<T>> History::on_disk(std::function<Result<T>(PeriodStore&
     asio::steady_timer done;
     std::optional<Result<T>> result;
   };
-  const auto timed_out = [](auto busy) {
-    const auto busy_s = std::chrono::duration_cast<std::chrono::seconds>(busy).count();
-    return make_error("", fmt::format("the disk has not answered for {} s", busy_s));
-  };
-  const auto busy = disk_.busy_for();
-  if (is_query && busy >= kDiskTimeout) co_return timed_out(busy);
+  const auto timed_out = make_error("", fmt::format("the disk has not answered for {} s", kDiskTimeout.count()));
+  if (is_query && disk_.busy_for() >= kDiskTimeout) co_return timed_out;
   const std::shared_ptr<Pending> pending(new Pending{asio::steady_timer(io_), std::nullopt});
   pending->done.expires_after(is_query ? kDiskTimeout : std::chrono::hours(24 * 365));
   auto task = [pending, weak = weak_from_this(), store = store_, &io = io_, work = std::move(work)] {
@@ -145,7 +138,7 @@ asio::awaitable<Result<T>> History::on_disk(std::function<Result<T>(PeriodStore&
   };
   disk_.post(0, std::move(task));
   co_await pending->done.async_wait(kUse);
-  if (!pending->result) co_return timed_out(kDiskTimeout);
+  if (!pending->result) co_return timed_out;
   co_return std::move(*pending->result);
 }
 

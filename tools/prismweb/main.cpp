@@ -40,11 +40,12 @@ asio::awaitable<void> feed_watchdog(asio::io_context& io) {
 }
 
 // A blocked disk returns no error, so it is polled.
-asio::awaitable<void> watch_disk(asio::io_context& io, std::shared_ptr<Router> router) {
+asio::awaitable<void> act_each_second(asio::io_context& io, std::shared_ptr<Router> router, const Server& server) {
   asio::steady_timer tick(io);
   for (bool is_blocked = false;;) {
     tick.expires_after(std::chrono::seconds(1));
     co_await tick.async_wait(kUse);
+    server.trim_memory();
     const bool was_blocked = std::exchange(is_blocked, router->disk_busy_for() >= kDiskTimeout);
     if (is_blocked && !was_blocked)
       fmt::print(stderr, "prismweb: the disk has not answered for {} s; minutes and hours are delayed\n",
@@ -104,7 +105,7 @@ int serve(const Settings& settings) {
   asio::co_spawn(io, handle_hangup(io, settings, port, router), asio::detached);
   asio::co_spawn(io, (*server)->serve(router), asio::detached);
   asio::co_spawn(io, feed_watchdog(io), asio::detached);
-  asio::co_spawn(io, watch_disk(io, router), asio::detached);
+  asio::co_spawn(io, act_each_second(io, router, **server), asio::detached);
   io.poll();  // installs the SIGHUP handler before systemd may send one
   notify_ready("serving");
   io.run();

@@ -33,7 +33,6 @@
 #include "base/escape.hpp"
 #include "base/json_member.hpp"
 #include "base/plain_text.hpp"
-#include "base/time_scale.hpp"
 #include "config/socket_protocol.hpp"
 
 namespace prism::prismweb {
@@ -56,7 +55,7 @@ constexpr int kSendBufferBytes = 256 << 10;  // limits unread data of a client i
 constexpr mode_t kSocketMode = 0660;
 constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
 constexpr std::size_t kMaxDiscardBytes = 1 << 20, kMaxMessageBytes = 64 << 10;
-constexpr seconds kRequest{10}, kNextRequest{60}, kDiscard{2}, kTrimInterval{5};
+constexpr seconds kRequest{10}, kNextRequest{60}, kDiscard{2};
 constexpr seconds kFirstMessage{10}, kSilence{30}, kWriteTimeout{30}, kWatchInterval{5};
 constexpr seconds kPausedSilence{600};  // a client that is not read cannot answer pings
 constexpr int kMaxPendingRequests = 32, kMaxLevels = 32;
@@ -529,7 +528,6 @@ Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const Setting
 }
 
 asio::awaitable<void> Server::serve(std::shared_ptr<Router> router) {
-  asio::co_spawn(io_, trim_memory(), asio::detached);
   asio::steady_timer pause(io_);
   for (;;) {
     Protocol::socket socket(io_);
@@ -546,15 +544,6 @@ asio::awaitable<void> Server::serve(std::shared_ptr<Router> router) {
     if (!own_) ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     asio::co_spawn(io_, serve_one(Stream(std::move(socket)), router, std::make_shared<Connection>(connections_, fd)),
                    ignore_exception);
-  }
-}
-
-asio::awaitable<void> Server::trim_memory() {
-  asio::steady_timer tick(io_);
-  for (;;) {
-    tick.expires_after(scaled(kTrimInterval));
-    co_await tick.async_wait(kUse);
-    connections_->trim();
   }
 }
 

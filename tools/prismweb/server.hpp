@@ -59,8 +59,7 @@ class Connections {
   /// new connection must be rejected.
   bool make_room();
   std::size_t unsent_bytes() const { return unsent_bytes_; }
-  /// Returns freed memory to the system if much data was sent or discarded since the last call. Call every few seconds.
-  void trim();
+  void trim();  ///< as Server::trim_memory()
 
  private:
   friend Connection;
@@ -127,11 +126,12 @@ class Server {
   /// WebSocket client is closed if it is rejected (code 1003 for binary data, 1008 for authentication, 1013 for too
   /// many clients), or does not read for 30 s.
   boost::asio::awaitable<void> serve(std::shared_ptr<Router> router);
+  /// Returns freed memory to the system if much data was sent or discarded since the last call. Call periodically.
+  void trim_memory() const { connections_->trim(); }
 
  private:
   using Protocol = boost::asio::generic::stream_protocol;
   explicit Server(boost::asio::io_context& io) : io_(io), acceptor_(io) {}
-  boost::asio::awaitable<void> trim_memory();
 
   boost::asio::io_context& io_;
   boost::asio::basic_socket_acceptor<Protocol> acceptor_;
