@@ -92,3 +92,31 @@ same "version" "$(wrong_params version '{"axis": "z"}')" '[-32602,"version: foun
 same "rows" "$(wrong_params rows '{"name": "x"}')" '[-32602,"rows: found the parameter \"name\", expected only axis, after, limit, header"]'
 contains "subscribe" "$(wrong_params subscribe '{"stream": ["sample"]}')" 'expected {\"streams\": [\"sample\", \"window\", \"event\"], \"every\": 1 to 1000000, \"axes\": [NAME, …]}'
 same "rows with its params" "$(client ask rows '{"after": "earliest", "limit": 1, "axis": "z"}' | jq 'has("result")')" true
+
+# Of 80 instances, each is sent every second: when one was sent every 50 ms, a message had four seconds, and the page showed no data.
+mkdir many
+for i in $(seq 80); do ln -s "$PRISM_SOCKET" "many/gyro$i.sock"; done
+echo "{\"listen\": \"127.0.0.1:0\", \"instances\": \"$dir/many/\", \"state\": \"\"}" >many.json
+start many prismweb --config many.json
+wait_for 5 grep -q token= many.out
+url=$(sed 's/#.*//' many.out) token=$(program_token many.out)
+all_run() { [ "$(curl -s -H "Authorization: Bearer $token" "${url}api/instances" | jq 'map(select(.state == "running")) | length')" = 80 ]; }
+wait_for 20 all_run
+cat >many.py <<'END'
+import asyncio, json, sys
+from websockets.legacy.client import connect
+
+async def main(url, token):
+    async with connect(url, max_size=None) as socket:
+        await socket.send(json.dumps({"token": token}))
+        for i in range(80):
+            await socket.send(json.dumps({"jsonrpc": "2.0", "id": i, "protocol": 2, "instance": f"gyro{i + 1}", "method": "subscribe", "params": {"streams": ["window"]}}))
+        batches = []
+        while len(batches) < 400:
+            message = json.loads(await asyncio.wait_for(socket.recv(), 60))
+            batches += [len(message["batch"])] if "batch" in message else []
+        print(sum(batches[200:]) / 200)
+
+asyncio.run(main(*sys.argv[1:]))
+END
+same "at most two seconds in a message" "$("$python" many.py "ws${url#http}ws" "$token" | jq '. < 2')" true

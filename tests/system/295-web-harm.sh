@@ -7,12 +7,34 @@ needs_websockets
 sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.json" >three.json
 echo "{\"frames\": \"$dir/three.json\", \"clock\": \"device\", \"accept_clock\": true, \"line\": {\"device\": \"$dir/tty\"}, \"log\": {\"directory\": \"$dir/log\"},
   \"socket\": {\"path\": \"$PRISM_SOCKET\", \"client_buffer_kib\": 16}, \"axes\": {\"x\": {}, \"y\": {}, \"z\": {}}, \"site\": {\"latitude_deg\": 34}}" >gyro.json
-start sim prismsim --link tty --frames three.json --axis x,y,z --profile steady --speed 100
+start sim prismsim --link tty --frames three.json --axis x,y,z --profile steady --speed 300
 wait_for 5 test -e tty
 start_prismd
+start_web
+cat >closed.py <<'END'
+import asyncio, sys, websockets
+from websockets.legacy.client import connect
+
+async def closed(socket, message=None):
+    """Sends the message, and returns the code and the reason with which the server closes the connection."""
+    if message is not None:
+        await socket.send(message)
+    try:
+        while True:
+            await asyncio.wait_for(socket.recv(), 60)
+    except websockets.ConnectionClosed as end:
+        return f"{end.rcvd.code if end.rcvd else 1006} {end.rcvd.reason if end.rcvd else ''}"
+
+async def silent(url):
+    print(await closed(await connect(url)))
+
+if __name__ == "__main__":
+    asyncio.run(silent(sys.argv[1]))
+END
+start silent "$python" closed.py "ws${url#http}ws"  # is closed after 10 s
+silent=$pid
 enough() { [ "$(field .log.rows status)" -gt 1200 ]; }  # about 200 kB per response: more than prismd queues, 4 × 16 KiB
 wait_for 20 enough
-start_web
 api() { curl -s --max-time 60 -H "Authorization: Bearer $token" "${url}$1"; }
 state() { api api/instances | jq -r '.[0].state'; }
 running() { [ "$(state)" = running ]; }
@@ -60,6 +82,9 @@ contains "/metrics" "$(api metrics)" 'prism_up{gyro="gyro"} 0'
 same "state after /metrics: no request has timed out" "$(state)" running
 kill -CONT "$prismd"
 
+wait "$silent"
+same "a client that sends no token" "$(cat silent.out)" "1008 no token received in 10 s"
+
 # Unauthenticated connections in all slots are closed to admit a client with the token.
 cat >strangers.py <<'END'
 import socket, sys, time
@@ -81,16 +106,8 @@ kill -9 "$pid"; wait "$pid" 2>/dev/null || true
 # A rejected client gets a code and the reason. After 1008 (no valid token) the page does not retry, so 1013 (too many clients) must differ.
 cat >told.py <<'END'
 import asyncio, json, sys, websockets
+from closed import closed
 from websockets.legacy.client import connect
-
-async def closed(socket, message=None):
-    if message is not None:
-        await socket.send(message)
-    try:
-        while True:
-            await asyncio.wait_for(socket.recv(), 60)
-    except websockets.ConnectionClosed as end:
-        return f"{end.rcvd.code if end.rcvd else 1006} {end.rcvd.reason if end.rcvd else ''}"
 
 async def main(url, token):
     open_one = lambda: connect(url)
@@ -99,7 +116,6 @@ async def main(url, token):
     print("none:", await closed(await open_one(), json.dumps({"token": ""})))
     print("no object:", await closed(await open_one(), "7"))
     print("bytes:", await closed(await open_one(), hello.encode()))
-    print("silent:", await closed(await open_one()))
     for _ in range(64):
         held.append(await open_one())
         await held[-1].send(hello)
@@ -125,7 +141,6 @@ same "codes and reasons of rejected clients" "$("$python" told.py "ws${url#http}
 none: 1008 found no token
 no object: 1008 expected {"token": "…"} first
 bytes: 1003 found binary data, expected text
-silent: 1008 no token received in 10 s
 an id of 64 id
 an id of 65 error
 one more: 1013 64 clients are connected; retry later

@@ -3,9 +3,9 @@
 # after they leave. History: four such clients sent 1 089 000 requests, prismweb grew from 10.6 to 224 MB and stayed there.
 . "$(dirname "$0")/lib.sh"
 needs_websockets
-frames 10
+frames 2
 config
-start_sim --profile fast --speed 400
+start_sim --profile fast --speed 1000
 start_prismd
 web_state=$dir/state
 start_web
@@ -87,7 +87,7 @@ else:
                 left += 1
 for client in clients:
     client.close()
-for _ in range(600):  # prismweb notices the end, and returns memory every 5 s
+for _ in range(600):  # prismweb notices the end, and returns memory every second
     end = rss()
     if end < begin + 8:
         break
@@ -101,8 +101,8 @@ deaf() {
   jq -e --argjson most "$3" '.most - .begin < $most and .end - .begin < 8' deaf.out >/dev/null || fail "$1: found $(cat deaf.out) MiB, expected growth by at most $3 MiB, in the end 8 MiB"
 }
 api 'range?seconds=7000&points=5000' >range.json  # the first large response also fills the caches of the store
-deaf short 10 16
-deaf mixed 10 32  # 4 MiB per client, and intermediate results
-deaf http 6 144  # 128 MiB in total, and intermediate results
+deaf short 5 16
+deaf mixed 7 32  # 4 MiB per client, and intermediate results
+deaf http 4 144  # 128 MiB in total, and intermediate results
 same "prismweb serves others" "$(api status | jq -r .state)" "$(field .state status)"
 ! grep -q "Traceback" deaf.out || fail "$(cat deaf.out)"

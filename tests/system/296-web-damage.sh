@@ -5,7 +5,7 @@
 frames 1
 config
 jq '.name = "gyro"' gyro.json >named.json && mv named.json gyro.json
-prismsim --profile paper --hours 30 --frames frames.json --out past.pcap 2>sim.err
+prismsim --profile paper --hours 12 --frames frames.json --out past.pcap 2>sim.err
 prismd gyro.json --replay past.pcap --out log >/dev/null 2>replay.err || fail "$(cat replay.err)"
 touch "$dir/tty"  # an absent gyro: the log does not grow
 start_prismd

@@ -3,9 +3,9 @@
 # served, and the store continues when there is space. History: the message was "No such file or directory".
 . "$(dirname "$0")/lib.sh"
 [ "$(id -u)" = 0 ] || skip "needs root for a small file system; unit tests check the message with failing calls"
-frames 10
+frames 2
 config
-start_sim --profile fast --speed 400
+start_sim --profile fast --speed 1000
 start_prismd
 enough() { [ "$(field .log.rows status)" -gt 3000 ]; }
 wait_for 30 enough

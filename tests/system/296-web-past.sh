@@ -52,7 +52,7 @@ same "a view of the far future" "$(range from_s=9e9 | jq -c '[.rows, .to_s >= .f
 
 # The counter restarts: a short and a long view have the same latest seconds.
 kill -KILL "$sim"; wait "$sim" 2>/dev/null || true
-start_sim --profile fast --speed 4 --seed 8
+start_sim --profile fast --speed 20 --seed 8
 # The earlier run is served all the time, also while the store does not have the new rows yet. History: then the view had no rows.
 earlier() { same "rows of the run before" "$(rows $((last - 1000)) $((last - 500)) | jq '.[1] | length')" 500; }
 back() { earlier && [ "$(range seconds=20 | jq .last_s)" -lt $((last - 3600)) ]; }
