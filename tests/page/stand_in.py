@@ -54,6 +54,10 @@ class Gyro:
         """Returns the current time of the data's clock."""
         return time.time() + self.shift_s
 
+    def has_room(self):
+        """True for gyro3: it has no UHFO voltage, but a thermometer on a line of its own, which is an input of its model."""
+        return self.name == "gyro3"
+
     def truth(self, axis, time_s, span_s=0):
         """Returns the values of the second that ends at `time_s`."""
         at = int(time_s) * 7 + self.axes.index(axis) * 1009
@@ -66,18 +70,19 @@ class Gyro:
 
     def window(self, axis, time_s):
         t = self.truth(axis, time_s)
-        return {"axis": axis, "time_s": time_s, "samples": 200, "missing": 1 if int(time_s) % 97 == 0 else 0, "rate_deg_per_h": round(t["rate"], 6),
+        row = {"axis": axis, "time_s": time_s, "samples": 200, "missing": 1 if int(time_s) % 97 == 0 else 0, "rate_deg_per_h": round(t["rate"], 6),
                 "temperature_degc": round(t["temperature"], 5), "uhfo_v": round(t["uhfo"], 6),
                 "mean_rate_deg_per_h": round(8.465 + t["bias"], 6), "mean_temperature_degc": round(t["temperature"], 5),
                 "slope_degc_per_s": round(t["slope"], 8), "mean_uhfo_v": round(t["uhfo"], 6), "corrected_mean_deg_per_h": round(8.465 + (t["corrected"] - 8.465) / 10, 6),
                 "bias_deg_per_h": round(t["bias"], 6), "sd_deg_per_h": t["sd"], "sd_mean_deg_per_h": t["sd"] * 2,
                 "corrected_deg_per_h": round(t["corrected"], 6), "quality": self.quality(axis)}
+        return {**row, "uhfo_v": None, "mean_uhfo_v": None, "sensors": {"room.t": t["temperature"] - 3}} if self.has_room() else row
 
     def quality(self, axis):
         return "good" if self.axes.index(axis) == 0 else "good" if self.axes.index(axis) == 1 else "extrapolating"
 
     def model(self, axis):
-        return {"id": "5" * 64, "kind": "composite", "name": self.model_name, "sd": "run", "axis": axis, "inputs": ["T", "dTdt", "U"],
+        return {"id": "5" * 64, "kind": "composite", "name": self.model_name, "sd": "run", "axis": axis, "inputs": ["T", "dTdt", "room.t" if self.has_room() else "U"],
                 "window": {"length_s": 100}, "domain": {"min": [12, -0.0045, 5.37], "max": [40.0, 0.0045, 5.44]}, "provenance": {"note": "SIMULATED"}}
 
     def status(self):
@@ -85,7 +90,8 @@ class Gyro:
                         "window_s": 100, "warm_s": 110, "full_s": 110} for axis in self.axes}
         whole = {"name": self.name, "version": "0", "state": "receiving", "detail": "", "age_s": 0.01, "state_since_s": self.first_s, **self.silence(), "gyro_serial": "SIMULATED",
                  "line": {"frames": int((time.time() - self.first_s) * 200), "bad_check": 2, "bad_length": 0, "bad_body": 0}, "timing": {"missing_frames": 3}}
-        return {**whole, "axes": parts}
+        sensors = {"sensors": {"room.t": {"value": 22.0, "unit": "degC"}}} if self.has_room() else {}
+        return {**whole, **sensors, "axes": parts}
 
     def silence(self):
         """Returns the members of a status that differ while the line has no data."""
@@ -108,10 +114,14 @@ class Gyro:
             for name in ("rate", "corrected", "bias"):
                 half = wide if name != "bias" else 0
                 row += [t[name] - half, t[name] + half]
+            if self.has_room():
+                t["uhfo"] = None
             row += [t["sd"]] + [value for name in ("temperature", "slope", "uhfo") for value in (t[name], t[name])]
             small = (t["rate"] - 8.465 - t["bias"]) / math.sqrt(step)
-            rows.append(row + [200 * step, 0, step, step, 8.465 + t["bias"] + small, 8.465 + small])
-        return {"axis": axis, "from_s": from_s, "to_s": to_s, "step_s": step, "source": "seconds", "columns": COLUMNS, "rows": rows,
+            room = [t["temperature"] - 3.5, t["temperature"] - 2.5] if self.has_room() else []
+            rows.append(row + [200 * step, 0, step, step, 8.465 + t["bias"] + small, 8.465 + small] + room)
+        return {"axis": axis, "from_s": from_s, "to_s": to_s, "step_s": step, "source": "seconds",
+                "columns": COLUMNS + (["sensors.room.t_min", "sensors.room.t_max"] if self.has_room() else []), "rows": rows,
                 "first_s": self.first_s, "last_s": last_s}
 
     def answer(self, method, params):
@@ -120,7 +130,7 @@ class Gyro:
             return self.range(axis, params["from_s"], params["to_s"], params["points"])
         now = int(self.now())
         t = self.truth(axis, now)
-        inputs = {"T": {"value": t["temperature"], "unit": "degC"}, "dTdt": {"value": t["slope"], "unit": "degC/s"}, "U": {"value": t["uhfo"], "unit": "V"}}
+        inputs = {"T": {"value": t["temperature"], "unit": "degC"}, "dTdt": {"value": t["slope"], "unit": "degC/s"}, "U": {"value": t["uhfo"], "unit": "V"}, "room.t": {"value": 22.0, "unit": "degC"}}
         of = {"bias": lambda: {"axes": {name: {"axis": name, "inputs": inputs} for name in self.axes}},
               "status": self.status, "events": lambda: self.events, "model": lambda: {"axes": {name: self.model(name) for name in self.axes}}, "subscribe": lambda: {"window": True},
               "line": self.line, "stability": lambda: {"axes": {name: {"axis": name, "all": {"sd_deg_per_h": 0.0071}, "raw": {"sd_deg_per_h": 0.01552}, "corrected": {"sd_deg_per_h": 0.00677},

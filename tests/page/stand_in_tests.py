@@ -182,6 +182,20 @@ def several_curves_in_one_chart(browser, world):
     browser.wait("the axis alone", lambda: labels("rate") == ["raw", "corrected"])
 
 
+def charts_of_what_is_measured(browser, world):
+    """A gyro without UHFO has neither a chart nor a value of it; a further sensor has a chart."""
+    shown_charts = lambda: browser.run("return [...document.querySelectorAll('.chart')].filter((one) => one.offsetHeight).map((one) => one.dataset.chart).join()")
+    open_gyro(browser, "gyro3")
+    browser.wait("the chart of the thermometer", lambda: shown_charts() == "rate,bias,temperature,slope,sensors.room.t,line")
+    assert browser.text("[data-chart='sensors.room.t'] h3") == "room.t °C", browser.text("[data-chart='sensors.room.t'] h3")
+    browser.wait("its value", lambda: float(browser.text("[data-chart='sensors.room.t'] .value").split(" ")[0].replace("–", "nan")) > 0)
+    assert not browser.one(".cell.uhfo").is_displayed() and "room.t" in browser.text(".gauges")
+    browser.picture("sensor", whole=True)
+    open_gyro(browser)
+    browser.wait("the UHFO", lambda: shown_charts() == "rate,bias,temperature,slope,uhfo,line")
+    assert browser.one(".cell.uhfo").is_displayed()
+
+
 def vertical_zoom(browser, world):
     """A drag up or down enlarges the values of its chart, until "fit" or a double-click."""
     scale = lambda: browser.run("return [...document.querySelectorAll('[data-chart=rate] .dygraph-axis-label-y')].map((label) => Number(label.textContent))")
@@ -417,13 +431,16 @@ def keyboard(browser, world):
 
 
 def narrow_windows(browser, world):
-    """Bias and sd are on one line at every width."""
+    """Bias and sd are on one line at every width, and a long problem leaves room for them."""
     open_gyro(browser)
     for width in 1280, 1024, 380:
         browser.size(width, 800)
         browser.run("document.querySelector('.cell.bias .value').textContent = '\u2212' + '0.03496 \u00b1 0.00245'")
         lines = browser.run("const dd = document.querySelector('.cell.bias dd'); return [dd.offsetHeight, dd.scrollWidth - dd.clientWidth]")
         assert lines[0] < 30 and lines[1] <= 0, (width, lines)
+        outside = browser.run("""document.querySelector('.hero .why').textContent = 'a thermometer is constant '.repeat(20);
+          return Math.max(...[...document.querySelectorAll('.cell')].map((cell) => cell.getBoundingClientRect().right)) - document.querySelector('.gyro').getBoundingClientRect().right""")
+        assert outside <= 0, f"a long problem moves the values off the page by {outside} px at {width} px"
     browser.size(1600, 1000)
     browser.run("location.hash = '#/'")
 
@@ -529,7 +546,7 @@ def console_messages_are_found(browser, world):
 
 
 TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, rejected_requests_are_repeated,
-         saved_files, times_in_fields_and_address, several_curves_in_one_chart, vertical_zoom, hover_moves_nothing, labels_have_room,
+         saved_files, times_in_fields_and_address, several_curves_in_one_chart, charts_of_what_is_measured, vertical_zoom, hover_moves_nothing, labels_have_room,
          dark_theme, printed, prismd_stopped, server_stalls, no_instance_runs, computer_slept, hidden_tab, time_goes_back, no_gaps,
          cursor_leaves, addresses, no_data_for_hours, keyboard, narrow_windows, phone, touch_gestures, many_gyros, large_screen, wrong_token,
          console_messages_are_found]
