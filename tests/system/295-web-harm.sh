@@ -134,6 +134,7 @@ async def main(url, token):
         except websockets.ConnectionClosed:
             pass
     print("when one went: ready", ready)
+    await asyncio.gather(*(one.close() for one in [*held, last]))  # the end of the loop would wait 10 s for them
 
 asyncio.run(main(*sys.argv[1:]))
 END
