@@ -141,6 +141,7 @@ void Pipeline::end_axes() {
 
 // Returns values for every stride_-th frame only: at 1000 frames per second, not every frame needs them.
 std::span<const double> Pipeline::sensors_at(const wire::DecodedMessage& reading) {
+  if (values_.empty()) return {};
   const std::size_t own = decoder_.description().sensors().size();
   std::copy_n(reading.sensors.begin(), own, values_.begin());
   std::size_t at = own;

@@ -94,6 +94,7 @@ void Publisher::use_axes(const pipeline::Rows& rows) {
 void Publisher::rows(const pipeline::Rows& rows, bool unwritten) {
   if (!rows.axes) return;  // not from a pipeline: no rows
   if (axes_ != rows.axes) use_axes(rows);
+  if (feeds_.empty() && rows.windows.empty()) return;
   std::size_t next = 0;
   for (const pipeline::Rows::Window& window : rows.windows) {
     for (; next < window.samples_before; ++next) sample(rows.samples[next]);

@@ -326,7 +326,8 @@ void FrameDecoder::set_arrival(DecodedMessage& reading, std::uint64_t end) const
   for (const ChunkEnd& chunk : chunk_ends_) {
     if (chunk.end < end) continue;
     reading.behind = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunk.end - end, ~std::uint32_t{0}));
-    reading.arrival_ns = chunk.arrival_ns - std::llround(byte_time_ns_ * static_cast<double>(chunk.end - end));
+    reading.arrival_ns = chunk.arrival_ns;
+    if (chunk.end > end) reading.arrival_ns -= std::llround(byte_time_ns_ * static_cast<double>(chunk.end - end));
     return;
   }
 }
@@ -338,8 +339,13 @@ std::int64_t FrameDecoder::chunk_arrival_ns(const DecodedMessage& reading) const
 void FrameDecoder::drop_held(std::size_t bytes) {
   if (bytes == 0) return;
   before_held_ = held_[bytes - 1];
-  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));
   held_offset_ += bytes;
+  if (!waiting()) {  // nearly always
+    held_.clear();
+    chunk_ends_.clear();
+    return;
+  }
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(bytes));
   const auto reaches = std::find_if(chunk_ends_.begin(), chunk_ends_.end(),
                                     [&](const ChunkEnd& chunk) { return chunk.end > held_offset_; });
   chunk_ends_.erase(chunk_ends_.begin(), reaches);

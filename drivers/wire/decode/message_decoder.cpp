@@ -84,6 +84,7 @@ void SlowValue::push(const FrameView& view, const ChannelFields& fields, std::ui
 MessageDecoder::MessageDecoder(FrameDescriptionPtr description) : description_(std::move(description)) {
   for (const Channel& channel : description_->channels)
     channels_.emplace_back(channel, description_->counted_rate_hz());
+  for (std::size_t i = 0; i < kRoleChannels; ++i) has_role_[i] = description_->channels[i].present;
   if (std::all_of(description_->kinds.begin(), description_->kinds.end(), tells_alike))
     stride_ = sensor_stride(description_->counted_rate_hz());
   waiting_.assign(description_->kinds.size(), 0);
@@ -193,7 +194,7 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
   }
   const auto read_role = [&](ChannelRole role, double& value, bool& out_of_bounds) {  // in each frame
     const auto i = static_cast<std::size_t>(role);
-    if (!description_->channels[i].present) return;
+    if (!has_role_[i]) return;
     SlowValue& channel = channels_[i];
     channel.push(view, roles.channels[i], steps_, adjacent_);
     value = channel.value();

@@ -113,8 +113,9 @@ class MessageDecoder {
 
   FrameDescriptionPtr description_;
   std::string unread_text_;
-  std::vector<char> tells_;               ///< by message type: whether it contains data
-  std::vector<SlowValue> channels_;       ///< as FrameDescription::channels
+  std::vector<char> tells_;          ///< by message type: whether it contains data
+  std::vector<SlowValue> channels_;  ///< as FrameDescription::channels
+  std::array<bool, kRoleChannels> has_role_{};
   std::array<double, kMaxSensors> held_;  ///< last values of the sensors
   std::uint32_t stride_ = 1;              ///< sensors are read once in this many frames of a message type
   std::vector<std::uint32_t> waiting_;    ///< by message type: frames left until the next read

@@ -94,6 +94,7 @@ struct alignas(64) Field {
   std::uint8_t bits = 8;        ///< then this many bits; the highest is the sign
   bool plain_big = false;       ///< complete bytes in order: allows the fast functions
   bool plain_little = false;
+  bool is_direct = false;  ///< in every frame, in its bytes, at a fixed position from the start: needs no search
   /// Offsets from `at`, most significant byte first: {0,1} big, {1,0} little, {1,2,0} device-specific.
   std::array<std::uint8_t, 8> order{};
   Condition when;
@@ -109,6 +110,9 @@ struct alignas(64) Field {
 
 /// An unsigned integer of `size` bytes (1 to 8); common sizes without a loop.
 inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
+  const auto four = [](const std::uint8_t* b) {
+    return std::uint64_t{b[0]} << 24 | std::uint64_t{b[1]} << 16 | std::uint64_t{b[2]} << 8 | b[3];
+  };
   switch (size) {
     case 1:
       return first[0];
@@ -117,9 +121,9 @@ inline std::uint64_t load_big(const std::uint8_t* first, unsigned size) {
     case 3:
       return std::uint64_t{first[0]} << 16 | std::uint64_t{first[1]} << 8 | first[2];
     case 4:
-      return std::uint64_t{first[0]} << 24 | std::uint64_t{first[1]} << 16 | std::uint64_t{first[2]} << 8 | first[3];
+      return four(first);
     case 8:
-      return load_big(first, 4) << 32 | load_big(first + 4, 4);
+      return four(first) << 32 | four(first + 4);
     default:
       break;
   }

@@ -60,12 +60,10 @@ class FrameView {
   std::span<const std::uint8_t> column(const Field& field) const;
 
  private:
-  /// Fast path for most fields: binary, at a fixed position from the start, unconditional. Null: needs a search.
+  /// Fast path for most fields. Null: needs a search.
   const std::uint8_t* at_once(const Field& field) const {
-    const bool plain =
-        kind_->structure == Structure::kPlain && field.when.field < 0 && field.at >= 0 && !field.is_hex();
-    return plain && static_cast<std::size_t>(field.at) + field.size <= frame_.size() ? frame_.data() + field.at
-                                                                                     : nullptr;
+    const auto at = static_cast<std::size_t>(field.at);
+    return field.is_direct && at + field.size <= frame_.size() ? frame_.data() + at : nullptr;
   }
   const std::uint8_t* find_elsewhere(const Field& field) const;
   std::uint64_t bits_elsewhere(const Field& field) const;

@@ -661,6 +661,8 @@ void measure_strength(MessageType& kind) {
 }
 
 void measure(const Section&, MessageType& kind) {
+  for (Field& field : kind.fields)
+    field.is_direct = kind.structure == Structure::kPlain && field.when.field < 0 && field.at >= 0 && !field.is_hex();
   measure_tail(kind);
   measure_header(kind);
   measure_strength(kind);

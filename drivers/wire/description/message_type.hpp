@@ -92,7 +92,8 @@ struct ChannelFields {
 /// Fields of this message type for each part of a DecodedMessage; the first one present in a frame is used.
 struct MessageFields {
   FieldList counter, status, latency;
-  std::vector<ChannelFields> channels = {{}, {}};     ///< as FrameDescription::channels
+  /// As FrameDescription::channels.
+  boost::container::small_vector<ChannelFields, 2> channels{ChannelFields(), ChannelFields()};
   boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
   std::vector<ValidRule> corrected;                   ///< bits that mark a corrected frame of an output
 
