@@ -47,175 +47,149 @@ bool is_pcap_magic(std::span<const std::uint8_t> first) {
 
 }  // namespace
 
-struct CaptureReader::File {
-  std::string path, damage;
-  std::vector<char> buffer;
-  pcap_t* pcap = nullptr;  // owns the stream after it is opened
-  std::FILE* stream = nullptr;
-  std::uint64_t size = 0, foreign = 0;
-  std::optional<RawByteStream> bare;
-  std::uint64_t bare_position = 0;
-  std::size_t bare_chunk = 0;
-  std::array<std::uint8_t, kMostBareBytes> bytes{};
-  bool ended = false;
-  bool nanoseconds = false;     // the magic that prism writes
-  bool own = false;             // a packet written by prism was read: anything else is damage
-  std::uint64_t sound_end = 0;  // of the last packet written by prism
-  std::uint64_t search_from = 0;
-  DamagedRanges places;
+CaptureReader::CaptureReader(std::string path, std::optional<RawByteStream> bare)
+    : path_(std::move(path)), bare_(std::move(bare)) {}
 
-  ~File() {
-    if (pcap) {
-      pcap_close(pcap);
-    } else if (stream) {
-      std::fclose(stream);
-    }
-  }
+void CaptureReader::ClosePcap::operator()(pcap* file) const { pcap_close(file); }
 
-  std::uint64_t position() const {
-    const long at = std::ftell(stream);
-    return at < 0 ? 0 : static_cast<std::uint64_t>(at);
-  }
+std::uint64_t CaptureReader::position_bytes() const {
+  const long at = std::ftell(stream_);
+  return at < 0 ? 0 : static_cast<std::uint64_t>(at);
+}
 
-  Result<void> open_stream() {
-    auto opened = open_input_stream(path);
-    if (!opened) return tl::unexpected<Error>(opened.error());
-    stream = opened->release();
-    struct stat status {};
-    if (::fstat(fileno(stream), &status) != 0) return make_error(path, "cannot be read");
-    size = static_cast<std::uint64_t>(status.st_size);
-    buffer.resize(kReadBytes);
-    std::setvbuf(stream, buffer.data(), _IOFBF, buffer.size());
-    __fsetlocking(stream, FSETLOCKING_BYCALLER);  // one thread reads
+Result<void> CaptureReader::open_stream() {
+  auto opened = open_input_stream(path_);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  own_stream_ = std::move(*opened);
+  stream_ = own_stream_.get();
+  struct stat status {};
+  if (::fstat(fileno(stream_), &status) != 0) return make_error(path_, "cannot be read");
+  size_ = static_cast<std::uint64_t>(status.st_size);
+  buffer_.resize(kReadBytes);
+  std::setvbuf(stream_, buffer_.data(), _IOFBF, buffer_.size());
+  __fsetlocking(stream_, FSETLOCKING_BYCALLER);  // one thread reads
+  return {};
+}
+
+Result<void> CaptureReader::open_pcap(std::size_t first_bytes) {
+  if (first_bytes < kPcapHeaderBytes) {  // capture truncated at its start: it is empty
+    damage_ = fmt::format("{}: truncated in the file header, at byte {}", path_, first_bytes);
+    ended_ = true;
     return {};
   }
+  char why[PCAP_ERRBUF_SIZE] = "";
+  pcap_.reset(pcap_fopen_offline_with_tstamp_precision(stream_, PCAP_TSTAMP_PRECISION_NANO, why));
+  if (!pcap_) return make_error(path_, fmt::format("found a damaged pcap file ({}), expected a capture", why));
+  (void)own_stream_.release();  // pcap closes it
+  const int link = pcap_datalink(pcap_.get());
+  if (link == kCaptureLinkType) return {};
+  const char* name = pcap_datalink_val_to_name(link);
+  return make_error(
+      path_, fmt::format("found a capture of link type {} ({}), expected {} (serial line); to extract bytes of TCP: "
+                         "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES",
+                         link, name ? name : "unknown", kCaptureLinkType));
+}
 
-  Result<void> open_pcap(std::size_t first_bytes) {
-    if (first_bytes < kPcapHeaderBytes) {  // capture truncated at its start: it is empty
-      damage = fmt::format("{}: truncated in the file header, at byte {}", path, first_bytes);
-      ended = true;
-      return {};
-    }
-    char why[PCAP_ERRBUF_SIZE] = "";
-    pcap = pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, why);
-    if (!pcap) return make_error(path, fmt::format("found a damaged pcap file ({}), expected a capture", why));
-    const int link = pcap_datalink(pcap);
-    if (link == kCaptureLinkType) return {};
-    const char* name = pcap_datalink_val_to_name(link);
-    return make_error(
-        path, fmt::format("found a capture of link type {} ({}), expected {} (serial line); to extract bytes of TCP: "
-                          "tshark -r FILE -Y tcp.payload -T fields -e tcp.payload | xxd -r -p >BYTES",
-                          link, name ? name : "unknown", kCaptureLinkType));
+Result<void> CaptureReader::open_bare() {
+  if (!(bare_->bytes_per_second > 0) || !std::isfinite(bare_->bytes_per_second))
+    return make_error(path_, "found no rate for raw bytes, expected more than 0 bytes/s");
+  const double most = std::clamp(bare_->bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
+  bytes_.resize(static_cast<std::size_t>(most));
+  std::array<char, kFirstBytes> first;
+  const std::size_t got = std::fread(first.data(), 1, first.size(), stream_);
+  std::rewind(stream_);
+  const auto checked = has_sentences(path_, {first.data(), got});
+  return checked ? Result<void>() : tl::unexpected<Error>(checked.error());
+}
+
+std::optional<CapturePacket> CaptureReader::next_bare() {
+  const std::size_t got = std::fread(bytes_.data(), 1, bytes_.size(), stream_);
+  if (got == 0) {
+    if (std::ferror(stream_)) damage_ = fmt::format("{}: {} at byte {}", path_, std::strerror(errno), bare_position_);
+    return std::nullopt;
   }
+  bare_position_ += got;
+  const double seconds = static_cast<double>(bare_position_) / bare_->bytes_per_second;
+  return CapturePacket{bare_->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes_.data(), got}};
+}
 
-  Result<void> open_bare(const RawByteStream& rate) {
-    if (!(rate.bytes_per_second > 0) || !std::isfinite(rate.bytes_per_second)) {
-      return make_error(path, "found no rate for raw bytes, expected more than 0 bytes/s");
-    }
-    bare = rate;
-    const double most = std::clamp(rate.bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
-    bare_chunk = static_cast<std::size_t>(most);
-    std::array<char, kFirstBytes> first;
-    const std::size_t got = std::fread(first.data(), 1, first.size(), stream);
-    std::rewind(stream);
-    const auto checked = has_sentences(path, {first.data(), got});
-    return checked ? Result<void>() : tl::unexpected<Error>(checked.error());
+/// Continues at the next packet written by prism, or returns false.
+bool CaptureReader::resume() {
+  const auto found = find_packet(stream_, std::max(sound_end_, search_from_) + 1, size_);
+  if (!found || std::fseek(stream_, static_cast<long>(*found), SEEK_SET) != 0) {
+    std::fseek(stream_, 0, SEEK_END);
+    return false;
   }
+  if (places_.count++ == 0) places_.first = sound_end_;
+  places_.bytes += *found - sound_end_;
+  search_from_ = *found;
+  return true;
+}
 
-  std::optional<CapturePacket> next_bare() {
-    const std::size_t got = std::fread(bytes.data(), 1, bare_chunk, stream);
-    if (got == 0) {
-      if (std::ferror(stream)) damage = fmt::format("{}: {} at byte {}", path, std::strerror(errno), bare_position);
+// The next packet starts where a packet of prism ends; anything else is damage.
+bool CaptureReader::is_sound(std::span<const std::uint8_t> packet, std::uint32_t length, std::int64_t time_ns) {
+  if (!nanoseconds_ || packet.size() != length || !is_own_record(packet, time_ns)) return !own_;
+  own_ = true;
+  sound_end_ = position_bytes();
+  return true;
+}
+
+std::optional<CapturePacket> CaptureReader::next_pcap() {
+  while (true) {
+    pcap_pkthdr* header = nullptr;
+    const u_char* data = nullptr;
+    const int result = pcap_next_ex(pcap_.get(), &header, &data);
+    if (result != 1) {
+      if (result != PCAP_ERROR) return std::nullopt;
+      damage_ = fmt::format("{}: {} (before byte {})", path_, pcap_geterr(pcap_.get()), position_bytes());
+      if (!own_ || !resume()) return std::nullopt;
+      damage_.clear();
+      continue;
+    }
+    const std::span<const std::uint8_t> packet(data, header->caplen);
+    const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
+    if (!is_sound(packet, header->len, time_ns)) {
+      if (resume()) continue;
+      damage_ = fmt::format("{}: no packet at or after byte {}", path_, sound_end_);
       return std::nullopt;
     }
-    bare_position += got;
-    const double seconds = static_cast<double>(bare_position) / bare->bytes_per_second;
-    return CapturePacket{bare->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes.data(), got}};
-  }
-
-  /// Continues at the next packet written by prism, or returns false.
-  bool resume() {
-    const auto found = find_packet(stream, std::max(sound_end, search_from) + 1, size);
-    if (!found || std::fseek(stream, static_cast<long>(*found), SEEK_SET) != 0) {
-      std::fseek(stream, 0, SEEK_END);
-      return false;
+    const std::optional<CaptureEvent> event = decode_capture_event(packet);
+    if (!event) {
+      ++foreign_;
+      continue;
     }
-    if (places.count++ == 0) places.first = sound_end;
-    places.bytes += *found - sound_end;
-    search_from = *found;
-    return true;
+    return CapturePacket{time_ns, *event, packet.subspan(kCaptureRecordBytes)};
   }
-
-  // The next packet starts where a packet of prism ends; anything else is damage.
-  bool is_sound(std::span<const std::uint8_t> packet, std::uint32_t length, std::int64_t time_ns) {
-    if (!nanoseconds || packet.size() != length || !is_own_record(packet, time_ns)) return !own;
-    own = true;
-    sound_end = position();
-    return true;
-  }
-
-  std::optional<CapturePacket> next_pcap() {
-    while (true) {
-      pcap_pkthdr* header = nullptr;
-      const u_char* data = nullptr;
-      const int result = pcap_next_ex(pcap, &header, &data);
-      if (result != 1) {
-        if (result != PCAP_ERROR) return std::nullopt;
-        damage = fmt::format("{}: {} (before byte {})", path, pcap_geterr(pcap), position());
-        if (!own || !resume()) return std::nullopt;
-        damage.clear();
-        continue;
-      }
-      const std::span<const std::uint8_t> packet(data, header->caplen);
-      const std::int64_t time_ns = std::int64_t{header->ts.tv_sec} * 1'000'000'000 + header->ts.tv_usec;
-      if (!is_sound(packet, header->len, time_ns)) {
-        if (resume()) continue;
-        damage = fmt::format("{}: no packet at or after byte {}", path, sound_end);
-        return std::nullopt;
-      }
-      const std::optional<CaptureEvent> event = decode_capture_event(packet);
-      if (!event) {
-        ++foreign;
-        continue;
-      }
-      return CapturePacket{time_ns, *event, packet.subspan(kCaptureRecordBytes)};
-    }
-  }
-};
-
-CaptureReader::CaptureReader(std::unique_ptr<File> file) : file_(std::move(file)) {}
-CaptureReader::CaptureReader(CaptureReader&&) noexcept = default;
-CaptureReader& CaptureReader::operator=(CaptureReader&&) noexcept = default;
-CaptureReader::~CaptureReader() = default;
+}
 
 Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<RawByteStream> bare) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     return make_error(path, "is a directory, expected a capture (a .pcap file, or raw bytes)");
-  auto file = std::make_unique<File>();
-  file->path = path;
-  if (auto opened = file->open_stream(); !opened) return tl::unexpected<Error>(opened.error());
+  CaptureReader file(path, std::move(bare));
+  if (auto opened = file.open_stream(); !opened) return tl::unexpected<Error>(opened.error());
   std::array<std::uint8_t, kPcapHeaderBytes> first{};
-  const std::size_t got = std::fread(first.data(), 1, first.size(), file->stream);
-  std::rewind(file->stream);
+  const std::size_t got = std::fread(first.data(), 1, first.size(), file.stream_);
+  std::rewind(file.stream_);
   Result<void> ready;
   if (is_pcap_magic({first.data(), got})) {
-    file->nanoseconds = first[0] == 0x4D;
-    ready = file->open_pcap(got);
-  } else if (bare) {
-    ready = file->open_bare(*bare);
+    file.bare_.reset();
+    file.nanoseconds_ = first[0] == 0x4D;
+    ready = file.open_pcap(got);
+  } else if (file.bare_) {
+    ready = file.open_bare();
   } else {
-    ready = make_error(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file->size,
+    ready = make_error(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file.size_,
                                          kCaptureLinkType));
   }
   if (!ready) return tl::unexpected<Error>(ready.error());
-  return CaptureReader(std::move(file));
+  return file;
 }
 
 std::optional<CapturePacket> CaptureReader::next() {
-  if (file_->ended) return std::nullopt;
-  std::optional<CapturePacket> packet = file_->bare ? file_->next_bare() : file_->next_pcap();
-  file_->ended = !packet;
+  if (ended_) return std::nullopt;
+  std::optional<CapturePacket> packet = bare_ ? next_bare() : next_pcap();
+  ended_ = !packet;
   return packet;
 }
 
@@ -224,13 +198,6 @@ std::string DamagedRanges::text() const {
   return fmt::format("{} in {} from byte {} on are not packets", counted(bytes, "byte"), counted(count, "place"),
                      first);
 }
-
-const DamagedRanges& CaptureReader::damaged_places() const { return file_->places; }
-const std::string& CaptureReader::tail_damage() const { return file_->damage; }
-std::uint64_t CaptureReader::foreign_packets() const { return file_->foreign; }
-bool CaptureReader::is_bare() const { return file_->bare.has_value(); }
-std::uint64_t CaptureReader::position_bytes() const { return file_->position(); }
-std::uint64_t CaptureReader::size_bytes() const { return file_->size; }
 
 namespace {
 
@@ -251,63 +218,6 @@ struct PacketHeader {
 
 }  // namespace
 
-struct CaptureWriter::File {
-  std::string path, failure;
-  Again again;
-  int descriptor = -1;
-  std::vector<std::uint8_t> buffer;
-  std::uint64_t size = 0;
-
-  ~File() {
-    drain();
-    ::close(descriptor);
-  }
-
-  Result<void> state() const {
-    if (!failure.empty()) return make_error(path, failure);
-    return {};
-  }
-
-  void fail(int error) { failure = fmt::format("cannot be written: {}", std::strerror(error)); }
-
-  void put(std::span<const std::uint8_t> header, std::span<const std::uint8_t> bytes) {
-    const std::size_t before = buffer.size(), count = header.size() + bytes.size();
-    buffer.resize(before + count);
-    std::copy(bytes.begin(), bytes.end(), std::copy(header.begin(), header.end(), buffer.data() + before));
-    size += count;
-  }
-
-  void drain() {
-    for (std::size_t done = 0; failure.empty() && done < buffer.size();) {
-      const ssize_t written = ::write(descriptor, buffer.data() + done, buffer.size() - done);
-      if (written >= 0) {
-        done += static_cast<std::size_t>(written);
-      } else if (const int error = errno; error != EINTR && !(again && again(error))) {
-        fail(error);
-      }
-    }
-    buffer.clear();
-  }
-
-  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
-    const auto record = encode_capture_record(time_ns, event);
-    const auto count = static_cast<std::uint32_t>(record.size() + bytes.size());
-    const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
-                              static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
-    std::array<std::uint8_t, sizeof header + kCaptureRecordBytes> head;
-    std::memcpy(head.data(), &header, sizeof header);
-    std::copy(record.begin(), record.end(), head.begin() + sizeof header);
-    put(head, bytes);
-    if (buffer.size() >= kWriteBytes) drain();
-    return state();
-  }
-};
-
-CaptureWriter::CaptureWriter(std::unique_ptr<File> file) : file_(std::move(file)) {}
-CaptureWriter::CaptureWriter(CaptureWriter&&) noexcept = default;
-CaptureWriter& CaptureWriter::operator=(CaptureWriter&&) noexcept = default;
-CaptureWriter::~CaptureWriter() = default;
-
 Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
   auto file = open_output(path);
   if (!file) return tl::unexpected<Error>(file.error());
@@ -315,42 +225,64 @@ Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
 }
 
 Result<CaptureWriter> CaptureWriter::adopt(int descriptor, const std::string& path, Again again) {
-  auto file = std::make_unique<File>();
-  file->path = path;
-  file->again = std::move(again);
-  file->descriptor = descriptor;
+  CaptureWriter writer(path, std::move(again), descriptor);
   const FileHeader header;
-  file->put({reinterpret_cast<const std::uint8_t*>(&header), sizeof header}, {});
-  CaptureWriter writer(std::move(file));
+  writer.put({reinterpret_cast<const std::uint8_t*>(&header), sizeof header}, {});
   if (auto written = writer.flush(); !written) return tl::unexpected<Error>(written.error());
   return writer;
 }
 
-Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
-  while (bytes.size() > kMostBytes) {
-    if (auto done = file_->append(time_ns, CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
-    bytes = bytes.subspan(kMostBytes);
+Result<void> CaptureWriter::state() const {
+  if (!failure_.empty()) return make_error(path_, failure_);
+  return {};
+}
+
+void CaptureWriter::fail(int error) { failure_ = fmt::format("cannot be written: {}", std::strerror(error)); }
+
+void CaptureWriter::put(std::span<const std::uint8_t> header, std::span<const std::uint8_t> bytes) {
+  const std::size_t before = buffer_.size(), count = header.size() + bytes.size();
+  buffer_.resize(before + count);
+  std::copy(bytes.begin(), bytes.end(), std::copy(header.begin(), header.end(), buffer_.data() + before));
+  size_ += count;
+}
+
+void CaptureWriter::drain() {
+  for (std::size_t done = 0; failure_.empty() && done < buffer_.size();) {
+    const ssize_t written = ::write(file_.get(), buffer_.data() + done, buffer_.size() - done);
+    if (written >= 0) {
+      done += static_cast<std::size_t>(written);
+    } else if (const int error = errno; error != EINTR && !(again_ && again_(error))) {
+      fail(error);
+    }
   }
-  return file_->append(time_ns, CaptureEvent::kData, bytes);
+  buffer_.clear();
 }
 
-Result<void> CaptureWriter::sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
-  return file_->append(time_ns, CaptureEvent::kSent, bytes);
+Result<void> CaptureWriter::append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
+  const auto record = encode_capture_record(time_ns, event);
+  const auto count = static_cast<std::uint32_t>(record.size() + bytes.size());
+  const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
+                            static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
+  std::array<std::uint8_t, sizeof header + kCaptureRecordBytes> head;
+  std::memcpy(head.data(), &header, sizeof header);
+  std::copy(record.begin(), record.end(), head.begin() + sizeof header);
+  put(head, bytes);
+  if (buffer_.size() >= kWriteBytes) drain();
+  return state();
 }
 
-Result<void> CaptureWriter::opened(std::int64_t time_ns) { return file_->append(time_ns, CaptureEvent::kOpened, {}); }
+Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
+  for (; bytes.size() > kMostBytes; bytes = bytes.subspan(kMostBytes)) {
+    if (auto done = append(time_ns, CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
+  }
+  return append(time_ns, CaptureEvent::kData, bytes);
+}
 
 Result<void> CaptureWriter::flush(bool sync) {
-  file_->drain();
-  if (sync && file_->failure.empty() && ::fdatasync(file_->descriptor) != 0) file_->fail(errno);
-  return file_->state();
+  drain();
+  if (sync && failure_.empty() && ::fdatasync(file_.get()) != 0) fail(errno);
+  return state();
 }
-
-int CaptureWriter::descriptor() const { return file_->descriptor; }
-
-const std::string& CaptureWriter::path() const { return file_->path; }
-
-std::uint64_t CaptureWriter::bytes_written() const { return file_->size; }
 
 namespace {
 

@@ -10,9 +10,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/file.hpp"
 #include "base/result.hpp"
+
+struct pcap;  // pcap_t of libpcap
 
 namespace prism::drivers {
 
@@ -68,27 +72,39 @@ class CaptureWriter {
   /// descriptor, also on error. `again` may be null.
   static Result<CaptureWriter> adopt(int descriptor, const std::string& path, Again again);
 
-  CaptureWriter(CaptureWriter&&) noexcept;
-  CaptureWriter& operator=(CaptureWriter&&) noexcept;
-  ~CaptureWriter();
+  CaptureWriter(CaptureWriter&&) = default;
+  CaptureWriter& operator=(CaptureWriter&&) = delete;
+  ~CaptureWriter() { drain(); }
 
   /// Adds bytes that had arrived at `time_ns` (0 to 2^32 s). Buffered until flush().
   Result<void> data(std::int64_t time_ns, std::span<const std::uint8_t> bytes);
   /// Adds bytes that were sent to the device at `time_ns`; a replay ignores them.
-  Result<void> sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes);
+  Result<void> sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
+    return append(time_ns, CaptureEvent::kSent, bytes);
+  }
   /// Records that the line was opened at `time_ns`: replay starts a new session here.
-  Result<void> opened(std::int64_t time_ns);
+  Result<void> opened(std::int64_t time_ns) { return append(time_ns, CaptureEvent::kOpened, {}); }
   /// Writes the buffer; with `sync`, waits until it is on the disk.
   Result<void> flush(bool sync = false);
 
-  int descriptor() const;
-  const std::string& path() const;
-  std::uint64_t bytes_written() const;  ///< size of the file after the next flush
+  int descriptor() const { return file_.get(); }
+  const std::string& path() const { return path_; }
+  std::uint64_t bytes_written() const { return size_; }  ///< size of the file after the next flush
 
  private:
-  struct File;
-  explicit CaptureWriter(std::unique_ptr<File> file);
-  std::unique_ptr<File> file_;
+  CaptureWriter(std::string path, Again again, int descriptor)
+      : path_(std::move(path)), again_(std::move(again)), file_(descriptor) {}
+  Result<void> state() const;
+  void fail(int error);
+  void put(std::span<const std::uint8_t> header, std::span<const std::uint8_t> bytes);
+  void drain();
+  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes);
+
+  std::string path_, failure_;
+  Again again_;
+  Descriptor file_;
+  std::vector<std::uint8_t> buffer_;
+  std::uint64_t size_ = 0;
 };
 
 /// Settings to replay a raw byte stream (not pcap), as `cat /dev/ttyUSB0 > file` writes it.
@@ -115,25 +131,49 @@ class CaptureReader {
   /// (shown_bytes.hpp).
   static Result<CaptureReader> open(const std::string& path, std::optional<RawByteStream> bare = std::nullopt);
 
-  CaptureReader(CaptureReader&&) noexcept;
-  CaptureReader& operator=(CaptureReader&&) noexcept;
-  ~CaptureReader();
+  CaptureReader(CaptureReader&&) = default;
+  CaptureReader& operator=(CaptureReader&&) = delete;
 
   /// The next packet; nullopt at the end. Counts and skips packets that are not from a serial line.
   std::optional<CapturePacket> next();
 
   /// After the end: position and type of a truncation or damage in one line; empty if the file is intact.
-  const std::string& tail_damage() const;
-  const DamagedRanges& damaged_places() const;  ///< skipped so far
-  std::uint64_t foreign_packets() const;        ///< too short for a record
-  bool is_bare() const;
+  const std::string& tail_damage() const { return damage_; }
+  const DamagedRanges& damaged_places() const { return places_; }  ///< skipped so far
+  std::uint64_t foreign_packets() const { return foreign_; }       ///< too short for a record
+  bool is_bare() const { return bare_.has_value(); }
   std::uint64_t position_bytes() const;  ///< read so far, for a progress bar
-  std::uint64_t size_bytes() const;
+  std::uint64_t size_bytes() const { return size_; }
 
  private:
-  struct File;
-  explicit CaptureReader(std::unique_ptr<File> file);
-  std::unique_ptr<File> file_;
+  struct ClosePcap {
+    void operator()(pcap* file) const;
+  };
+
+  CaptureReader(std::string path, std::optional<RawByteStream> bare);
+  Result<void> open_stream();
+  Result<void> open_pcap(std::size_t first_bytes);
+  Result<void> open_bare();
+  std::optional<CapturePacket> next_bare();
+  std::optional<CapturePacket> next_pcap();
+  bool resume();
+  bool is_sound(std::span<const std::uint8_t> packet, std::uint32_t length, std::int64_t time_ns);
+
+  std::string path_, damage_;
+  std::vector<char> buffer_;  ///< of the stream
+  Stream own_stream_;         ///< until pcap owns it
+  std::unique_ptr<pcap, ClosePcap> pcap_;
+  std::FILE* stream_ = nullptr;
+  std::uint64_t size_ = 0, foreign_ = 0;
+  std::optional<RawByteStream> bare_;
+  std::uint64_t bare_position_ = 0;
+  std::vector<std::uint8_t> bytes_;  ///< of a raw stream: a chunk
+  bool ended_ = false;
+  bool nanoseconds_ = false;     ///< the magic that prism writes
+  bool own_ = false;             ///< a packet written by prism was read: anything else is damage
+  std::uint64_t sound_end_ = 0;  ///< of the last packet written by prism
+  std::uint64_t search_from_ = 0;
+  DamagedRanges places_;
 };
 
 // Finds the next packet after damage: packets of prism contain their time twice, which random bytes do not.

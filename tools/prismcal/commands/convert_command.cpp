@@ -51,7 +51,7 @@ class CaptureMaker {
     if (!writer_) {
       auto writer = drivers::CaptureWriter::open(out_);
       if (!writer) return tl::unexpected(writer.error());
-      writer_ = std::move(*writer);
+      writer_.emplace(std::move(*writer));
       next_ = second_mean.second;
     } else if (begins_session) {
       next_ = second_mean.second;
