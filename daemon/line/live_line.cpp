@@ -43,6 +43,9 @@ using pipeline::LineState, pipeline::Severity;
 
 constexpr std::chrono::seconds kForget{60};  // without another host that is turned away
 
+constexpr std::size_t kMostUnsent = 64 << 10;
+constexpr std::chrono::milliseconds kRetryWrite{10};
+
 constexpr std::uint8_t kFf = 0xFF;  // begins a command of Telnet
 
 auto as_steady(std::chrono::duration<double> seconds) {
@@ -59,6 +62,7 @@ LiveLine::LiveLine(asio::io_context& io, pipeline::Device& device, std::size_t n
       tell_(std::move(tell)),
       watch_timer_(io),
       pause_timer_(io),
+      command_timer_(io),
       arrival_(clock),
       alone_(alone),
       last_progress_(Clock::now()),
@@ -73,7 +77,12 @@ void LiveLine::start() {
 
 void LiveLine::begin_stop() {
   stopping_ = true;
-  if (is_open()) open_->conversation->stop();
+  if (!is_open()) return;
+  const wire::Commands& commands = device_.setup.line_commands(number_);
+  open_->steps.reset();
+  if (!commands.stop || commands.stop->empty()) return;
+  open_->steps.emplace(*commands.stop);
+  converse();
 }
 
 Result<void> LiveLine::send(std::span<const std::uint8_t> bytes) {
@@ -81,9 +90,10 @@ Result<void> LiveLine::send(std::span<const std::uint8_t> bytes) {
   if (!config().allow_send)
     return make_error(name, "the configuration does not allow it; expected \"allow_send\": true");
   if (!is_open()) return make_error(name, "is not open: " + status().detail);
-  auto sent = open_->conversation->send(bytes);
-  if (sent) tell(Severity::kInfo, "sent", fmt::format("{}: sent {}", name, drivers::bytes_text(bytes)));
-  return sent;
+  if (const auto sent = put(bytes); !sent) return make_error("send", sent.error().what);
+  if (!open_->unsent.empty()) converse();
+  tell(Severity::kInfo, "sent", fmt::format("{}: sent {}", name, drivers::bytes_text(bytes)));
+  return {};
 }
 
 void LiveLine::stop() {
@@ -91,6 +101,7 @@ void LiveLine::stop() {
   open_.reset();
   watch_timer_.cancel();
   pause_timer_.cancel();
+  command_timer_.cancel();
 }
 
 void LiveLine::reopen() {
@@ -131,35 +142,108 @@ void LiveLine::opened() {
     tell(Severity::kInfo, "line_open", transport::describe(settings()) + ": open");
     for (const std::string& note : status().notes) tell(Severity::kInfo, "line_note", note);
   }
+  last_frame_ = last_data_;
+  frames_ = device_.decoded(number_).frames;
+  const auto& poll = device_.setup.line_commands(number_).poll;
+  if (!poll) {
+    poller_.reset();
+  } else if (!poller_ || poller_->poll() != *poll) {
+    poller_.emplace(*poll);
+  }
+  ++openings_;
+  open_->is_ready = true;
+  start_device();
+}
+
+// Commands. Each of these functions is the last in its caller: one that fails at once closes the line.
+
+// The line is open, or its device must be started again.
+void LiveLine::start_device() {
+  const auto& start = device_.setup.line_commands(number_).start;
+  if (start && !start->empty()) {
+    open_->steps.emplace(*start);
+    return converse();
+  }
+  started();
+}
+
+// All start-up commands were answered.
+void LiveLine::started() {
+  if (begun_ && fault_kind() != "line_silent") receiving();
+  if (!poller_) return;
+  poller_->begin(Clock::now());
   converse();
 }
 
-// Last in a function: a start-up that fails at once closes the line.
-void LiveLine::converse() {
-  Conversation::Owner owner;
-  owner.sent = [this](std::span<const std::uint8_t> bytes) {
-    if (const auto& capture = status().capture) capture->sent(bytes, arrival_.stamp(Clock::now()));
-  };
-  owner.starting = [this](const std::string& step) {
-    if (fault_kind().empty()) set(LineState::kConnecting, "start-up: " + step);
-  };
-  owner.started = [this] {
-    if (begun_ && fault_kind() != "line_silent") receiving();
-  };
-  owner.failed = [this](const char* kind, const std::string& why) {
-    set(LineState::kConnecting, why);
-    lose(kind, why);
-  };
-  last_frame_ = last_data_;
-  frames_ = device_.decoded(number_).frames;
-  const wire::Commands& commands = device_.setup.line_commands(number_);
-  if (!commands.poll) {
-    poller_.reset();
-  } else if (!poller_ || poller_->poll() != *commands.poll) {
-    poller_.emplace(*commands.poll);
+void LiveLine::answered(std::span<const std::uint8_t> bytes, std::uint64_t frames) {
+  if (open_->steps) {
+    open_->steps->received(bytes);
+  } else if (polls() && frames > 0) {
+    poller_->replied(Clock::now());
+  } else {
+    return;
   }
-  open_->conversation.emplace(io_, *open_->transport, commands, poller_ ? &*poller_ : nullptr, std::move(owner));
-  open_->conversation->start();
+  converse();
+}
+
+void LiveLine::converse() {
+  const Clock::time_point now = Clock::now();
+  if (const auto sent = put({}); !sent) return fail("line_lost", sent.error().what);
+  if (!open_->unsent.empty()) return converse_at(now + kRetryWrite);
+  if (open_->steps) return converse_by_steps(now);
+  if (!polls()) return;
+  if (const auto request = poller_->proceed(now); !request.empty()) {
+    if (const auto sent = put(request); !sent) return fail("line_lost", sent.error().what);
+  }
+  converse_at(poller_->deadline());
+}
+
+void LiveLine::converse_by_steps(Clock::time_point now) {
+  drivers::StartUp& steps = *open_->steps;
+  for (auto bytes = steps.proceed(now); !bytes.empty(); bytes = steps.proceed(now)) {
+    if (const auto sent = put(bytes); !sent) return fail("line_lost", sent.error().what);
+  }
+  if (steps.has_failed()) {
+    const std::string why = "start-up: " + steps.text();
+    open_->steps.reset();
+    return stopping_ ? void() : fail("line_start_up", why);
+  }
+  if (!steps.is_done()) {
+    if (!stopping_ && fault_kind().empty()) set(LineState::kConnecting, "start-up: " + steps.text());
+    return converse_at(steps.deadline());
+  }
+  open_->steps.reset();
+  if (!stopping_) started();
+}
+
+// Sends what the line takes now.
+Result<void> LiveLine::put(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint8_t>& unsent = open_->unsent;
+  if (unsent.size() + bytes.size() > kMostUnsent)
+    return make_error(transport::describe(settings()), "the device does not take the bytes that are sent");
+  unsent.insert(unsent.end(), bytes.begin(), bytes.end());
+  if (unsent.empty()) return {};
+  const Result<std::size_t> taken = open_->transport->write(unsent);
+  if (!taken) {
+    unsent.clear();
+    return tl::unexpected<Error>(taken.error());
+  }
+  if (const auto& capture = status().capture; capture && *taken > 0)
+    capture->sent({unsent.data(), *taken}, arrival_.stamp(Clock::now()));
+  unsent.erase(unsent.begin(), unsent.begin() + static_cast<std::ptrdiff_t>(*taken));
+  return {};
+}
+
+void LiveLine::converse_at(Clock::time_point when) {
+  command_timer_.expires_at(when);
+  command_timer_.async_wait([this, opening = openings_](boost::system::error_code error) {
+    if (!error && opening == openings_ && is_open()) converse();
+  });
+}
+
+void LiveLine::fail(const char* kind, const std::string& why) {
+  set(LineState::kConnecting, why);
+  lose(kind, why);
 }
 
 std::string LiveLine::prefix() const {
@@ -192,7 +276,7 @@ void LiveLine::listen() {
 void LiveLine::readable() {
   using Kind = transport::Received::Kind;
   const transport::Received received = open_->transport->read(buffer_);
-  if (!open_->conversation) return proceed(received);
+  if (!open_->is_ready) return proceed(received);
   if (received.kind == Kind::kLost) {
     const std::string why = received.why + heard_instead();
     set(LineState::kConnecting, why);
@@ -212,7 +296,7 @@ void LiveLine::readable() {
     if (telnet_) watch_doubled(bytes);
     if (complete > 0) frames_came();
     listen();
-    return open_->conversation->received(bytes, complete);
+    return answered(bytes, complete);
   }
   listen();
 }
@@ -232,7 +316,7 @@ void LiveLine::proceed(const transport::Received& received) {
 void LiveLine::begin_receiving(std::int64_t arrival_ns) {
   begun_ = true;
   device_.begin_session(number_, arrival_ns);
-  if (!open_->conversation->is_starting()) receiving();
+  if (!is_starting()) receiving();
 }
 
 // Data come, and the start-up commands, if any, were answered.
@@ -272,13 +356,13 @@ asio::awaitable<void> LiveLine::watch() {
     co_await watch_timer_.async_wait(kUse);
     if (poller_) status().polls = poller_->counters();
     if (stopping_ || !open_ || watch_peers(silence)) continue;
-    if (!open_->conversation) {  // a step may take seconds, and a peer may come at any time
+    if (!open_->is_ready) {  // a step may take seconds, and a peer may come at any time
       last_progress_ = Clock::now();
       continue;
     }
     device_.expire(number_, arrival_.now_ns());
     count_hardware();
-    if (open_->conversation->is_starting()) last_data_ = last_progress_ = Clock::now();  // it has its own time limits
+    if (is_starting()) last_data_ = last_progress_ = Clock::now();  // it has its own time limits
     watch_frames(silence);
     if (!open_) continue;
     // Unread bytes: the line has data, but this process did not run (stopped, swapped out, no CPU time).
@@ -295,7 +379,7 @@ void LiveLine::frames_came() {
   last_frame_ = last_data_;
   retry_.reset();
   framed_ = true;
-  if (status().state != LineState::kReceiving && !open_->conversation->is_starting()) receiving();
+  if (status().state != LineState::kReceiving && !is_starting()) receiving();
 }
 
 // A device that sends bytes but no frames may have lost its settings.
@@ -303,12 +387,11 @@ void LiveLine::watch_frames(Clock::duration silence) {
   const Clock::time_point now = Clock::now();
   const wire::Commands& commands = device_.setup.line_commands(number_);
   const bool again = commands.again_when_silent.value_or(false) && commands.start && !commands.start->empty();
-  if (!again || open_->conversation->is_starting() || now - last_frame_ < silence || now - last_data_ >= silence)
-    return;
+  if (!again || is_starting() || now - last_frame_ < silence || now - last_data_ >= silence) return;
   last_frame_ = now;
   complain("line_silent", fmt::format("{}: no frame for {} s; sending the start-up commands again",
                                       transport::describe(settings()), config().silence_s));
-  open_->conversation->start();
+  start_device();
 }
 
 // A line that listens has one peer. If no frame came from it, it is replaced by another host that connects. Returns

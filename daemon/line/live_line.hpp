@@ -13,9 +13,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
-#include "daemon/line/conversation.hpp"
 #include "daemon/pipeline/device.hpp"
+#include "drivers/commands.hpp"
 #include "drivers/transport/transport.hpp"
 
 namespace prism::line {
@@ -60,7 +61,8 @@ class RetryPause {
 
 /// A line that opens slowly, through a network, is open only when its transport is. A session lasts from open until the
 /// line is lost (error, end of file, no data for silence_s). Between sessions it pauses: for retry_min_s if the device
-/// does not exist; else the pause doubles up to retry_max_s and is reset when a frame arrives.
+/// does not exist; else the pause doubles up to retry_max_s and is reset when a frame arrives. After an opening it
+/// sends the start-up commands, then polls; at the end the stop commands.
 class LiveLine {
  public:
   /// `number`: of the line in the device. `device` and `clock` must outlive this. `alone`: no other line uses
@@ -73,7 +75,7 @@ class LiveLine {
   void stop();
   /// Sends the stop commands, if there are any and the line is open; is_stopping() is false when they are done.
   void begin_stop();
-  bool is_stopping() const { return is_open() && open_->conversation->is_stopping(); }
+  bool is_stopping() const { return stopping_ && open_ && open_->steps; }
   /// Sends bytes to the device. Errors: not allowed by the configuration, the line is not open.
   Result<void> send(std::span<const std::uint8_t> bytes);
   /// Ends the session and opens the line at once, with the current settings.
@@ -81,14 +83,16 @@ class LiveLine {
 
   /// Time of the last data or end of the planned pause. For the watchdog.
   std::chrono::steady_clock::time_point last_progress() const { return last_progress_; }
-  bool is_open() const { return open_ && open_->conversation; }
+  bool is_open() const { return open_ && open_->is_ready; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
   struct Open {
     std::unique_ptr<transport::Transport> transport;
-    std::optional<Conversation> conversation;  ///< since the transport has been opened
+    bool is_ready = false;                  ///< the transport has been opened
+    std::optional<drivers::StartUp> steps;  ///< start-up or stop commands that are not done
+    std::vector<std::uint8_t> unsent;
   };
 
   boost::asio::awaitable<void> watch();
@@ -111,7 +115,16 @@ class LiveLine {
   /// Empty: data come, or were never expected yet.
   std::string fault_kind() const { return device_.problems.find(fault_key_).kind; }
   void set(pipeline::LineState state, const std::string& detail = {});
+  void start_device();
+  void started();
+  bool is_starting() const { return !stopping_ && open_->steps; }
+  bool polls() const { return poller_ && !stopping_; }
+  void answered(std::span<const std::uint8_t> bytes, std::uint64_t frames);
   void converse();
+  void converse_by_steps(Clock::time_point now);
+  Result<void> put(std::span<const std::uint8_t> bytes);
+  void converse_at(Clock::time_point when);
+  void fail(const char* kind, const std::string& why);
   void begin_receiving(std::int64_t arrival_ns);
   void receiving();
   void frames_came();
@@ -131,8 +144,8 @@ class LiveLine {
   const std::size_t number_;
   const pipeline::Tell tell_;
   std::optional<Open> open_;
-  std::uint64_t waits_ = 0;  ///< number of waits: handlers of earlier ones have no effect
-  boost::asio::steady_timer watch_timer_, pause_timer_;
+  std::uint64_t waits_ = 0, openings_ = 0;  ///< handlers of earlier ones have no effect
+  boost::asio::steady_timer watch_timer_, pause_timer_, command_timer_;
   ArrivalClock& arrival_;
   const bool alone_;
   Clock::time_point last_data_, last_progress_, last_frame_;
