@@ -67,11 +67,11 @@ class DaemonPartsTest : public testing::Test {
  protected:
   DaemonPartsTest() : setup_(make_setup()), encoder_(setup_.frames), parts_(std::make_unique<DaemonParts>(setup_)) {}
 
-  pipeline::Setup make_setup(const std::string& more = "") {
-    std::ofstream(folder_.file("gyro.json"))
-        << R"({"name": "gyro", "frames": ")" << PRISM_SOURCE_DIR << R"(/config/frames/trplg.json", "clock": "device",
+  pipeline::Setup make_setup(const std::string& more = "", const std::string& frames = "trplg") {
+    std::ofstream(folder_.file("gyro.json")) << R"({"name": "gyro", "frames": ")" << PRISM_SOURCE_DIR
+                                             << "/config/frames/" << frames << R"(.json", "clock": "device",
               "line": {"device": "/dev/null"}, "socket": {"path": ")"
-        << folder_.file("socket") << R"("})" << more << "}";
+                                             << folder_.file("socket") << R"("})" << more << "}";
     const auto setup = pipeline::load_setup(folder_.file("gyro.json"));
     if (!setup) throw std::runtime_error(setup.error().text());
     return *setup;
@@ -82,7 +82,7 @@ class DaemonPartsTest : public testing::Test {
     const auto frames = static_cast<int>(setup_.frames->rate_hz) * seconds;
     for (int i = 0; i < frames; ++i) {
       std::vector<std::uint8_t> bytes;
-      encoder_.encode({{10.0}, setup_.frames->period_s(), 25.0, 1.5}, bytes);
+      encoder_.encode({{10.0, -20.0, 30.0}, setup_.frames->period_s(), 25.0, 1.5}, bytes);
       arrival_ns_ += static_cast<std::int64_t>(setup_.frames->period_s() * 1e9);
       parts_->feed(bytes, arrival_ns_);
     }
@@ -142,7 +142,9 @@ class Asker {
   }
   /// The result; of a device with one axis, the members of the axis are in the result itself.
   nlohmann::json result(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params = nullptr) {
-    nlohmann::json all = ask(rpc, method, params).at("result");
+    return own(ask(rpc, method, params).at("result"));
+  }
+  static nlohmann::json own(nlohmann::json all) {
     if (!all.is_object() || !all.contains("axes") || all["axes"].size() != 1 || !all["axes"].is_object()) return all;
     nlohmann::json own = all["axes"].front();
     all.erase("axes");

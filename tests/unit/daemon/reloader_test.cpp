@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <future>
 #include <optional>
 
@@ -18,13 +19,23 @@ class ReloaderTest : public test::DaemonPartsTest {
                           {std::move(load), parts_->device, [this] { ++reopened_; }, [this] { ++outputs_reopened_; },
                            parts_->events.teller(), [] { return std::string("test"); }});
   }
-  void run_until(const bool& done) {
+  /// The outcome of a reload.
+  std::string reload(Reloader& reloader) {
+    std::string outcome;
+    reloader.reload([&](const Result<std::string>& done) { outcome = done ? "done" : done.error().text(); });
     for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-         !done && std::chrono::steady_clock::now() < end;) {
+         outcome.empty() && std::chrono::steady_clock::now() < end;) {
       io_.restart();
       io_.run_for(std::chrono::milliseconds(5));
     }
-    ASSERT_TRUE(done);
+    return outcome;
+  }
+  /// Reloads the set-up after a change.
+  std::string reload(const std::function<void(pipeline::Setup&)>& change) {
+    return reload(*make([setup = setup_, change]() mutable {
+      change(setup);
+      return setup;
+    }));
   }
 
   boost::asio::io_context io_;
@@ -33,27 +44,13 @@ class ReloaderTest : public test::DaemonPartsTest {
 };
 
 TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
-  const auto reloader = make([this] {
-    pipeline::Setup setup = setup_;
-    setup.axes[0].engine.max_bias_deg_per_h = 7;
-    return setup;
-  });
-  bool done = false;
-  reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
-  run_until(done);
+  EXPECT_EQ(reload([](auto& setup) { setup.axes[0].engine.max_bias_deg_per_h = 7; }), "done");
   EXPECT_EQ(parts_->device.setup.axes[0].engine.max_bias_deg_per_h, 7);
   EXPECT_EQ(reopened_, 0);
 }
 
 TEST_F(ReloaderTest, WarnsOfARemovedKey) {
-  const auto reloader = make([this] {
-    pipeline::Setup setup = setup_;
-    setup.config.removed_keys = {"gyro.json:/old: removed"};
-    return setup;
-  });
-  bool done = false;
-  reloader->reload([&](const Result<std::string>& outcome) { done = outcome.has_value(); });
-  run_until(done);
+  EXPECT_EQ(reload([](auto& setup) { setup.config.removed_keys = {"gyro.json:/old: removed"}; }), "done");
   const socket::Event& event = parts_->events.recent().front();
   EXPECT_EQ(event.kind, "removed_key");
   EXPECT_EQ(event.text, "gyro.json:/old: removed");
@@ -61,70 +58,40 @@ TEST_F(ReloaderTest, WarnsOfARemovedKey) {
 }
 
 TEST_F(ReloaderTest, ARefusalLeavesEverything) {
-  const auto reloader = make([]() -> Result<pipeline::Setup> { return make_error("gyro.json", "is bad"); });
-  bool done = false;
-  reloader->reload([&](const Result<std::string>& outcome) {
-    EXPECT_EQ(outcome.error().text(), "gyro.json: is bad");
-    done = true;
-  });
-  run_until(done);
+  EXPECT_EQ(reload(*make([]() -> Result<pipeline::Setup> { return make_error("gyro.json", "is bad"); })),
+            "gyro.json: is bad");
   EXPECT_EQ(parts_->events.recent().back().kind, "reload_refused");
 }
 
 // A load that throws on the disk thread is answered, and the next one is not kept waiting for it.
 TEST_F(ReloaderTest, ALoadThatThrowsIsARefusal) {
   const auto reloader = make([]() -> Result<pipeline::Setup> { throw std::runtime_error("stale file handle"); });
-  for (int i = 0; i < 2; ++i) {
-    bool done = false;
-    reloader->reload([&](const Result<std::string>& outcome) {
-      EXPECT_EQ(outcome.error().text(), "reload: stale file handle");
-      done = true;
-    });
-    run_until(done);
-  }
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(reload(*reloader), "reload: stale file handle");
 }
 
 TEST_F(ReloaderTest, AnotherLineIsOpenedAnew) {
-  const auto reloader = make([this] {
-    pipeline::Setup setup = setup_;
-    setup.line.format.baud = 9600;
-    return setup;
-  });
-  bool done = false;
-  reloader->reload([&](const auto&) { done = true; });
-  run_until(done);
+  EXPECT_EQ(reload([](auto& setup) { setup.line.format.baud = 9600; }), "done");
   EXPECT_EQ(reopened_, 1);
 }
 
 // Frames of another speed are the device's, and those of an output that sends "same".
 TEST_F(ReloaderTest, AnOutputOfAnotherFormatIsOpenedAnew) {
-  pipeline::Setup setup = setup_;
-  setup.config.outputs = {{.frames = "same"}};
-  setup.outputs = {{setup.config.outputs[0], nullptr, {}}};
-  const auto reloader = make([&setup] { return setup; });
-  const auto reload = [&] {
-    bool done = false;
-    reloader->reload([&](const auto&) { done = true; });
-    run_until(done);
+  setup_.config.outputs = {{.frames = "same"}};
+  setup_.outputs = {{setup_.config.outputs[0], nullptr, {}}};
+  const auto opened = [&](int baud) {
+    EXPECT_EQ(reload([baud](auto& setup) { setup.outputs[0].line.format.baud = baud; }), "done");
     return outputs_reopened_;
   };
-  EXPECT_EQ(reload(), 1);
-  EXPECT_EQ(reload(), 1) << "nothing changed";
-  setup.outputs[0].line.format.baud = 9600;
-  EXPECT_EQ(reload(), 2);
+  EXPECT_EQ(opened(115200), 1);
+  EXPECT_EQ(opened(115200), 1) << "nothing changed";
+  EXPECT_EQ(opened(9600), 2);
 }
 
 TEST_F(ReloaderTest, AnotherExtrapolationTakesEffect) {
-  const auto reloader = make([this] {
-    pipeline::Setup setup = setup_;
-    setup.axes[0].engine.extrapolation = compensation::Extrapolation::kClamp;
-    return setup;
-  });
   begin_session();
   feed(2);
-  bool done = false;
-  reloader->reload([&](const auto&) { done = true; });
-  run_until(done);
+  EXPECT_EQ(reload([](auto& setup) { setup.axes[0].engine.extrapolation = compensation::Extrapolation::kClamp; }),
+            "done");
   EXPECT_EQ(parts_->device.pipeline->decoder().counters().frames, 0u);  // a pipeline of its own
   EXPECT_GT(parts_->device.frames(), 0u);
 }

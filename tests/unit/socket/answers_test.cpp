@@ -1,159 +1,222 @@
 // SPDX-License-Identifier: MIT
+// Requests and their answers, as scripts (requests.txt); the configuration with every key in force.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/host_time.hpp"
 #include "daemon/socket/publisher.hpp"
+#include "daemon/socket/rpc.hpp"
 #include "tests/support/daemon_parts.hpp"
+#include "tests/support/scripts.hpp"
 #include "tests/support/shared_files.hpp"
 
 namespace prism::socket {
 namespace {
 
 using nlohmann::json;
+using test::next;
+using Lines = std::vector<std::string>;
 
-class Answers : public test::DaemonPartsTest {
+/// A number with four digits; other values as they are.
+std::string shown_value(const json& value) {
+  return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>()) : value.dump();
+}
+
+/// A daemon without a line, and a client. "ask METHOD [PARAMS] [: POINTER…]" prints these values of the result, or all
+/// of it; an error is "CODE MESSAGE". The members of an only axis are in the result itself.
+class DaemonPlayer : test::DaemonPartsTest {
+ public:
+  ~DaemonPlayer() override { parts_->publisher.remove(asker_.client().get()); }
+
+  Lines play(const std::string& command, std::istream& words) {
+    if (command == "daemon") {  // FRAMES [MORE of the configuration]
+      frames_ = next<std::string>(words);
+      setup_ = make_setup(test::rest_of(words), frames_);
+      encoder_ = wire::FrameEncoder(setup_.frames);
+      parts_ = std::make_unique<test::DaemonParts>(setup_);
+      rpc_.emplace(parts_->rpc([](auto done) { done(make_error("gyro.json", "no")); }));
+    } else if (command == "reload") {  // MORE of the configuration
+      const auto done = parts_->device.reconfigure(make_setup(test::rest_of(words), frames_));
+      return done ? Lines() : Lines{done.error().text()};
+    } else if (command == "session") {
+      begin_session();
+    } else if (command == "seconds") {
+      feed(next<int>(words));
+    } else if (command == "line") {  // lost or silent, and why
+      const bool is_lost = next<std::string>(words) == "lost";
+      if (is_lost) parts_->device.finish(pipeline::kGyroLine);
+      parts_->set_line(is_lost ? pipeline::LineState::kConnecting : pipeline::LineState::kSilent, test::rest_of(words));
+    } else if (command == "bytes") {  // of a line, now
+      const auto line = next<std::size_t>(words);
+      const std::string text = test::rest_of(words);
+      parts_->device.feed(line, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
+                          line == 0 ? arrival_ns_ : host_time_ns());
+    } else if (command == "receives") {  // a sensor line, for these seconds
+      parts_->device.lines[1].set(pipeline::LineState::kConnecting, {}, 0);
+      parts_->device.lines[1].set(pipeline::LineState::kReceiving, {},
+                                  host_time_ns() - 1'000'000'000 * next<std::int64_t>(words));
+    } else if (command == "event") {
+      const auto kind = next<std::string>(words);
+      parts_->events.teller()(Severity::kError, kind, test::rest_of(words));
+    } else if (command == "device") {  // takes what is sent, but not three bytes
+      rpc_->send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) -> Result<void> {
+        sent_.push_back(fmt::format("sent to {}: {}", line, std::string(bytes.begin(), bytes.end())));
+        if (bytes.size() == 3) return make_error("tty", "no");
+        return {};
+      });
+    } else if (command == "client") {
+      parts_->publisher.add(asker_.client());
+    } else if (command == "received") {
+      std::map<std::string, int> received;
+      std::istringstream in(asker_.read());
+      for (std::string line; std::getline(in, line);) ++received[json::parse(line)["method"]];
+      return {json(received).dump()};
+    } else if (command == "no_data") {
+      return no_data();
+    } else if (command == "ask") {
+      return ask(words);
+    } else if (command == "raw") {
+      rpc_->request(asker_.client(), test::rest_of(words));
+      std::istringstream in(asker_.read());
+      Lines lines;
+      for (std::string line; std::getline(in, line);) lines.push_back(shown_answer(json::parse(line)));
+      return lines;
+    } else {
+      return {"unknown command"};
+    }
+    return {};
+  }
+
+ private:
+  void TestBody() override {}
+
+  static std::string shown_answer(const json& answer) {
+    const std::string id = answer["id"].dump() + ": ";
+    if (!answer.contains("error")) return id + "result";
+    return id + fmt::format("{} {}", answer["error"]["code"].get<int>(), answer["error"]["message"].get<std::string>());
+  }
+
+  Lines ask(std::istream& words) {
+    const auto method = next<std::string>(words);
+    const std::string rest = " " + test::rest_of(words);
+    const std::size_t mark = rest.find(" : ");
+    const json params = json::parse(rest.substr(0, mark), nullptr, false);
+    const json answer = asker_.ask(*rpc_, method, params.is_discarded() ? json() : params);
+    Lines lines = std::exchange(sent_, {});
+    if (answer.contains("error")) {
+      lines.push_back(shown_answer(answer).substr(3));
+      return lines;
+    }
+    const json result = test::Asker::own(answer["result"]);
+    if (mark == std::string::npos) lines.push_back(result.dump());
+    if (mark == std::string::npos) return lines;
+    std::istringstream pointers(rest.substr(mark + 3));
+    for (std::string pointer; pointers >> pointer;) {
+      const json::json_pointer at(pointer);
+      lines.push_back(fmt::format("{} {}", pointer, result.contains(at) ? shown_value(result[at]) : "absent"));
+    }
+    return lines;
+  }
+
+  /// Status and bias say alike that nothing is measured: prints what says otherwise.
+  Lines no_data() {
+    const json status = asker_.result(*rpc_, "status"), bias = asker_.result(*rpc_, "bias");
+    Lines lines;
+    for (const json& part : {status["sample"], status["window"], bias}) {
+      if (part["quality"] != "no_data") lines.push_back("quality " + part["quality"].dump());
+      for (const auto& [key, value] : part.items()) {
+        const bool is_of_time =
+            key == "age_s" || key == "window_s" || key == "full_s" || (key == "warm_s" && value == 0);
+        if (value.is_number() && !is_of_time) lines.push_back(key + " " + value.dump());
+      }
+    }
+    return lines;
+  }
+
+  std::string frames_;
+  std::optional<Rpc> rpc_;
+  test::Asker asker_;
+  Lines sent_;
+};
+
+TEST(Requests, Scripts) { test::expect_scripts<DaemonPlayer>("socket/requests.txt"); }
+
+class RpcTest : public test::DaemonPartsTest {
  protected:
-  json result(const std::string& method, const json& params = nullptr) { return asker_.result(rpc_, method, params); }
-  // Of all members of an object that are numbers, none is left.
-  static void expect_no_number(const json& object) {
-    for (const auto& [key, value] : object.items()) EXPECT_FALSE(value.is_number()) << key << " " << value;
-  }
-  // Status and bias say alike that nothing is measured.
-  void expect_no_data() {
-    const json status = result("status"), bias = result("bias");
-    EXPECT_EQ(status["quality"], "no_data");
-    EXPECT_EQ(status["sample"]["quality"], "no_data");
-    EXPECT_EQ(status["window"]["quality"], "no_data");
-    EXPECT_EQ(bias["quality"], "no_data");
-    EXPECT_EQ(bias["warm_s"], 0);
-    expect_no_number(status["sample"]);
-    expect_no_number(status["window"]);
-    json numbers = bias;
-    for (const char* of_time : {"age_s", "window_s", "warm_s", "full_s"}) numbers.erase(of_time);
-    expect_no_number(numbers);
-  }
-
   Rpc rpc_ = parts_->rpc();
   test::Asker asker_;
 };
 
-TEST_F(Answers, NothingIsMeasuredBeforeTheFirstFrame) {
-  expect_no_data();
-  EXPECT_EQ(result("status")["age_s"], nullptr);
-  begin_session();
-  parts_->feed(std::vector<std::uint8_t>{1, 2, 3}, arrival_ns_);  // the line speaks, but no frame
-  expect_no_data();
-}
-
-TEST_F(Answers, AMeasurementIsOfNow) {
-  begin_session();
-  feed(3);
-  const json status = result("status"), bias = result("bias");
-  EXPECT_EQ(status["quality"], "no_model");
-  EXPECT_NEAR(status["window"]["rate_deg_per_h"].get<double>(), 10, 0.2);
-  EXPECT_TRUE(bias["rate_deg_per_h"].is_number());
-  constexpr double kRounding = 1e-6;  // status has the digits of the log
-  EXPECT_NEAR(bias["second_rate_deg_per_h"], status["window"]["rate_deg_per_h"], kRounding);
-  EXPECT_EQ(bias["window_s"], 100);
-  EXPECT_EQ(bias["full_s"], 110) << "the window, and 10 s of mean before it";
-  EXPECT_EQ(bias["warm_s"], status["warm_s"]);
-  EXPECT_TRUE(status["age_s"].is_number());
-  EXPECT_EQ(status["sessions"], 1);
-}
-
-// A cable was pulled; 15 s later status still said "good", with the numbers of before.
-TEST_F(Answers, AGyroThatIsGoneIsNotGood) {
-  begin_session();
-  feed(3);
-  parts_->device.finish(pipeline::kGyroLine);
-  parts_->set_line(pipeline::LineState::kConnecting, "unplugged (end of file)");
-  expect_no_data();
-  EXPECT_TRUE(result("status")["age_s"].is_number());
-  parts_->set_line(pipeline::LineState::kSilent, "no data for 2 s");
-  expect_no_data();
-}
-
-TEST_F(Answers, ANewSessionDoesNotShowTheOldOne) {
-  begin_session();
-  feed(3);
-  begin_session();
-  expect_no_data();
-  feed(1);
-  EXPECT_EQ(result("status")["window"]["quality"], "no_model");  // no second is full yet
-  expect_no_number(result("status")["window"]);
-  EXPECT_TRUE(result("status")["sample"]["rate_deg_per_h"].is_number());
-}
-
-// A reload that turned the gyro's sign left the sample of before on show until the next frame.
-TEST_F(Answers, AnotherStreamDoesNotShowTheOldOne) {
-  begin_session();
-  feed(3);
-  ASSERT_TRUE(parts_->device.reconfigure(make_setup(R"(, "gyro": {"sign": -1})")));
-  expect_no_data();
-}
-
-// Implausible values are shown and marked; one event reports them, however long it lasts.
-TEST_F(Answers, AnImplausibleSensorIsNotGood) {
-  begin_session();
-  ASSERT_TRUE(parts_->device.reconfigure(
-      make_setup(R"(, "plausibility": {"temperature": {"range_degc": [30, 40], "stuck_s": 900}})")));
-  begin_session();
-  feed(20);
-  const json status = result("status"), bias = result("bias");
-  for (const json& quality :
-       {status["quality"], status["sample"]["quality"], status["window"]["quality"], bias["quality"]})
-    EXPECT_NE(quality.get<std::string>().find("implausible"), std::string::npos) << quality;
-  EXPECT_NEAR(status["sample"]["temperature_degc"].get<double>(), 25, 0.01);
-  EXPECT_EQ(status["window"]["mean_temperature_degc"], nullptr);
-  json told = json::array();
-  for (const json& event : result("events")) {
-    EXPECT_EQ(event["text"].get<std::string>().find("quality is now implausible"), std::string::npos);
-    if (event["kind"] == "implausible") told.push_back(event["text"]);
-  }
-  EXPECT_EQ(told, json::array({"temperature is implausible: found 25 degC, expected 30 to 40"}));
-  const json believed = result("config")["plausibility"];
-  EXPECT_EQ(believed["temperature"],
-            (json{{"range_degc", {30, 40}}, {"greatest_slope_degc_per_s", 1}, {"stuck_s", 900}}));
-  EXPECT_EQ(believed["rate"], (json{{"range_deg_per_s", {-10000, 10000}}, {"stuck_s", nullptr}}));
-  EXPECT_EQ(result("config")["max_slew_deg_per_h_per_s"], nullptr) << "no model";
-}
-
-TEST_F(Answers, HistoryIsTheLastRowsOldestFirst) {
-  EXPECT_EQ(result("history"), json::array());
-  begin_session();
-  feed(200);
-  const json all = result("history", json::parse(R"({"seconds": 3600})"));
-  ASSERT_EQ(all.size(), parts_->publisher.history(0).size());
-  ASSERT_GE(all.size(), 198u);
-  for (std::size_t wanted : {1u, 59u, 60u, 61u, 119u, 120u, 121u, 180u}) {
-    const json some = result("history", {{"seconds", wanted}});
-    EXPECT_EQ(some, json(all.end() - static_cast<std::ptrdiff_t>(wanted), all.end())) << wanted;
+// A client of 0.2 would look for the members of the axis in the result itself.
+TEST_F(RpcTest, EveryMethodAnswersItsIdAndAnOlderClientGetsOneSentence) {
+  for (const config::SocketMethod& method : config::kSocketMethods) {
+    json request = {{"jsonrpc", "2.0"}, {"protocol", 2}, {"id", method.name}, {"method", method.name}};
+    if (method.name != "reload") {  // answered later
+      EXPECT_EQ(asker_.ask(rpc_, request.dump())["id"], method.name);
+    }
+    for (const bool is_stated : {false, true}) {
+      request["protocol"] = 1;
+      if (!is_stated) request.erase("protocol");
+      if (!method.of_axes) continue;
+      EXPECT_EQ(asker_.ask(rpc_, request.dump())["error"],
+                (json{{"code", kInvalidRequest},
+                      {"message",
+                       "expected \"protocol\": 2 in the request: this client is older than prism 0.3; upgrade it"}}));
+    }
   }
 }
 
-TEST_F(Answers, HistoryKeepsAnHour) {
+// Parsing 65 kB would delay the line by milliseconds.
+TEST_F(RpcTest, ALineOfVeryManyValuesIsRefusedBeforeItIsKept) {
+  const std::string deep = std::string(3000, '[') + std::string(3000, ']');
+  std::string flat = "[1";
+  for (int i = 0; i < 30'000; ++i) flat += ",1";
+  for (const std::string& line : {deep, flat + "]", flat + ", and no JSON"}) {
+    const json answer = asker_.ask(rpc_, line);
+    EXPECT_EQ(answer["error"]["code"], kInvalidRequest);
+    EXPECT_EQ(answer["error"]["message"], "found more than 2000 values in a line, expected at most 100 requests");
+  }
+}
+
+TEST_F(RpcTest, AFullBatchOfTheRichestRequestIsAnswered) {
+  std::string line;
+  for (int i = 0; i < 100; ++i) {
+    line += std::string(i == 0 ? "[" : ", ") + R"({"jsonrpc": "2.0", "id": 1, "method": "subscribe", "params":
+        {"streams": ["sample", "window", "event"], "every": 2}})";
+  }
+  rpc_.request(asker_.client(), line + "]");
+  const std::string text = asker_.read();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
+  EXPECT_EQ(text.find("error"), std::string::npos);
+}
+
+TEST_F(RpcTest, HistoryIsTheLastHourOldestFirst) {
   begin_session();
   feed(3900);
-  const json all = result("history", json::parse(R"({"seconds": 3600})"));
+  const json all = asker_.result(rpc_, "history", {{"seconds", 3600}});
   ASSERT_EQ(all.size(), 3600u);
   EXPECT_EQ(all.back()["time_s"], parts_->device.axes[0].last_window->window.second_mean.second + 1);
   EXPECT_EQ(all.back()["time_s"].get<std::int64_t>() - all.front()["time_s"].get<std::int64_t>(), 3599);
-}
-
-TEST_F(Answers, EventsAreOldestFirst) {
-  parts_->events.teller()(Severity::kInfo, "note", "first");
-  parts_->events.teller()(Severity::kError, "disk", "second \"quoted\"");
-  const json events = result("events");
-  ASSERT_EQ(events.size(), 2u);
-  EXPECT_EQ(events[0]["text"], "first");
-  EXPECT_EQ(events[1]["text"], "second \"quoted\"");
-  EXPECT_EQ(result("events", json::parse(R"({"count": 1})")), json::array({events[1]}));
+  for (const std::size_t wanted : {1u, 59u, 60u, 61u, 3599u})
+    EXPECT_EQ(asker_.result(rpc_, "history", {{"seconds", wanted}}),
+              json(all.end() - static_cast<std::ptrdiff_t>(wanted), all.end()))
+        << wanted;
+  test::Asker deaf(1 << 16);  // sends requests without reading
+  for (int i = 0; i < 50 && deaf.client()->open(); ++i)
+    rpc_.request(deaf.client(),
+                 R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}})");
+  EXPECT_FALSE(deaf.client()->open()) << "responses do not fill the memory";
 }
 
 // Shown in another form: the keys of an axis in "axes", the scale as "unit_scale", a correction's keys in the axis
@@ -182,25 +245,6 @@ void add_missing(const json& root, json schema, const json& shown, const std::st
 }
 
 class ConfigAnswer : public test::DaemonPartsTest {};
-
-// Version 0.3 said "good": the line delivered bytes.
-TEST_F(ConfigAnswer, HealthNamesASensorLineThatCannotBeRead) {
-  test::DaemonParts parts(make_setup(R"(, "axes": {"z": {}}, "sensor_lines": {"room": {"device": "/dev/zero",
-      "stale_after_s": 20, "columns": {"air": {"column": 2, "unit": "degC"}}}})"));
-  const std::int64_t now_ns = host_time_ns();
-  const auto problems = [&](double receiving_s) {
-    parts.device.lines[1].set(pipeline::LineState::kConnecting, {}, 0);
-    parts.device.lines[1].set(pipeline::LineState::kReceiving, {}, now_ns - std::llround(1e9 * receiving_s));
-    Rpc rpc = parts.rpc([](auto done) { done({}); });
-    return test::Asker().ask(rpc, "status", nullptr)["result"]["health"]["problems"].dump();
-  };
-  const std::string expected = "room: bytes, but no value that can be used for 25 s";
-  EXPECT_THAT(problems(25), testing::Not(testing::HasSubstr("room"))) << "not a byte came";
-  const std::string words = "OK\r\nREADY\r\n";
-  parts.device.feed(1, {reinterpret_cast<const std::uint8_t*>(words.data()), words.size()}, now_ns);
-  EXPECT_THAT(problems(25), testing::HasSubstr(expected));
-  EXPECT_THAT(problems(15), testing::Not(testing::HasSubstr("room")));
-}
 
 TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
   const json schema = json::parse(test::read_file(PRISM_SOURCE_DIR "/config/prismd.schema.json"));

@@ -7,13 +7,11 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "compensation/compensated_text.hpp"
 #include "compensation/model_text.hpp"
-#include "daemon/socket/rpc.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tests/support/daemon_parts.hpp"
 #include "tests/support/models.hpp"
@@ -22,8 +20,6 @@
 namespace prism::socket {
 namespace {
 
-using nlohmann::json;
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr std::int64_t kBegin_ns = 1'700'000'000'000'000'000;
@@ -151,64 +147,9 @@ TEST_F(AxesTest, ALogIsNamedAfterItsAxisWhereTheConfigurationNamesAxes) {
               HasSubstr("found no \"axis\" or \"axes\"; using x, the first of x, y, z"));
 }
 
-struct AxesRpcTest : AxesTest {
-  AxesRpcTest() : setup(good(kThree)), parts(setup), rpc(parts.rpc()) {
-    parts.begin_session(kBegin_ns);
-    wire::FrameEncoder encoder(setup.frames);
-    for (int i = 0; i < static_cast<int>(2.5 * setup.frames->rate_hz); ++i) {
-      std::vector<std::uint8_t> bytes;
-      encoder.encode({.rate_deg_per_h = {kRates[0], kRates[1], kRates[2]},
-                      .interval_s = setup.frames->period_s(),
-                      .temperature_degc = 25},
-                     bytes);
-      parts.feed(bytes, kBegin_ns + std::llround(1e9 * setup.frames->period_s() * (i + 1)));
-    }
-  }
-  json ask(const std::string& method, const json& params = nullptr) { return asker.ask(rpc, method, params); }
-
-  pipeline::Setup setup;
-  test::DaemonParts parts;
-  Rpc rpc;
-  test::Asker asker;
-};
-
-std::vector<std::string> keys_of(const json& object) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : object.items()) keys.push_back(key);
-  return keys;
-}
-
-TEST_F(AxesRpcTest, AnswersForAllByNameOrForTheOneThatIsNamed) {
-  for (const config::SocketMethod& method : config::kSocketMethods) {
-    if (!method.of_axes || method.name == "rows") continue;
-    const json all = ask(std::string(method.name))["result"];
-    EXPECT_THAT(keys_of(all["axes"]), ElementsAre("x", "y", "z")) << method.name;
-    if (!method.params.starts_with("axis")) continue;
-    const json one = ask(std::string(method.name), {{"axis", "y"}})["result"];
-    EXPECT_THAT(keys_of(one["axes"]), ElementsAre("y")) << method.name;
-    EXPECT_EQ(all["axes"]["y"].is_null(), one["axes"]["y"].is_null()) << method.name;
-  }
-  EXPECT_NEAR(ask("bias")["result"]["axes"]["z"]["rate_deg_per_h"].get<double>(), kRates[2], 1);
-  EXPECT_EQ(ask("history", {{"axis", "z"}})["result"]["axes"]["z"][0]["axis"], "z");
-  EXPECT_EQ(ask("bias", {{"axis", "w"}})["error"]["message"], "found axis \"w\", expected one of x, y, z");
-  EXPECT_EQ(ask("bias", {{"axis", 7}})["error"]["code"], kInvalidParams);
-  const json status = ask("status")["result"];
-  EXPECT_NEAR(status["axes"]["y"]["sample"]["rate_deg_per_h"].get<double>(), kRates[1], 1);
-  EXPECT_EQ(status["axes"]["y"]["window"]["axis"], "y");
-  EXPECT_FALSE(status.contains("sample"));
-}
-
-TEST_F(AxesRpcTest, TellsTheAxesThatASubscriptionChose) {
-  EXPECT_THAT(ask("subscribe", {{"streams", {"window"}}})["result"]["axes"].get<std::vector<std::string>>(),
-              ElementsAre("x", "y", "z"));
-  EXPECT_THAT(
-      ask("subscribe", {{"streams", {"window"}}, {"axes", {"z"}}})["result"]["axes"].get<std::vector<std::string>>(),
-      ElementsAre("z"));
-  EXPECT_THAT(ask("subscribe", {{"axes", {"w"}}})["error"]["message"].get<std::string>(),
-              HasSubstr("\"axes\": [\"x\",\"y\",\"z\"]"));
-}
-
-TEST_F(AxesRpcTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
+TEST_F(AxesTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
+  const auto setup = good(kThree);
+  test::DaemonParts parts(setup);
   auto other = good(R"("axes": {"x": {}, "y": {"sign": -1}})");
   EXPECT_THAT(parts.device.reconfigure(other).error().text(),
               HasSubstr("found logs imu-x, imu-y, expected imu-x, imu-y, imu-z as before; restart prismd"));

@@ -19,7 +19,7 @@
 namespace prism {
 namespace {
 
-/// Damage in the middle of a minute.
+/// An event in the middle of a minute.
 struct Damage {
   const char* name;
   double lost_s = 0;     ///< frames that are lost

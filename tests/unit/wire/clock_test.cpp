@@ -211,7 +211,7 @@ class ClockPlayer {
       if (word == "invalid") reading.gyro[0].valid = false;
       if (word == "damaged") reading.damaged = next<std::uint32_t>(words);
       if (word == "value") reading.gyro[0].value = std::stod(next<std::string>(words));
-      if (word == "triggered") {  // ticks of 0.5 ms since the last one
+      if (word == "triggered") {  // ticks of 0.5 ms after the last one
         const auto ticks = next<std::uint64_t>(words);
         reading.counter = last_->counter + ticks;
         reading.arrival_ns = last_->arrival_ns + static_cast<std::int64_t>(ticks) * 500'000;
