@@ -119,7 +119,7 @@ asio::awaitable<Result<T>> History::on_disk(std::function<Result<T>(PeriodStore&
     asio::steady_timer done;
     std::optional<Result<T>> result;
   };
-  const auto timed_out = make_error("", fmt::format("the disk has not answered for {} s", kDiskTimeout.count()));
+  auto timed_out = make_error("", fmt::format("the disk has not answered for {} s", kDiskTimeout.count()));
   if (is_query && disk_.busy_for() >= kDiskTimeout) co_return timed_out;
   const std::shared_ptr<Pending> pending(new Pending{asio::steady_timer(io_), std::nullopt});
   pending->done.expires_after(is_query ? kDiskTimeout : std::chrono::hours(24 * 365));
