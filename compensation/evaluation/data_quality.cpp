@@ -9,8 +9,7 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
-#include "compensation/evaluation/far_runs.hpp"
-#include "compensation/evaluation/rate_steps.hpp"
+#include "compensation/evaluation/irregularities.hpp"
 #include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {

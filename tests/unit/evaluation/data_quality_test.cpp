@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/evaluation/far_runs.hpp"
+#include "compensation/evaluation/irregularities.hpp"
 #include "tests/support/random_series.hpp"
 #include "tests/support/scripts.hpp"
 #include "tests/support/shared_files.hpp"

@@ -64,12 +64,6 @@ TEST_F(RateSeries, ReadsAColumnWithoutNames) {
   EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
-TEST_F(RateSeries, AColumnWithoutVariationIsAnError) {
-  const std::string path = written("t_s,rate_x_dps\n0,5\n1,\n2,5\n3,5\n");
-  EXPECT_EQ(recordings::read_rate_series(path, {}).error().text(),
-            path + ": column rate_x_dps: found the same value in all of 4 rows, expected a rate that varies");
-}
-
 TEST_F(RateSeries, ConvertsUnitsByColumnNameOrOption) {
   EXPECT_THAT(recordings::read_rate_series(written("t_s;rate_x_dps\n0;1\n1;2\n"), {})->rate_deg_per_h,
               ElementsAre(3600, 7200));
@@ -104,7 +98,7 @@ TEST_F(RateSeries, ALongGapSeparatesTwoRecords) {
   const auto series =
       recordings::read_rate_series(written("time_s\trate_deg_per_h\n1\t5\n2\t6\n3\t5\n9\t5\n10\t5\n"), {}).value();
   ASSERT_EQ(series.rate_deg_per_h.size(), 6u);
-  EXPECT_EQ(series.rate_deg_per_h[3], recordings::kRecordBreak);
+  EXPECT_EQ(series.rate_deg_per_h[3], evaluation::kAllanBreak);
 }
 
 /// Noise of 0.01 around 8 with the rows `wrong` at a value.

@@ -90,9 +90,8 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
   return loop;
 }
 
-Result<evaluation::AllanAnalysis> analyse_seconds(const std::vector<recordings::Series>& seconds,
-                                                  const std::string& where) {
-  return evaluation::analyse_allan(recordings::joined(seconds), 1, evaluation::AllanGrid::kOctave, where);
+Result<evaluation::AllanAnalysis> analyse_seconds(std::vector<recordings::Series> seconds, const std::string& where) {
+  return evaluation::analyse_allan(recordings::joined(std::move(seconds)), 1, evaluation::AllanGrid::kOctave, where);
 }
 
 std::optional<double> in_percent(std::optional<double> share) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,12 +13,14 @@
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/data_quality.hpp"
 #include "compensation/features.hpp"
+#include "config/search_path.hpp"
+#include "drivers/capture_file.hpp"
+#include "drivers/wire/decode/inspect.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
-#include "tools/prismcal/commands/inspect_bytes.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/table_summary.hpp"
 
 namespace prism::commands {
@@ -175,6 +178,28 @@ void print_next(const InspectChoice& choice, const std::string& kind, const wire
         "Arrival times are not read from this kind of file: time comes from the description's rate (rate_hz), or from "
         "its counter with "
         "\"clock\": \"device\".\n");
+}
+
+/// The shipped and installed descriptions that fit the whole file, the best first. Errors: those of CaptureReader.
+Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path) {
+  std::error_code error;
+  std::vector<wire::FrameDescriptionPtr> descriptions;
+  for (const std::string& file : config::data_files("frames", std::filesystem::current_path(error))) {
+    const auto text = config::read_data_file(file, "frames", "DESCRIPTION");
+    if (!text) continue;
+    if (const auto description = wire::parse_frame_description(*text, file)) descriptions.push_back(*description);
+  }
+  constexpr drivers::RawByteStream kAtOnce{1e12, 0};  // raw bytes have no times
+  auto reader = drivers::CaptureReader::open(path, kAtOnce);
+  if (!reader) return tl::unexpected<Error>(reader.error());
+  wire::Sniffer sniffer(std::move(descriptions));
+  while (const auto packet = reader->next()) {
+    if (packet->event == drivers::CaptureEvent::kData)
+      sniffer.feed(packet->bytes, reader->is_bare() ? 0 : packet->time_ns);
+  }
+  std::vector<wire::SniffScore> ranking = sniffer.ranking();
+  std::erase_if(ranking, [](const wire::SniffScore& score) { return !score.fits; });
+  return ranking;
 }
 
 /// A capture or raw bytes: the descriptions that fit.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/csv_lines.hpp"
 
-#include "base/text_number.hpp"
-
 namespace prism::recordings {
 namespace {
 
@@ -32,11 +30,6 @@ std::vector<std::string> csv_fields(std::string_view line, char separator) {
     fields.emplace_back(*field);
   }
   return fields;
-}
-
-std::optional<double> csv_number(std::string_view field) {
-  if (field.starts_with('+')) field.remove_prefix(1);
-  return parse_number<double>(field);
 }
 
 }  // namespace prism::recordings

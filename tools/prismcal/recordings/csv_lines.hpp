@@ -14,7 +14,4 @@ std::optional<std::string_view> csv_field(std::string_view line, char separator,
 /// Returns all fields of a line. An empty line has none.
 std::vector<std::string> csv_fields(std::string_view line, char separator);
 
-/// Parses a field that is exactly one finite number; a leading '+' is allowed.
-std::optional<double> csv_number(std::string_view field);
-
 }  // namespace prism::recordings

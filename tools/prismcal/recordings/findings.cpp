@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
-#include "compensation/evaluation/far_runs.hpp"
+#include "compensation/evaluation/irregularities.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/recordings/leave_out.hpp"
 #include "tools/prismcal/tables/table_time.hpp"
@@ -168,6 +168,9 @@ std::vector<Finding> judge_quantity(const Quantity& quantity, std::vector<Second
   }
   return findings;
 }
+
+/// A temperature in degC that is probably one in kelvin.
+bool like_kelvin(double degc) { return degc > 230 && degc < 375; }
 
 constexpr double kLeastEarthRate_deg_per_h = 0.5;
 

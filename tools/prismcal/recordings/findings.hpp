@@ -24,7 +24,7 @@ enum class Severity {
 };
 
 struct Finding {
-  std::string kind;  ///< far, constant, implausible, jump, sign, left out, absent, time, file
+  std::string kind;  ///< far, constant, implausible, jump, sign, left out, absent, time, step, file, configuration
   std::string text;  ///< one line; empty: counted by the one before it
   Severity severity = Severity::kRemark;
   std::string advice = {};          ///< what to do, a sentence; empty: nothing
@@ -60,9 +60,6 @@ struct RateRows {
 
 /// The same for the rates of a table, row by row.
 std::vector<Finding> judge_rates(std::vector<double>& rates, const RateRows& rows);
-
-/// A temperature in degC that is probably one in kelvin.
-inline bool like_kelvin(double degc) { return degc > 230 && degc < 375; }
 
 /// Judges the rows of a table before they are averaged. Call push() with each row in order of time, then finish().
 class RowJudge {

@@ -24,28 +24,18 @@ std::int64_t gap_of(const compensation::FeatureDefinition& features) {
 
 enum class Side { kTraining, kHeldOut, kNeither };
 
-/// Assigns blocks to a side. Times are seconds since the start of the recording.
-class SideSelector {
- public:
-  SideSelector(const HoldOut& hold_out, std::int64_t gap_s, std::int64_t length_s)
-      : hold_out_(hold_out), gap_s_(gap_s), length_s_(length_s) {}
-
-  Side of(std::int64_t begin, std::int64_t end) const {
-    if (hold_out_.segment_s == 0) {
-      const double border = (1 - hold_out_.share) * static_cast<double>(length_s_);
-      if (static_cast<double>(end) <= border) return Side::kTraining;
-      return static_cast<double>(begin - gap_s_) >= border ? Side::kHeldOut : Side::kNeither;
-    }
-    const std::int64_t segment = begin / hold_out_.segment_s, from = segment * hold_out_.segment_s,
-                       to = from + hold_out_.segment_s;
-    if (segment % 2 == 0) return end <= to ? Side::kTraining : Side::kNeither;
-    return begin >= from + gap_s_ && end <= to - gap_s_ ? Side::kHeldOut : Side::kNeither;
+/// The side of the block [begin, end) of a recording of this length; times are s since its start.
+Side side_of(const HoldOut& hold_out, std::int64_t gap_s, std::int64_t length_s, std::int64_t begin, std::int64_t end) {
+  if (hold_out.segment_s == 0) {
+    const double border = (1 - hold_out.share) * static_cast<double>(length_s);
+    if (static_cast<double>(end) <= border) return Side::kTraining;
+    return static_cast<double>(begin - gap_s) >= border ? Side::kHeldOut : Side::kNeither;
   }
-
- private:
-  HoldOut hold_out_;
-  std::int64_t gap_s_, length_s_;
-};
+  const std::int64_t segment = begin / hold_out.segment_s, from = segment * hold_out.segment_s,
+                     to = from + hold_out.segment_s;
+  if (segment % 2 == 0) return end <= to ? Side::kTraining : Side::kNeither;
+  return begin >= from + gap_s && end <= to - gap_s ? Side::kHeldOut : Side::kNeither;
+}
 
 BlockTable part_of(const BlockTable& table, const std::vector<Side>& sides, Side wanted) {
   BlockTable part;
@@ -93,10 +83,10 @@ Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
   }
   std::vector<Side> sides;
   const std::int64_t begin = table.second(0) - table.features.length_s;
-  const SideSelector selector(hold_out, gap_s, table.second(table.size() - 1) - begin);
+  const std::int64_t length_s = table.second(table.size() - 1) - begin;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::int64_t end = table.second(i) - begin;
-    sides.push_back(selector.of(end - table.features.length_s, end));
+    sides.push_back(side_of(hold_out, gap_s, length_s, end - table.features.length_s, end));
   }
   Split split{part_of(table, sides, Side::kTraining), part_of(table, sides, Side::kHeldOut), 0};
   split.between = table.size() - split.training.size() - split.held_out.size();

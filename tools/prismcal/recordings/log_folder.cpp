@@ -14,7 +14,6 @@
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
-#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {

@@ -190,7 +190,7 @@ class RowParser {
     if (!layout_.column) return {};
     const double* const real = layout_.columns.real(*layout_.column, row_);
     const std::string_view field = real ? "" : csv_field(line, ',', *layout_.column).value_or("");
-    const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : csv_number(field);
+    const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : parse_number<double>(field);
     if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
     row.value = *value;
     return {};

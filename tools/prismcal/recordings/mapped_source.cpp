@@ -132,22 +132,22 @@ class Averaging {
   std::int64_t last_ns_ = 0, last_step_ns_ = INT64_MAX, last_sample_ns_ = INT64_MIN;
 };
 
-/// Notes on the times: samples that are lost; the options that a window needs if its rows are far apart.
-std::vector<std::string> notes_on(const std::vector<std::int64_t>& rate_stamps_ns,
-                                  const std::vector<std::int64_t>& stamps_ns, const std::string& path,
-                                  std::optional<double> interval_s) {
-  if (stamps_ns.size() < 2) return {};
+/// Samples that are lost; the options that a window needs if its rows are far apart.
+void add_findings_on_times(const std::vector<std::int64_t>& rate_stamps_ns, const std::vector<std::int64_t>& stamps_ns,
+                           const std::string& path, std::optional<double> interval_s, std::vector<Finding>& findings) {
+  if (stamps_ns.size() < 2) return;
   auto grid = sample_grid(rate_stamps_ns, path, interval_s);
   if (!grid) grid = sample_grid(stamps_ns, path, interval_s);
-  if (!grid) return {"time: " + grid.error().what + "; rows are averaged in the second of their times"};
-  std::vector<std::string> notes = grid->notes();
+  if (!grid)
+    return add_remarks(findings, "time",
+                       {"time: " + grid.error().what + "; rows are averaged in the second of their times"});
+  add_remarks(findings, "time", grid->notes());
   constexpr double kMostGap_s = 6;  // FeatureDefinition::max_gap_s, and the row's second
-  if (grid->interval_s > kMostGap_s) {
-    const double step_s = std::ceil(grid->interval_s);
-    notes.push_back(fmt::format("a row every {:.6g} s needs --max-gap {:.0f} --end-mean {:.0f} --window {:.0f}",
-                                grid->interval_s, step_s, std::max(10.0, step_s), std::max(100.0, 10 * step_s)));
-  }
-  return notes;
+  if (grid->interval_s <= kMostGap_s) return;
+  const double step_s = std::ceil(grid->interval_s);
+  add_remarks(findings, "step",
+              {fmt::format("a row every {:.6g} s needs --max-gap {:.0f} --end-mean {:.0f} --window {:.0f}",
+                           grid->interval_s, step_s, std::max(10.0, step_s), std::max(100.0, 10 * step_s))});
 }
 
 }  // namespace
@@ -187,8 +187,8 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   }
   Recording recording;
   recording.name = std::filesystem::path(path).stem().string();
-  add_remarks(recording.findings, "time",
-              notes_on(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt));
+  add_findings_on_times(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt,
+                        recording.findings);
   const auto judged = averaging.finish(path, is_date);
   if (!judged) return tl::unexpected<Error>(judged.error());
   recording.findings.insert(recording.findings.end(), judged->begin(), judged->end());

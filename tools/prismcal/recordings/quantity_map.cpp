@@ -87,33 +87,6 @@ std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
   return std::nullopt;
 }
 
-/// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
-/// states. Of several columns that may be a quantity it takes the first.
-std::vector<std::string> suggested_map(const tables::PlainTable& table, const tables::TableOptions& options) {
-  std::vector<std::string> entries;
-  const auto& columns = table.columns();
-  // Names that --map would split are given as numbers.
-  const auto name_of = [&](std::size_t i) {
-    return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
-  };
-  for (const std::string quantity : {"rate", "temperature", "uhfo"}) {
-    if (const auto i = column_of(table, quantity))
-      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(*i), columns[*i].unit->name));
-    else if (quantity != "uhfo")
-      entries.push_back(quantity + "=COLUMN:UNIT");
-    else if (const auto named = column_named_uhfo(table))
-      entries.push_back("uhfo=" + name_of(*named) + ":UNIT");
-  }
-  if (const auto time = table.time_column()) {
-    const tables::Unit* const unit = columns[*time].unit;
-    std::string entry = "time=" + name_of(*time);
-    if (table.kind(*time) == tables::ColumnKind::kNumber && options.time_unit.empty())
-      entry += unit && unit->quantity == "time" ? ":" + std::string(unit->name) : ":UNIT";
-    entries.push_back(entry);
-  }
-  return entries;
-}
-
 /// The options that were stated, as words of a command line.
 std::string options_text(const tables::TableOptions& options) {
   std::string text;
@@ -189,6 +162,31 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
 }
 
 std::optional<std::size_t> rate_column(const tables::PlainTable& table) { return column_of(table, "rate"); }
+
+std::vector<std::string> suggested_map(const tables::PlainTable& table, const tables::TableOptions& options) {
+  std::vector<std::string> entries;
+  const auto& columns = table.columns();
+  // Names that --map would split are given as numbers.
+  const auto name_of = [&](std::size_t i) {
+    return columns[i].text.find_first_of(",:=") == std::string::npos ? columns[i].text : std::to_string(i + 1);
+  };
+  for (const std::string quantity : {"rate", "temperature", "uhfo"}) {
+    if (const auto i = column_of(table, quantity))
+      entries.push_back(fmt::format("{}={}:{}", quantity, name_of(*i), columns[*i].unit->name));
+    else if (quantity != "uhfo")
+      entries.push_back(quantity + "=COLUMN:UNIT");
+    else if (const auto named = column_named_uhfo(table))
+      entries.push_back("uhfo=" + name_of(*named) + ":UNIT");
+  }
+  if (const auto time = table.time_column()) {
+    const tables::Unit* const unit = columns[*time].unit;
+    std::string entry = "time=" + name_of(*time);
+    if (table.kind(*time) == tables::ColumnKind::kNumber && options.time_unit.empty())
+      entry += unit && unit->quantity == "time" ? ":" + std::string(unit->name) : ":UNIT";
+    entries.push_back(entry);
+  }
+  return entries;
+}
 
 std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options) {
   const std::vector<std::string> entries = suggested_map(table, options);

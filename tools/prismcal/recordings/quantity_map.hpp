@@ -43,6 +43,10 @@ inline constexpr const char* kSiteAdvice =
 /// The first column with the unit of a rate.
 std::optional<std::size_t> rate_column(const tables::PlainTable& table);
 
+/// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
+/// states. Of several columns that may be a quantity it takes the first.
+std::vector<std::string> suggested_map(const tables::PlainTable& table, const tables::TableOptions& options);
+
 /// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
 /// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.
 std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options);

@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "base/escape.hpp"
-#include "base/plain_text.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/sample.hpp"
-#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
 
 namespace prism::recordings {
@@ -113,7 +113,7 @@ Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
 /// separates two records instead.
 void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
   if (lost > rows / 20)
-    rates.push_back(kRecordBreak);
+    rates.push_back(evaluation::kAllanBreak);
   else
     rates.insert(rates.end(), lost, kUnknown);
 }
@@ -182,7 +182,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
     if (series.rows > 0 && begins_session) {
-      series.rate_deg_per_h.push_back(kRecordBreak);
+      series.rate_deg_per_h.push_back(evaluation::kAllanBreak);
     } else if (series.rows > 0 && second_mean.second > last + 1) {
       push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
     }
@@ -228,22 +228,8 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
     series.interval_s = *choice.interval_s;
     series.interval_source = "given";
   }
-  if (!(series.interval_s > 0))
-    return make_error(path, fmt::format("found interval {} s, expected more than 0", series.interval_s));
   if (choice.table.announce) choice.table.announce(table->understood());
   return series;
-}
-
-/// True if there are two or more values and they are equal: the noise of a dead sensor is not 0.
-bool is_constant(const std::vector<double>& values) {
-  std::size_t known = 0, equal = 0;
-  double first = 0;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    if (known++ == 0) first = value;
-    equal += value == first;
-  }
-  return known > 1 && equal == known;
 }
 
 }  // namespace
@@ -260,11 +246,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
                                           "--replay {} --out FOLDER",
                                           *kind == "bytes" ? "file of bytes" : *kind, shell_word(path)));
   }
-  auto series = log ? read_log_series(path, choice) : read_table_series(path, choice);
-  if (series && is_constant(series->rate_deg_per_h))
-    return make_error(path, fmt::format("column {}: found the same value in all of {}, expected a rate that varies",
-                                        series->column, counted(series->rows, "row")));
-  return series;
+  return log ? read_log_series(path, choice) : read_table_series(path, choice);
 }
 
 }  // namespace prism::recordings

@@ -2,7 +2,6 @@
 // Reads one column of a CSV file or log as an evenly spaced rate for an Allan deviation.
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,12 +20,11 @@ struct RateSeriesChoice {
   tables::TableOptions table;        ///< how a table of another program is written
 };
 
-/// Separates two records in a series: sessions, or rows before and after a long gap. As evaluation::kAllanBreak.
-inline constexpr double kRecordBreak = std::numeric_limits<double>::infinity();
-
 struct RateSeries {
   std::string column, unit;
-  std::vector<double> rate_deg_per_h;  ///< NaN for each missing value: an empty field, or a jump in time; kRecordBreak
+  /// NaN for each missing value: an empty field, or a jump in time; evaluation::kAllanBreak between two records:
+  /// sessions, or rows before and after a long gap.
+  std::vector<double> rate_deg_per_h;
   double interval_s = 1;
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
@@ -36,8 +34,7 @@ struct RateSeries {
 
 /// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table
 /// of another program (../tables/plain_table.hpp); sample_grid() decides the interval and the gaps. Errors, with file
-/// and line: those of PlainTable, an unknown column, a unit that is not one of a rate, time that goes back, no row,
-/// the same value in all rows.
+/// and line: those of PlainTable, an unknown column, a unit that is not one of a rate, time that goes back, no row.
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 
 }  // namespace prism::recordings

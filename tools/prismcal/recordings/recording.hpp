@@ -90,6 +90,15 @@ class SecondFeed {
   bool session_begins_ = false;  ///< its first seconds were left out
 };
 
+// Files with the bytes of a line, which need a frame description.
+
+/// Returns true if the first bytes are those of pcap or pcapng.
+bool is_capture(const std::string& path);
+
+/// "capture", "bytes" (binary) or "log of sentences"; empty: probably a table. Reads the first bytes.
+/// Errors: those of FileReader::open(); a damaged container (MATLAB); a text that shows bytes (has_sentences()).
+Result<std::string> bytes_kind(const std::string& path);
+
 /// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
 /// of seconds. Errors: also those of the consumer; a range of leave_out without a second of it, unless options.several.
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer);

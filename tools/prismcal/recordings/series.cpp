@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "compensation/evaluation/allan.hpp"
 #include "compensation/sample.hpp"
@@ -25,14 +26,13 @@ std::optional<double> value_at(const std::vector<Series>& all, std::int64_t seco
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-std::vector<double> joined(const std::vector<Series>& all) {
-  std::size_t size = all.size();
-  for (const Series& series : all) size += series.values.size();
+std::vector<double> joined(std::vector<Series> all) {
+  if (all.size() == 1) return std::move(all.front().values);
   std::vector<double> values;
-  values.reserve(size);
-  for (const Series& series : all) {
+  for (Series& series : all) {
+    const std::vector<double> more = std::move(series.values);  // a year has 250 MB
     if (!values.empty()) values.push_back(evaluation::kAllanBreak);
-    values.insert(values.end(), series.values.begin(), series.values.end());
+    values.insert(values.end(), more.begin(), more.end());
   }
   return values;
 }

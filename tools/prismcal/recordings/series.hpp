@@ -27,7 +27,7 @@ void append(std::vector<Series>& all, std::int64_t second, double value);
 std::optional<double> value_at(const std::vector<Series>& all, std::int64_t second);
 
 /// All values, with evaluation::kAllanBreak between two series.
-std::vector<double> joined(const std::vector<Series>& all);
+std::vector<double> joined(std::vector<Series> all);
 
 /// Calls visit(second, value) for each known value in order.
 template <class Visit>

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/recordings/table_summary.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "compensation/plausibility.hpp"
 #include "compensation/sample.hpp"
-#include "tools/prismcal/recordings/findings.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -53,25 +50,23 @@ void take(double value, ColumnSummary& column, Course& course) {
   column.largest = std::isnan(column.largest) ? value : std::max(column.largest, value);
 }
 
-/// "T_degC: values outside -90 to 200 degC", "looks like kelvin".
-void add_range_remarks(TableSummary& summary) {
-  const compensation::PlausibilityLimits limits;
-  for (const ColumnSummary& column : summary.columns) {
-    const tables::Unit* unit = column.header.unit;
-    if (!unit || !std::isfinite(column.smallest)) continue;
-    const double low = column.smallest * unit->factor + unit->offset,
-                 high = column.largest * unit->factor + unit->offset;
-    const bool temperature = unit->quantity == "temperature";
-    if (!temperature && unit->quantity != "uhfo") continue;
-    const compensation::SensorLimits& range = temperature ? limits.temperature : limits.uhfo;
-    if (temperature && like_kelvin(low) && like_kelvin(high))
-      summary.remarks.push_back(
-          fmt::format("{}: looks like kelvin: --map temperature={}:K*1", column.header.text, column.header.text));
-    else if (low < range.low || high > range.high)
-      summary.remarks.push_back(
-          fmt::format("{}: values outside {} to {} {} are not used, and more than 1 % is an error", column.header.text,
-                      range.low, range.high, temperature ? "degC" : "V"));
-  }
+/// The findings of a training with the columns that the table names, which are read again, but for those on the time;
+/// the reason if it cannot use them.
+std::vector<std::string> remarks_on(const tables::PlainTable& table, const tables::TableOptions& options) {
+  SourceOptions source;
+  source.table = options;
+  source.table.silence();
+  source.map = suggested_map(table, options);
+  std::erase_if(source.map, [](const std::string& entry) { return entry.ends_with(":UNIT"); });
+  const auto is_time = [](const std::string& entry) { return entry.starts_with("time="); };
+  if (options.interval_s == 0 && std::none_of(source.map.begin(), source.map.end(), is_time)) return {};
+  const auto ignore = [](const auto&...) { return Result<void>(); };
+  auto recording = read_recording(table.path(), source, {ignore, ignore});
+  if (!recording) return {recording.error().what};
+  std::erase_if(recording->findings, [](const Finding& finding) { return finding.kind == "time"; });  // TimeSummary
+  std::vector<std::string> remarks = recording->remarks();
+  for (std::string& question : recording->questions()) remarks.push_back(std::move(question));
+  return remarks;
 }
 
 }  // namespace
@@ -99,16 +94,12 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
   }
   std::vector<Course> courses(numbers.size());
   std::vector<std::int64_t> stamps_ns;
-  std::vector<double> rates;
   tables::Row row;
   while (true) {
     const auto more = table->next(row);
     if (!more) summary.problem = more.error().text();
     if (!more || !*more) break;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      take(row.values[i], summary.columns[numbers[i]], courses[i]);
-      if (rate == numbers[i]) rates.push_back(row.values[i]);
-    }
+    for (std::size_t i = 0; i < numbers.size(); ++i) take(row.values[i], summary.columns[numbers[i]], courses[i]);
     if (table->time()) stamps_ns.push_back(row.time_ns);
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -131,11 +122,7 @@ Result<TableSummary> summarise_table(const std::string& path, const tables::Tabl
     else
       summary.time->no_grid = std::move(grid.error().what);
   }
-  add_range_remarks(summary);
-  if (!rate) return summary;
-  const RateRows rows{table->columns()[*rate].unit->factor, mean_step_s(stamps_ns), stamps_ns, table->has_dates()};
-  for (std::string& remark : lines_of(judge_rates(rates, rows), Severity::kRemark))
-    summary.remarks.push_back(std::move(remark));
+  if (rate && summary.problem.empty()) summary.remarks = remarks_on(*table, options);
   return summary;
 }
 

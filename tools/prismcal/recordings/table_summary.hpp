@@ -35,7 +35,7 @@ struct TableSummary {
   std::size_t rows = 0, torn = 0;
   std::vector<ColumnSummary> columns;
   std::optional<TimeSummary> time;
-  std::vector<std::string> remarks;  ///< on values that a training does not use, one line each
+  std::vector<std::string> remarks;  ///< findings of a training with the columns that the table names, one line each
   std::string problem;               ///< of the time, or of the first bad row: the summary ends there; empty: none
 };
 

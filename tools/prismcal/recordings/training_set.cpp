@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <optional>
 #include <utility>
 
 #include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
-#include "tools/prismcal/recordings/quantity_map.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -78,28 +75,6 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
   if (auto remarks = recording.remarks(); !remarks.empty()) facts["remarks"] = std::move(remarks);
   if (auto questions = recording.questions(); !questions.empty()) facts["questions"] = std::move(questions);
   return facts;
-}
-
-/// Quantities that the inputs need and --map lacks: "input U: no column is mapped to uhfo; use --inputs T,dTdt".
-Result<void> check_map(const std::vector<std::string>& inputs, const std::vector<std::string>& map) {
-  if (map.empty()) return {};
-  if (const auto parsed = parse_map(map); !parsed) return tl::unexpected<Error>(parsed.error());
-  const auto quantity_of = [](const std::string& name) {
-    return name == compensation::kInputUhfo ? "uhfo" : compensation::sensors_of({name}).empty() ? "temperature" : "";
-  };
-  const auto mapped = [&](const std::string& name) {
-    const std::string begin = std::string(quantity_of(name)) + "=";
-    return begin == "=" || std::any_of(map.begin(), map.end(), [&](const auto& m) { return m.starts_with(begin); });
-  };
-  const auto missing = std::find_if_not(inputs.begin(), inputs.end(), mapped);
-  if (missing == inputs.end()) return {};
-  std::vector<std::string> known;
-  std::copy_if(inputs.begin(), inputs.end(), std::back_inserter(known), mapped);
-  const std::string quantity = quantity_of(*missing);
-  return make_error("input " + *missing,
-                    fmt::format("no column is mapped to {}; use {}", quantity,
-                                known.empty() ? fmt::format("--map {}=COLUMN:UNIT", quantity)
-                                              : fmt::format("--inputs {}", fmt::join(known, ","))));
 }
 
 /// Why no block has all inputs: an input that no recording contains, or lags that never settle.
@@ -185,7 +160,6 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   for (const std::string& name : inputs) {
     if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
-  if (auto mapped = check_map(inputs, options.source.map); !mapped) return tl::unexpected<Error>(mapped.error());
   SourceOptions source = options.source;
   source.several = true;
   UnmatchedRanges unmatched(source.leave_out);

@@ -14,8 +14,8 @@
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
 #include "drivers/capture_file.hpp"
-#include "tools/prismcal/recordings/bytes_kind.hpp"
 #include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::verification {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs of values without information: far from those before and after them, or without any change.
+// Irregularities of a series: runs of values far from those before and after them or without any change, and steps that
+// stay.
 #pragma once
 
 #include <cmath>
@@ -46,13 +47,38 @@ struct ConstantRun {
   bool certain = false;
 };
 
-/// Runs of at least `least` equal values, if not all values are equal. Finite values.
+/// Runs of at least `least` equal values, if not all values are equal. Finite values. Of many values only some evenly
+/// spaced ones are compared with those of a run.
 std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least);
 
-/// sd of the white part by the steps between neighbours, without equal ones; 0: all are equal.
+/// sd of the white part by the steps between neighbours, without equal ones; 0: all are equal. Of many values some
+/// evenly spaced steps are used.
 double noise_of_steps(std::span<const double> values);
 
 /// Median of at most 21 of the values [begin, end), evenly spaced.
 double median_between(std::span<const double> values, std::size_t begin, std::size_t end);
+
+// Permanent steps: the gyro was moved.
+
+/// Minimum number of blocks of a part of a record that is judged by itself.
+inline constexpr std::size_t kEnoughForPart = 12;
+
+struct Step {
+  double size = 0;        ///< in the unit of the blocks; 0: none
+  std::size_t block = 0;  ///< the first one after it
+};
+
+/// Begins of the parts of a record without a gap of more than two blocks, and the number of blocks. `missing[i]`:
+/// blocks missing before block i.
+std::vector<std::size_t> parts_of(std::span<const double> missing);
+
+/// Largest step within the parts. Parts of fewer than kEnoughForPart blocks between gaps are not judged, because there
+/// a ramp looks like a step.
+Step largest_step(std::span<const double> blocks, const std::vector<std::size_t>& parts);
+
+/// The gap whose ends differ by more than `far` above the drift next to the gap, if drift elsewhere in the same time
+/// does not explain it either.
+Step largest_step_at_gaps(std::span<const double> blocks, std::span<const double> missing,
+                          const std::vector<std::size_t>& parts, double far);
 
 }  // namespace prism::evaluation

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/evaluation/far_runs.hpp"
+#include "compensation/evaluation/irregularities.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <utility>
 
 #include "compensation/evaluation/statistics.hpp"
@@ -9,6 +11,16 @@
 
 namespace prism::evaluation {
 namespace {
+
+/// Of a longer series, this number of evenly spaced values is enough.
+constexpr std::size_t kEnoughValues = 200'000;
+std::size_t stride_of(std::span<const double> values) { return values.size() / kEnoughValues + 1; }
+
+double median_of_some(std::span<const double> values) {
+  std::vector<double> some;
+  for (std::size_t i = 0; i < values.size(); i += stride_of(values)) some.push_back(values[i]);
+  return some.empty() ? 0 : median_of(std::move(some));
+}
 
 /// The first and last value may be means of a part of the run and of values next to it.
 bool is_constant(std::span<const double> values, std::size_t begin, std::size_t end) {
@@ -35,7 +47,7 @@ bool have_one_level(const std::vector<FarRun>& runs) {
 class Search {
  public:
   Search(std::span<const double> values, const FarLimits& limits)
-      : values_(values), limits_(limits), median_(values.empty() ? 0 : median_of({values.begin(), values.end()})) {}
+      : values_(values), limits_(limits), median_(median_of_some(values)) {}
 
   std::vector<FarRun> runs() {
     std::vector<FarRun> runs;
@@ -126,33 +138,116 @@ std::vector<FarRun> far_runs(std::span<const double> values, const FarLimits& li
 std::vector<ConstantRun> constant_runs(std::span<const double> values, std::size_t least) {
   constexpr std::size_t kRatio = 50, kRare = 200;
   std::vector<ConstantRun> runs;
-  std::vector<std::size_t> lengths;
+  std::map<std::size_t, std::size_t> in_runs;  // values, by the length of their run
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
     for (end = begin + 1; end < values.size() && equal_means(values[end], values[begin]);) ++end;
-    lengths.push_back(end - begin);
+    in_runs[end - begin] += end - begin;
     if (end - begin >= least && end - begin < values.size()) runs.push_back({begin, end, false});
   }
-  std::sort(lengths.begin(), lengths.end());
-  std::vector<std::size_t> sums = {0};  // values in the shortest runs
-  for (const std::size_t length : lengths) sums.push_back(sums.back() + length);
+  const std::size_t stride = stride_of(values);
   for (ConstantRun& run : runs) {
-    const std::size_t length = run.end - run.begin;
-    const auto longer = std::upper_bound(lengths.begin(), lengths.end(), length / kRatio);
-    const std::size_t others = values.size() - length;
-    const auto same = static_cast<std::size_t>(std::count_if(
-        values.begin(), values.end(), [&](double value) { return equal_means(value, values[run.begin]); }));
-    run.certain = 10 * sums[static_cast<std::size_t>(longer - lengths.begin())] >= 9 * others &&
-                  kRare * (same - length) <= others;
+    const std::size_t length = run.end - run.begin, others = values.size() - length;
+    std::size_t in_short = 0, same = 0;
+    for (auto of = in_runs.begin(); of != in_runs.end() && of->first <= length / kRatio; ++of) in_short += of->second;
+    if (10 * in_short < 9 * others) continue;
+    for (std::size_t i = 0; i < values.size(); i += stride)
+      same += (i < run.begin || i >= run.end) && equal_means(values[i], values[run.begin]);
+    run.certain = kRare * stride * same <= others;
   }
   return runs;
 }
 
 double noise_of_steps(std::span<const double> values) {
   std::vector<double> steps;
-  for (std::size_t i = 1; i < values.size(); ++i) {
+  for (std::size_t i = 1; i < values.size(); i += stride_of(values)) {
     if (!equal_means(values[i], values[i - 1])) steps.push_back(std::fabs(values[i] - values[i - 1]));
   }
   return steps.empty() ? 0 : kMadToSd * median_of(std::move(steps)) / std::sqrt(2.0);
+}
+
+namespace {
+
+/// Missing blocks that are bridged: drift over them hardly differs from that over one block.
+constexpr double kBridged = 2;
+
+/// |difference| between the medians of the `wide` blocks before and after the start of block i; 0 at the ends.
+double step_at(std::span<const double> blocks, std::size_t i, std::size_t wide) {
+  if (i < wide || i + wide > blocks.size()) return 0;
+  return std::abs(median_between(blocks, i, i + wide) - median_between(blocks, i - wide, i));
+}
+
+/// A step minus the larger of its neighbours: a temperature ramp has equal steps everywhere and results in 0.
+double lone_step(std::span<const double> blocks, std::size_t i, std::size_t wide, std::size_t apart) {
+  const double before = i >= apart ? step_at(blocks, i - apart, wide) : 0;
+  return step_at(blocks, i, wide) - std::max(before, step_at(blocks, i + apart, wide));
+}
+
+/// Largest step that is sharp (between two blocks, or within one) and permanent (medians of three blocks on either
+/// side, which one outlier does not change).
+Step largest_in_part(std::span<const double> blocks) {
+  Step largest;
+  for (std::size_t i = 3; i + 3 <= blocks.size(); ++i) {
+    const double lasting = lone_step(blocks, i, 3, 6);
+    if (lasting <= largest.size) continue;
+    if (const double size = std::min(lasting, lone_step(blocks, i, 1, 2)); size > largest.size) largest = {size, i};
+  }
+  return largest;
+}
+
+/// Largest change over `lag` blocks that does not bridge a gap; without such a pair of blocks, of all in one part.
+double largest_change(std::span<const double> blocks, const std::vector<std::size_t>& parts, std::size_t lag) {
+  double largest = 0, range = 0;
+  bool any = false;
+  for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t i = parts[p]; i + 3 <= parts[p + 1]; ++i) {
+      const double here = median_between(blocks, i, i + 3);
+      low = std::min(low, here), high = std::max(high, here);
+      if (i + lag + 3 > parts[p + 1]) continue;
+      largest = std::max(largest, std::fabs(median_between(blocks, i + lag, i + lag + 3) - here));
+      any = true;
+    }
+    if (high > low) range = std::max(range, high - low);
+  }
+  return any ? largest : range;
+}
+
+}  // namespace
+
+std::vector<std::size_t> parts_of(std::span<const double> missing) {
+  std::vector<std::size_t> begins = {0};
+  for (std::size_t i = 1; i < missing.size(); ++i) {
+    if (missing[i] > kBridged) begins.push_back(i);
+  }
+  begins.push_back(missing.size());
+  return begins;
+}
+
+Step largest_step(std::span<const double> blocks, const std::vector<std::size_t>& parts) {
+  Step largest;
+  for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
+    const std::size_t count = parts[p + 1] - parts[p];
+    if (parts.size() > 2 && count < kEnoughForPart) continue;
+    const Step step = largest_in_part(blocks.subspan(parts[p], count));
+    if (step.size > largest.size) largest = {step.size, parts[p] + step.block};
+  }
+  return largest;
+}
+
+Step largest_step_at_gaps(std::span<const double> blocks, std::span<const double> missing,
+                          const std::vector<std::size_t>& parts, double far) {
+  Step largest;
+  double rest = 0;
+  for (std::size_t p = 1; p + 1 < parts.size(); ++p) {
+    const std::size_t i = parts[p];
+    if (i - parts[p - 1] < 6 || parts[p + 1] - i < 6) continue;
+    const double size = step_at(blocks, i, 3), drift = std::max(step_at(blocks, i - 3, 3), step_at(blocks, i + 3, 3));
+    const double unexplained = size - drift * (3 + missing[i]) / 3 - far;
+    if (unexplained > rest) rest = unexplained, largest = {size, i};
+  }
+  if (largest.size == 0) return largest;
+  const double elsewhere = largest_change(blocks, parts, static_cast<std::size_t>(3 + missing[largest.block]));
+  return largest.size > elsewhere + far ? largest : Step();
 }
 
 }  // namespace prism::evaluation
