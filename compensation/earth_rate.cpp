@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/earth_rate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -15,6 +16,11 @@ double earth_rate_deg_per_h(const AxisPlacement& placement) {
   const double e = placement.elevation_deg * kRadPerDeg;
   const double a = placement.azimuth_deg * kRadPerDeg;
   return kEarthRateDegPerH * (std::sin(phi) * std::sin(e) + std::cos(phi) * std::cos(e) * std::cos(a));
+}
+
+double mount_sd_deg_per_h(double earth_rate_deg_per_h, double direction_rad) {
+  const double along = earth_rate_deg_per_h / kEarthRateDegPerH;
+  return direction_rad * kEarthRateDegPerH * std::sqrt(std::max(0.0, 1 - along * along));
 }
 
 double azimuth_range_deg_per_h(const AxisPlacement& placement) {

@@ -25,6 +25,14 @@ struct BetweenRunError {
   bool operator==(const BetweenRunError&) const = default;
 };
 
+/// Noise of the rate in the training recording, after the correction.
+struct RateNoise {
+  double n_deg_per_sqrt_h = 0;  ///< angle random walk N
+  double b_deg_per_h = 0;       ///< bias instability B; 0: below the other noises
+  double second_deg_per_h = 0;  ///< sd of one-second means within a window, with the rate's resolution
+  bool operator==(const RateNoise&) const = default;
+};
+
 /// The assumed offset between two runs of a gyro with one recording, in standard deviations of its bias: its cycles
 /// differ by a tenth (docs/benchmarks.md).
 inline constexpr double kAssumedOffset = 0.1;
@@ -74,10 +82,11 @@ struct ModelInfo {
   Domain domain;
   /// None in models of version 0.1: their standard deviation is the model's own.
   std::optional<BetweenRunError> spread;
-  std::string gyro_serial;      ///< empty: any gyro
-  std::string gyro_axis;        ///< of that gyro; empty: any axis
-  bool id_has_serial = true;    ///< false: of a file of version 1, whose id does not depend on the serial number
-  std::string provenance_json;  ///< the file's "provenance" object as text; "{}" if absent
+  std::optional<RateNoise> noise;  ///< not part of the id; none in models of version 0.4 and earlier
+  std::string gyro_serial;         ///< empty: any gyro
+  std::string gyro_axis;           ///< of that gyro; empty: any axis
+  bool id_has_serial = true;       ///< false: of a file of version 1, whose id does not depend on the serial number
+  std::string provenance_json;     ///< the file's "provenance" object as text; "{}" if absent
 };
 
 class Model {

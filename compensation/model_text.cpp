@@ -218,6 +218,22 @@ JsonTable<BetweenRunError> spread_keys() {
       .required();
 }
 
+JsonTable<RateNoise> noise_keys() {
+  using N = RateNoise;
+  return JsonTable<N>()
+      .number("n_deg_per_sqrt_h", kPositive, &N::n_deg_per_sqrt_h, "angle random walk")
+      .required()
+      .number("b_deg_per_h", {0, 1e9}, &N::b_deg_per_h, "bias instability")
+      .required()
+      .number("second_deg_per_h", kPositive, &N::second_deg_per_h, "sd of one-second means within a window")
+      .required();
+}
+
+std::string noise_text(const RateNoise& n) {
+  return fmt::format("  \"rate_noise\": {{\"n_deg_per_sqrt_h\": {}, \"b_deg_per_h\": {}, \"second_deg_per_h\": {}}},\n",
+                     exact_text(n.n_deg_per_sqrt_h), exact_text(n.b_deg_per_h), exact_text(n.second_deg_per_h));
+}
+
 std::string spread_text(const BetweenRunError& s) {
   return fmt::format(
       "  \"spread\": {{\"nuisance_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"noise_deg_per_h\": {}, \"factor\": {}, "
@@ -281,6 +297,7 @@ const JsonTable<ModelInfo>& model_keys() {
           .also({{"minItems", 1}})
           .then(check_inputs)
           .object("spread", spread_keys(), &M::spread, "error of the model in an unseen run")
+          .object("rate_noise", noise_keys(), &M::noise, "of the corrected rate in the training; not part of the id")
           .custom("provenance", {{"type", "object"}}, "", read_provenance, nullptr);
   return keys;
 }
@@ -349,9 +366,12 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
   return model;
 }
 
-std::string format_model(const Model& model) { return format_model(model, model.info().provenance_json); }
+std::string format_model(const Model& model) {
+  return format_model(model, model.info().provenance_json, model.info().noise);
+}
 
-std::string format_model(const Model& model, const std::string& provenance_json) {
+std::string format_model(const Model& model, const std::string& provenance_json,
+                         const std::optional<RateNoise>& noise) {
   const ModelInfo& info = model.info();
   const auto quoted = [](const std::string& text) { return json_text(nlohmann::json(text)); };
   std::string text = fmt::format(
@@ -373,6 +393,7 @@ std::string format_model(const Model& model, const std::string& provenance_json)
   text += "\n  ],\n";
   if (info.spread) text += spread_text(*info.spread);
   text += find_model_kind(info.kind)->content(model);
+  if (noise) text += noise_text(*noise);
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 

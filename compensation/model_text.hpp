@@ -82,7 +82,8 @@ Json model_schema();
 
 /// The file's text: every number exact (up to 17 digits), with a new id. parse_model(format_model(m)) equals m.
 std::string format_model(const Model& model);
-/// The same with another provenance (a JSON object as text), which is not part of the id.
-std::string format_model(const Model& model, const std::string& provenance_json);
+/// The same with another provenance (a JSON object as text) and noise, which are not part of the id.
+std::string format_model(const Model& model, const std::string& provenance_json,
+                         const std::optional<RateNoise>& noise = {});
 
 }  // namespace prism::compensation

@@ -28,6 +28,7 @@ struct AxisConfig {
   std::optional<double> elevation_deg;  ///< of the input axis above the horizon; absent: earth rate is not reported
   double azimuth_deg = 0;               ///< of the input axis, from north through east
   bool azimuth_stated = false;
+  double direction_mrad = 1;  ///< standard deviation of the axis's direction, each way
   compensation::CompensationSettings
       engine;  ///< its plausibility has defaults only: pipeline::Setup combines the three sources
 

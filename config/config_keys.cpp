@@ -128,6 +128,8 @@ JsonTable<AxisConfig> direction_keys() {
           "azimuth_deg", {-360, 360}, &AxisConfig::azimuth_deg,
           "The input axis above the horizon and from north through east, for the Earth rate; stored in the log. prismd "
           "and prismcal name an axis that is not vertical and has no azimuth.")
+      .number("direction_mrad", {0, 1000}, &AxisConfig::direction_mrad,
+              "Uncertainty (1 sigma) of that direction; the difference from the Earth rate at rest includes it.")
       .then([](const Section& section, AxisConfig& axis) { axis.azimuth_stated = section.has("azimuth_deg"); });
 }
 

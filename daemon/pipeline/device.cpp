@@ -11,6 +11,19 @@
 namespace prism::pipeline {
 namespace {
 
+constexpr const char* kEarthRate = "earth_rate";  // a problem's key and kind
+
+// The direction is unknown if its azimuth is not stated and matters.
+compensation::AtRest at_rest_of(const Setup& setup, std::size_t axis) {
+  const config::AxisConfig& mounted = setup.config.axes[axis];
+  std::optional<compensation::AxisPlacement> placement;
+  if (mounted.elevation_deg) placement = {setup.config.latitude_deg, *mounted.elevation_deg, mounted.azimuth_deg};
+  if (placement && !mounted.azimuth_stated &&
+      compensation::azimuth_range_deg_per_h(*placement) >= compensation::kAzimuthMatters)
+    placement.reset();
+  return {placement, mounted.direction_mrad / 1000, setup.axes[axis].model};
+}
+
 void watch_plausibility(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems) {
   const compensation::SecondMean& now = row.window.second_mean;
   for (const AxisSensor& sensor : kAxisSensors) {
@@ -55,6 +68,16 @@ void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& t
   }
   watch_plausibility(row, prefix, problems);
   changes.push(row, prefix, problems);
+  if (at_rest.push(row) && at_rest.differs()) watch_rest(problems);
+}
+
+void AxisRecord::watch_rest(Problems& problems) {
+  const compensation::AtRest::Difference found = *at_rest.difference();
+  const std::string key = prefix + kEarthRate;
+  const std::string text = fmt::format("{}at rest, {:.2g} deg/h from the Earth rate; model and mount explain ±{:.2g}",
+                                       prefix, std::abs(found.deg_per_h), found.sd_deg_per_h);
+  if (!*at_rest.differs()) return problems.clear(key, text);
+  problems.set(key, {.kind = kEarthRate, .text = text + ": moved, remounted, or train again"});
 }
 
 namespace {
@@ -160,6 +183,7 @@ Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
     axes[i].name = setup.frames->axes[i].name;
     if (axes.size() > 1) axes[i].prefix = axes[i].name + ": ";
     if (!logs.empty()) axes[i].log = std::move(logs[i]);
+    axes[i].at_rest = at_rest_of(setup, i);
   }
   if (axes.front().log) log = &axes.front().log->counters();
   make_outputs();
@@ -248,11 +272,12 @@ Result<bool> Device::reconfigure(Setup next) {
   setup = std::move(next);
   if (!same_outputs) make_outputs();
   for (CorrectedFrames& output : outputs) output.model_changed();
-  problems.clear_all("question", "ended by the reload: ");
+  for (const char* kind : {"question", kEarthRate}) problems.clear_all(kind, "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
     axes[i].stability.reset();
     axes[i].changes.forget();
+    axes[i].at_rest = at_rest_of(setup, i);
     if (axes[i].log) axes[i].log->set_metadata(log_metadata(setup, i));
   }
   return reopen;
@@ -279,7 +304,7 @@ void Device::keep(Rows& rows, std::span<const std::uint8_t> bytes) {
 // Rows from the line's last bytes are stored, but are not current values.
 void Device::end_session(Rows& rows) {
   keep(rows);
-  for (AxisRecord& axis : axes) axis.last_sample.reset(), axis.last_window.reset();
+  for (AxisRecord& axis : axes) axis.last_sample.reset(), axis.last_window.reset(), axis.at_rest.reset();
 }
 
 void Device::watch(const Rows& rows) {

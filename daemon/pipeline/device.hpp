@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/problems.hpp"
+#include "compensation/at_rest.hpp"
 #include "compensation/block_stability.hpp"
 #include "compensation/sample.hpp"
 #include "daemon/pipeline/corrected_frames.hpp"
@@ -72,6 +73,7 @@ struct AxisRecord {
   std::string prefix;              ///< of texts about the axis: "x: "; empty for a device with one axis
   std::unique_ptr<RowWriter> log;  ///< null: none is configured
   compensation::BlockStability stability;
+  compensation::AtRest at_rest;
   std::uint64_t seconds = 0;    ///< rows since the start
   std::uint64_t windows = 0;    ///< of these: with a full window
   std::uint64_t corrected = 0;  ///< of these: with a corrected rate
@@ -85,6 +87,9 @@ struct AxisRecord {
   void keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s);
   /// Reports a change of quality, values that became implausible or plausible again, and changes of sensors.
   void watch(const compensation::CompensatedWindow& row, const Tell& tell, Problems& problems);
+
+ private:
+  void watch_rest(Problems& problems);
 };
 
 /// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share

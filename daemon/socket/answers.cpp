@@ -327,6 +327,16 @@ ordered_json outputs_json(const pipeline::Device& device) {
   return all;
 }
 
+// The difference of the corrected rate from the Earth rate at rest, or the reason without one.
+ordered_json at_rest_json(const compensation::AtRest& at_rest) {
+  const auto found = at_rest.difference();
+  return {{"earth_rate_deg_per_h", known(at_rest.earth_rate_deg_per_h())},
+          {"difference_deg_per_h", known(found ? found->deg_per_h : kUnknown)},
+          {"sd_deg_per_h", known(found ? found->sd_deg_per_h : kUnknown)},
+          {"seen_s", found ? found->seen_s : 0},
+          {"unknown", text_or_null(compensation::kNoDifferenceNames[static_cast<std::size_t>(at_rest.reason())])}};
+}
+
 ordered_json axis_json(const State& state, std::size_t axis) {
   const Current& now = state.axes[axis];
   const pipeline::AxisRecord& record = state.device.axes[axis];
@@ -334,7 +344,8 @@ ordered_json axis_json(const State& state, std::size_t axis) {
                        {"fallback_model", model_brief(state.setup.axes[axis].fallback)},
                        {"quality", now.quality()},
                        {"sample", row_json(now.sample, now, record.name)},
-                       {"window", row_json(now.window, now, record.name)}};
+                       {"window", row_json(now.window, now, record.name)},
+                       {"at_rest", at_rest_json(record.at_rest)}};
   put_window_length(json, state, axis);
   if (const auto status = record.log ? record.log->retention() : std::nullopt)
     json["log"]["retention"] = retention_json(*status);

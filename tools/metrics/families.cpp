@@ -44,6 +44,10 @@ constexpr Family kCorrected{"prism_corrected_rate_degrees_per_hour", Type::kGaug
                             "Mean rate of the last second minus the bias."};
 constexpr Family kMean{"prism_mean_corrected_rate_degrees_per_hour", Type::kGauge,
                        "Mean rate of the window minus the bias."};
+constexpr Family kDifference{"prism_earth_rate_difference_degrees_per_hour", Type::kGauge,
+                             "Corrected rate minus the Earth rate, at rest."};
+constexpr Family kDifferenceSd{"prism_earth_rate_difference_sd_degrees_per_hour", Type::kGauge,
+                               "Standard deviation of that difference that model and mount explain."};
 constexpr Family kTemperature{"prism_temperature_celsius", Type::kGauge, "Mean temperature of the window."};
 constexpr Family kSlope{"prism_temperature_slope_celsius_per_second", Type::kGauge,
                         "Slope of the temperature over the window."};
@@ -161,6 +165,8 @@ void add_axis(const Writer& axis, const json& own, const json& stability) {
   axis.put(kSd, member(window, "sd_deg_per_h"));
   axis.put(kCorrected, member(window, "corrected_deg_per_h"));
   axis.put(kMean, member(window, "corrected_mean_deg_per_h"));
+  axis.put(kDifference, member(member(own, "at_rest"), "difference_deg_per_h"));
+  axis.put(kDifferenceSd, member(member(own, "at_rest"), "sd_deg_per_h"));
   axis.put(kTemperature, member(window, "mean_temperature_degc"));
   axis.put(kSlope, member(window, "slope_degc_per_s"));
   axis.put(kUhfo, member(window, "mean_uhfo_v"));

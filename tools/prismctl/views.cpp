@@ -97,6 +97,15 @@ std::string axes_table(const json& axes) {
   return text;
 }
 
+// "0.0031 ± 0.0140 deg/h from the Earth rate, over 1800 s"; empty for a prismd before 0.4 or without a site.
+std::string rest_line(const json& rest) {
+  const std::string unknown = text_of(at(rest, "unknown"), "");
+  if (!rest.is_object() || unknown == "no_site") return {};
+  if (!unknown.empty()) return labelled("at rest", "not compared with the Earth rate: {}", unknown);
+  return labelled("at rest", "{} ± {} from the Earth rate, over {} s", value_text(at(rest, "difference_deg_per_h"), 4),
+                  value_text(at(rest, "sd_deg_per_h"), 4, " deg/h"), seconds_of(at(rest, "seen_s"), 0));
+}
+
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
   std::string text = labelled("quality", "{}, {}", quality_words(s), age_text(at(s, "age_s")));
@@ -105,6 +114,7 @@ std::string measured(const json& s) {
   text += labelled("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
   text += labelled("bias", bias_text(w));
   text += labelled("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
+  text += rest_line(at(s, "at_rest"));
   text += labelled("temperature", "{}, slope {}",
                    value_text(mean_of(w, "mean_temperature_degc", "temperature_degc"), 3, " degC"),
                    value_text(at(w, "slope_degc_per_s"), 6, " degC/s"));

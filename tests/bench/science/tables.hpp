@@ -48,6 +48,10 @@ int cost(std::uint64_t first_seed, int count);
 /// Thermometers in the chamber's air and in the gyro: the time constant that training finds, and what it gains.
 int lag(std::uint64_t first_seed, int count);
 
+/// Switch-ons of gyros at rest, `count` models per truth: how many raise the problem that the corrected rate is not the
+/// Earth rate, with good models and with a bias that moved by 0.1 deg/h; and gyros that are not at rest.
+int rest(std::uint64_t first_seed, int count);
+
 /// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <limits>
@@ -13,6 +14,7 @@
 
 #include "base/escape.hpp"
 #include "base/text_number.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/training/response.hpp"
 #include "compensation/training/trainer.hpp"
@@ -128,10 +130,31 @@ std::string response_text(const training::ResponseSearch& found) {
              : "the gyro follows this thermometer at once: T and dTdt are as measured";
 }
 
+/// N and B of what the model leaves; without a certain N, the noise that the model states. Nullopt if the recordings
+/// have no one-second means.
+std::optional<compensation::RateNoise> rate_noise_of(const training::TrainedModel& trained,
+                                                     const recordings::TrainingSet& set) {
+  const auto& spread = trained.model->info().spread;
+  if (!spread || !(spread->noise_deg_per_h > 0) || !(set.second_sd_deg_per_h > 0)) return std::nullopt;
+  const double length_s = set.features.length_s;
+  compensation::RateNoise noise{spread->noise_deg_per_h * std::sqrt(length_s / 3600), 0, set.second_sd_deg_per_h};
+  std::vector<double> left;
+  for (Eigen::Index i = 0; i < set.data.target.size(); ++i) {
+    if (i > 0 && set.data.time_s[i] - set.data.time_s[i - 1] != length_s) left.push_back(evaluation::kAllanBreak);
+    left.push_back(set.data.target[i] - trained.samples.fitted[i]);
+  }
+  const auto allan = evaluation::analyse_allan(std::move(left), length_s, evaluation::AllanGrid::kOctave, "");
+  if (!allan || !allan->coefficients) return noise;
+  const auto value = [&](evaluation::NoiseType type) { return coefficient(*allan->coefficients, type).value; };
+  noise.n_deg_per_sqrt_h = value(evaluation::NoiseType::kAngleRandomWalk).value_or(noise.n_deg_per_sqrt_h);
+  noise.b_deg_per_h = value(evaluation::NoiseType::kBiasInstability).value_or(0);
+  return noise;
+}
+
 }  // namespace
 
 std::string TrainingRun::model_text() const {
-  return compensation::format_model(*trained.model, provenance(set, summary));
+  return compensation::format_model(*trained.model, provenance(set, summary), rate_noise_of(trained, set));
 }
 
 Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
+#include "compensation/block_stability.hpp"
+#include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
 
 namespace prism::recordings {
@@ -115,6 +117,19 @@ Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) 
   return append_blocks(split->training, set.data);
 }
 
+/// Appends the sd of each window's length of one-second means without a gap.
+void append_second_sds(const BlockTable& table, std::vector<double>& sds) {
+  compensation::RunningVariance block;
+  std::int64_t next = 0;
+  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    if (second != std::exchange(next, second + 1)) block = {};
+    block.add(rate);
+    if (block.count() < table.features.length_s) return;
+    sds.push_back(block.sd());
+    block = {};
+  });
+}
+
 }  // namespace
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
@@ -163,6 +178,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   SourceOptions source = options.source;
   source.several = true;
   UnmatchedRanges unmatched(source.leave_out);
+  std::vector<double> second_sds;
   for (const std::string& path : paths) {
     auto loaded = read_blocks(path, source, options.site, set.features,
                               [&](const Recording& recording) { return check_recording(recording, set); });
@@ -180,6 +196,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
       to_note.push_back(std::move(*question));
     }
     set.facts.push_back(facts_of(recording, table, *left_out));
+    append_second_sds(table, second_sds);
     table.seconds = {};  // not needed for training
     set.notes.push_back(
         fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled); mean bias "
@@ -196,6 +213,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   if (set.data.target.size() == 0) return missing_input(set);
+  if (!second_sds.empty()) set.second_sd_deg_per_h = evaluation::median_of(std::move(second_sds));
   return set;
 }
 

@@ -30,9 +30,10 @@ struct TrainingSet {
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate, remarks
   std::vector<BlockTable> tables;  ///< one per recording, without `seconds`: for the data-quality check
   HoldOut hold_out;
-  std::vector<BlockTable> held_out;    ///< one per recording; empty if no blocks are held out
-  std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
-  std::vector<std::string> questions;  ///< Recording::questions of all
+  std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
+  double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
+  std::vector<std::string> notes;         ///< readable lines on gaps and blocks left out, and the questions
+  std::vector<std::string> questions;     ///< Recording::questions of all
 };
 
 /// Errors: recordings of several gyros or axes, inputs that a recording does not have, no block with all inputs, and
