@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/plain_text.hpp"
+#include "compensation/earth_rate.hpp"
 #include "compensation/extrapolation.hpp"
 
 namespace prism::analysis {
@@ -27,9 +28,11 @@ std::vector<double> follow_warming(compensation::CompensationEngine& engine, con
   return biases;
 }
 
-/// Counts the blocks within two of the model's standard deviation of a block mean (with noise).
+/// Counts the blocks within two of the model's standard deviation of a block mean (with noise), and finds how their
+/// errors changed since the training.
 void count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
                     const CorrectionSettings& settings, ModelEvaluation& result) {
+  std::vector<double> time_s, error, sd, sd_mean;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!std::isfinite(result.corrected_deg_per_h[i])) continue;
     const auto inputs = compensation::gather_inputs(model, table.blocks[i]);
@@ -38,7 +41,12 @@ void count_coverage(const compensation::Model& model, const recordings::BlockTab
     ++result.with_sd;
     result.within_two_sd +=
         std::abs(table.bias_deg_per_h[i] - prediction.bias_deg_per_h) <= 2 * prediction.sd_mean_deg_per_h;
+    time_s.push_back(static_cast<double>(table.second(i)));
+    error.push_back(table.bias_deg_per_h[i] - prediction.bias_deg_per_h);
+    sd.push_back(prediction.sd_deg_per_h), sd_mean.push_back(prediction.sd_mean_deg_per_h);
   }
+  const double mount_sd = compensation::mount_sd_deg_per_h(table.earth_rate_deg_per_h);
+  if (!error.empty()) result.change = evaluation::bias_change(time_s, error, sd, sd_mean, mount_sd);
 }
 
 std::optional<double> training_mean(const compensation::Model& model, const recordings::BlockTable& table) {

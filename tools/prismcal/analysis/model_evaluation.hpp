@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compensation/compensation_engine.hpp"
+#include "compensation/evaluation/bias_change.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/recordings/block_table.hpp"
@@ -42,7 +43,8 @@ struct ModelEvaluation {
 
   std::size_t with_sd = 0;        ///< blocks with a correction for which the model gives sd_mean (sd with noise)
   std::size_t within_two_sd = 0;  ///< those of them within 2 sd_mean of the prediction
-  std::size_t slew_limited = 0;   ///< blocks with a correction limited by the slew limit
+  std::optional<evaluation::BiasChange> change;  ///< since the training; nullopt: the model gives no sd_mean
+  std::size_t slew_limited = 0;                  ///< blocks with a correction limited by the slew limit
 
   /// table.seconds with the correction of the block that contains the second or, if the window is not full, that of the
   /// fallback; for the Allan deviation.

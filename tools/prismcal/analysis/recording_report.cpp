@@ -494,14 +494,21 @@ Figure domain_figure(const EvaluatedRecording& recording) {
   return figure;
 }
 
-/// A recording whose errors are larger than the model states, as after another turn-on. Nominal: 95 %.
-std::string coverage_text(const ModelEvaluation& evaluated) {
-  constexpr double kMuchLess = 0.8;
-  const auto share = evaluated.coverage();
-  if (!share || *share >= kMuchLess) return "";
+/// A recording whose errors are larger than the model states: another turn-on, ageing, a missing input, a wrong sd.
+/// Within 2 sd are nominally 95 %.
+std::string change_text(const ModelEvaluation& evaluated) {
+  constexpr double kMuchLess = 0.8, kSlow = 0.5;
+  if (!evaluated.change) return "";
+  const evaluation::BiasChange& change = *evaluated.change;
+  std::string text;
+  if (change.per_day)
+    text = fmt::format(" The bias drifts by {:+.4f} ± {:.4f} deg/h a day", change.per_day->value, change.per_day->sd);
+  if (change.shift) text = fmt::format(" The bias moved by {:.2g} deg/h since the training", *change.shift);
+  if (change.within >= kMuchLess) return text.empty() ? "" : text + "; the shape fits.";
   return fmt::format(
-      " Only {:.1f} % of the means are within 2 sd of the prediction, expected 95 %: here its sd is too small.",
-      100 * *share);
+      "{} Only {:.1f} % of the means are within 2 sd of the prediction{}, expected 95 %: {}.",
+      text + (text.empty() ? "" : "."), 100 * change.within, text.empty() ? "" : " without that",
+      change.correlation > kSlow ? "their errors change slowly, as with a missing input" : "here its sd is too small");
 }
 
 /// The improvement to expect in further recordings.
@@ -566,7 +573,7 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
       "1 sigma of {} s means is {:.5f} deg/h before and {:.5f} after, their mean {:.5f} before and {:.5f} after",
       recording.table->features.length_s, s.before.sd, s.after.sd, s.before.mean, s.after.mean);
   const std::string outside = fmt::format("{:.1f} % of the means are outside the training range.{}",
-                                          evaluated.extrapolated_percent(), coverage_text(evaluated));
+                                          evaluated.extrapolated_percent(), change_text(evaluated));
   if (!overlap.empty())
     return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data: {}. {}",
                         recording.table->name, overlap, sigmas, outside),
