@@ -42,7 +42,7 @@ evaluated() {
   prismsim --profile paper --frames frames.json --seed 3 --out 3.pcap "$@" 2>/dev/null
   rm -rf cycle3
   prismd train.json --replay 3.pcap --out cycle3 >/dev/null
-  prismcal evaluate model.json cycle3 2>evaluate.err | head -1
+  prismcal evaluate model.json cycle3 2>evaluate.err | sed -n 1p
 }
 contains "a shift" "$(evaluated --turn-on 0.2)" " deg/h since the training; the shape fits."
 frames 1
