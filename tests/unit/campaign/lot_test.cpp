@@ -129,7 +129,7 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   Lot lot;
   lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
   lot.results[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
-  lot.missing = {{"out of memory", "S3", "a"}};
+  lot.missing = {{"S3", "a", "out of memory"}};
   const report::Report report = lot_report(files.file(), lot, &lot);
   const auto json = Json::parse(report::json_text(report));
   const Json& rows = json["tables"]["gyros"]["rows"];

@@ -45,7 +45,7 @@ TEST_F(CampaignTask, StoresItsResultUnderItsId) {
   EXPECT_EQ(unfinished(), 0u);
   EXPECT_EQ(lot().results.size(), 1u);
   ASSERT_EQ(lot().missing.size(), 1u);
-  EXPECT_EQ(lot().missing[0].id, "");  // not run yet
+  EXPECT_EQ(lot().missing[0].why, "");  // not run yet
 }
 
 TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
@@ -78,7 +78,7 @@ TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
   EXPECT_FALSE(run_task(store_, task_, work_));
   EXPECT_FALSE(store_.has_result(task_.id));
   EXPECT_EQ(unfinished(), 0u);
-  EXPECT_EQ(lot().missing.at(0).id, "disk: is full");
+  EXPECT_EQ(lot().missing.at(0).why, "disk: is full");
   ASSERT_TRUE(run_task(store_, task_, test::quick_work()));
   EXPECT_EQ(lot().missing.size(), 1u);
   EXPECT_EQ(store_.failure(task_.id), "");

@@ -37,6 +37,18 @@ TEST(Cell, ShowsADashForUnknownNumbers) {
   }
 }
 
+TEST(Column, HasItsUnitAndAlignmentInItsText) {
+  const auto all = columns("gyro: | before [deg/h] | 95 % of further [%] | :");
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_EQ(all[0].name, "gyro");
+  EXPECT_FALSE(all[0].number);
+  EXPECT_EQ(all[1].name, "before");
+  EXPECT_EQ(all[1].unit, "deg/h");
+  EXPECT_TRUE(all[1].number);
+  EXPECT_EQ(all[2].name, "95 % of further");
+  EXPECT_EQ(all[3].name, "");
+}
+
 Report sample() {
   Report report;
   report.title = "Gyro <7> & \"friends\"";

@@ -193,7 +193,7 @@ Table models_table(const LotFile& file, const Lot& lot) {
       gyros.insert(result.gyro);
       if (result.model == model.name) ++(result.accepted() ? accepted : result.refused ? refused : rejected);
     }
-    for (const PlannedTask& task : lot.missing) missing += task.model == model.name;
+    for (const MissingTask& task : lot.missing) missing += task.model == model.name;
     for (const TaskResult* result : chosen) installed += result->model == model.name;
     std::vector<Cell> row = {model.name, fmt::format("{}", fmt::join(model.words, " "))};
     for (const std::size_t count : {accepted, rejected, refused, missing, installed})
@@ -230,10 +230,10 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
                           fmt::format("{}", fmt::join(result.violations, "; ")),
                           {result.id.substr(0, 12), Emphasis::kMuted}});
   }
-  for (const PlannedTask& task : lot.missing) {
+  for (const MissingTask& task : lot.missing) {
     std::vector<Cell> row(table.columns.size(), report::kNothing);
     row[0] = task.gyro, row[1] = task.model, row[2] = {"no result", Emphasis::kWarn};
-    row[9] = task.id.empty() ? "not run yet" : task.id;
+    row[9] = task.why.empty() ? "not run yet" : task.why;
     table.rows.push_back(std::move(row));
   }
   table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
@@ -456,7 +456,7 @@ Result<Lot> read_lot(const ResultStore& store, const LotLimits& limits) {
     if (task.left_out()) {
       lot.left_out.push_back({task.gyro, task.model});
     } else if (!store.has_result(task.id)) {
-      lot.missing.push_back({store.failure(task.id), task.gyro, task.model});
+      lot.missing.push_back({task.gyro, task.model, store.failure(task.id)});
     } else {
       auto result = read_task_result(store, task);
       if (!result) return tl::unexpected<Error>(result.error());

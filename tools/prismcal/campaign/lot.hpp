@@ -39,9 +39,14 @@ struct TaskResult {
 /// evaluation on training data is also listed.
 std::vector<std::string> find_violations(const TaskResult& result, const LotLimits& limits);
 
+struct MissingTask {
+  std::string gyro, model;
+  std::string why;  ///< the last attempt failed; empty: not run yet
+};
+
 struct Lot {
   std::vector<TaskResult> results;   ///< in the order of the plan
-  std::vector<PlannedTask> missing;  ///< tasks without a result; `id`: why the last attempt failed, empty: not run yet
+  std::vector<MissingTask> missing;  ///< tasks without a result
   std::vector<LeftOutInput> left_out;
 
   /// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.

@@ -236,16 +236,16 @@ void print_commands(const campaign::Plan& plan, const LotFile& file, const Resul
 
 int print_status(const campaign::Lot& lot) {
   const auto failed = static_cast<std::size_t>(
-      std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.id.empty(); }));
+      std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.why.empty(); }));
   fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
              lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
   for (const campaign::TaskResult& result : lot.results) {
     if (result.refused)
       fmt::print("refused: {}, {}: {}\n", printable(result.gyro), printable(result.model), printable(result.why));
   }
-  for (const campaign::PlannedTask& task : lot.missing) {
-    if (!task.id.empty())
-      fmt::print("failed: {}, {}: {}\n", printable(task.gyro), printable(task.model), printable(task.id));
+  for (const campaign::MissingTask& task : lot.missing) {
+    if (!task.why.empty())
+      fmt::print("failed: {}, {}: {}\n", printable(task.gyro), printable(task.model), printable(task.why));
   }
   print_left_out(lot.left_out);
   return failed == 0 ? 0 : 1;
