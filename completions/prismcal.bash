@@ -24,7 +24,7 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --hold-out --method --json --quiet --window --slope --end-mean --max-gap --lag --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
+    train) words='-h --help --out --inputs --response --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --hold-out --method --json --quiet --window --slope --end-mean --max-gap --lag --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     fit) words='-h --help --inputs --target --fold-column --decimal --time-unit --time --out --diagnostics --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;

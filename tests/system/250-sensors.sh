@@ -10,7 +10,7 @@ record() { # DIRECTORY PROFILE SEED
   rm -rf "$1"; prismd imu.json --replay "$1.pcap" --out "$1" >/dev/null || fail "the replay of $1"
 }
 left() { # INPUTS: prints the remaining drift on the other profile, deg/h
-  prismcal train one --inputs "$1" --method stepwise --quiet --out model.json >/dev/null || fail "training on $1"
+  prismcal train one --inputs "$1" --response 0 --method stepwise --quiet --out model.json >/dev/null || fail "training on $1"
   prismcal evaluate model.json other | awk '$1 == "after" && !seen++ {print $3}'
 }
 for pair in 1 2 3; do
