@@ -56,6 +56,17 @@ class Blocks {
 
 }  // namespace
 
+compensation::SecondMean measured(const simulation::GyroTruth& now, std::int64_t second, double bias_deg_per_h,
+                                  simulation::RandomSource& noise) {
+  compensation::SecondMean mean;
+  mean.second = second;
+  mean.samples = 1;
+  mean.rate_deg_per_h = bias_deg_per_h + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
+  mean.temperature_degc = now.sensor_degc;
+  mean.uhfo_v = now.uhfo_v;
+  return mean;
+}
+
 Record simulate(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
                 std::uint64_t seed, std::uint64_t individual) {
   simulation::SimulatedGyro gyro(profile, seed, truth);
@@ -71,18 +82,12 @@ Record simulate(const simulation::ChamberProfile& profile, const simulation::Bia
   const auto end = static_cast<std::int64_t>(profile.duration_s());
   for (std::int64_t second = 0; second < end; ++second) {
     const simulation::GyroTruth& now = gyro.step(1);
-    compensation::SecondMean second_mean;
-    second_mean.second = second;
-    second_mean.samples = 1;
     const double true_bias =
         now.bias_deg_per_h + scale * now.causes.thermal + bend * std::tanh((now.body_degc - 10) / 25);
-    second_mean.rate_deg_per_h = true_bias + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
-    second_mean.temperature_degc = now.sensor_degc;
-    second_mean.uhfo_v = now.uhfo_v;
     bias += true_bias;
     ++seconds;
     const bool whole = seconds >= 100;
-    if (!blocks.push(second_mean)) continue;
+    if (!blocks.push(measured(now, second, true_bias, noise))) continue;
     thermal.push_back(now.causes.thermal);
     repeating.push_back(now.causes.thermal + now.causes.hysteresis);
     if (whole) record.true_bias_deg_per_h.push_back(bias / seconds);
@@ -106,13 +111,7 @@ Cycle simulate_cycle(const simulation::ChamberProfile& profile, const simulation
   const auto end = static_cast<std::int64_t>(profile.duration_s());
   for (std::int64_t second = 0; second < end; ++second) {
     const simulation::GyroTruth& now = gyro.step(1);
-    compensation::SecondMean mean;
-    mean.second = second;
-    mean.samples = 1;
-    mean.rate_deg_per_h = now.bias_deg_per_h + simulation::kRateNoise_deg_per_h_sqrt_s * noise.normal();
-    mean.temperature_degc = now.sensor_degc;
-    mean.uhfo_v = now.uhfo_v;
-    cycle.seconds.push_back(mean);
+    cycle.seconds.push_back(measured(now, second, now.bias_deg_per_h, noise));
   }
   return cycle;
 }

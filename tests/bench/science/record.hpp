@@ -24,6 +24,10 @@ struct Record {
 Record simulate(const simulation::ChamberProfile& profile, const simulation::BiasModelSettings& truth,
                 std::uint64_t seed, std::uint64_t gyro = 0);
 
+/// The mean of a second of a simulated gyro with white rate noise. `bias_deg_per_h`: the true bias.
+compensation::SecondMean measured(const simulation::GyroTruth& now, std::int64_t second, double bias_deg_per_h,
+                                  simulation::RandomSource& noise);
+
 /// One-second means of a cycle, to be cut into blocks with several responses.
 struct Cycle {
   std::vector<compensation::SecondMean> seconds;

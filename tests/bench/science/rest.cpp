@@ -52,13 +52,8 @@ Outcome switch_on(const compensation::ModelPtr& model, const simulation::BiasMod
   int ready = 0;
   for (int second = 0; second < seconds; ++second) {
     const simulation::GyroTruth& now = gyro.step(1);
-    compensation::SecondMean mean;
-    mean.second = second;
-    mean.samples = 1;
-    mean.rate_deg_per_h = rest.earth_rate_deg_per_h() + now.bias_deg_per_h + moved + motion(second) +
-                          simulation::kRateNoise_deg_per_h_sqrt_s * random.normal();
-    mean.temperature_degc = now.sensor_degc;
-    mean.uhfo_v = now.uhfo_v;
+    const double rate_deg_per_h = rest.earth_rate_deg_per_h() + now.bias_deg_per_h + moved + motion(second);
+    const compensation::SecondMean mean = measured(now, second, rate_deg_per_h, random);
     row.window = extractor.push(mean);
     // The model's correction only where a block ends: its standard deviation is expensive.
     const int length = model->info().features.length_s;
