@@ -259,9 +259,10 @@ TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
   add_missing(schema, schema, shown, "", missing);
   // not configured; in `requests`; in the axis
   const std::string line = "/sensor_lines/room/";
-  EXPECT_THAT(missing, testing::UnorderedElementsAre(
-                           "/axes/z/uhfo", "/out", line + "columns/air/min", line + "poll/send", line + "poll/send_hex",
-                           line + "poll/within_ms", "/site/azimuth_deg", "/site/direction_mrad", "/site/elevation_deg"));
+  EXPECT_THAT(missing,
+              testing::UnorderedElementsAre("/axes/z/uhfo", "/out", line + "columns/air/min", line + "poll/send",
+                                            line + "poll/send_hex", line + "poll/within_ms", "/site/azimuth_deg",
+                                            "/site/direction_mrad", "/site/elevation_deg"));
   const json room = shown["sensor_lines"]["room"];
   EXPECT_EQ(room["udp"], (json{{"listen", "127.0.0.1:4002"}, {"from", "127.0.0.1:4003"}}));
   EXPECT_EQ(room["start"],

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is doubtful in a recording, by its values: one list for inspect, train, evaluate, compare and allan. A finding
-// is made by a function or a class here, and what is not used because of it is left out there and named.
+// The findings of a recording: values that are doubtful, in one list for inspect, train, evaluate, compare and allan.
+// Values that are not used because of a finding are left out here, and the finding names them.
 #pragma once
 
 #include <array>

@@ -94,7 +94,7 @@ class Lines {
   }
   /// Valid until the next call of next().
   std::string_view line() const {
-    if (next_ == begin_) return {};  // there was none
+    if (next_ == begin_) return {};  // before the first line
     const std::string_view line = std::string_view(bytes_).substr(begin_, next_ - 1 - begin_);
     return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
   }
