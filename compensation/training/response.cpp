@@ -67,7 +67,8 @@ TrainingData without_suspects(const TrainingData& data, const TrainingSettings& 
 
 }  // namespace
 
-ResponseSearch find_response(const TrainingData& raw, const TrainingSettings& settings, double length_s) {
+std::optional<ResponseSearch> find_response(const TrainingData& raw, const TrainingSettings& settings,
+                                            double length_s) {
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
   constexpr double kClear = 4;      // of the log likelihood: a careless time constant costs more than it can gain
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
@@ -90,7 +91,7 @@ ResponseSearch find_response(const TrainingData& raw, const TrainingSettings& se
     return likely_theta(samples, drift_prior(settings.drift), settings).objective;
   };
   const double none = loss_at(0);
-  const auto search = [&](double log_tau) { loss.try_emplace(log_tau, loss_at(std::exp(log_tau))); };
+  const auto search = [&](double log_tau) { loss[log_tau] = loss_at(std::exp(log_tau)); };
   const auto best = [&] {
     return std::min_element(loss.begin(), loss.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   };

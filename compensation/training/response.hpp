@@ -2,6 +2,8 @@
 // A thermometer outside the gyro: the time constant with which the gyro's body follows it, from the training samples.
 #pragma once
 
+#include <optional>
+
 #include "compensation/training/trainer.hpp"
 
 namespace prism::training {
@@ -13,9 +15,10 @@ struct ResponseSearch {
 };
 
 /// The time constant, up to 4 h, with which samples of the temperature as measured have the largest restricted
-/// likelihood of the composite kernel; 0 if no other is clearly better, without the input T, and of a record too short
-/// to tell. Uses means of neighbouring samples, about 200: it costs about as much as training on 1000 samples.
-/// `length_s`: of the blocks.
-ResponseSearch find_response(const TrainingData& data, const TrainingSettings& settings, double length_s);
+/// likelihood of the composite kernel; 0 if no other is clearly better. Nullopt if the samples cannot tell: of less
+/// than 8 h, of one passage through the temperatures, without T, or with other inputs that depend on it. Uses means of
+/// neighbouring samples, about 200: it costs about as much as training on 1000 samples. `length_s`: of the blocks.
+std::optional<ResponseSearch> find_response(const TrainingData& data, const TrainingSettings& settings,
+                                            double length_s);
 
 }  // namespace prism::training

@@ -52,7 +52,8 @@ int lag(std::uint64_t first_seed, int count) {
         const Cycle day = simulate_cycle(simulation::paper_profile(), settings, seed + 1);
         const training::TrainingData measured = cycle.blocks(0);
         const std::clock_t begin = std::clock();
-        const training::ResponseSearch found = training::find_response(measured, {}, 100);
+        const training::ResponseSearch found =
+            training::find_response(measured, {}, 100).value_or(training::ResponseSearch{});
         search_s += cpu_s(begin);
         const auto test = [&](int tau_s) {
           ++trainings;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <ctime>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -105,20 +106,19 @@ std::string check_response(std::string& word) {
   return fmt::format("found \"{}\", expected auto or whole seconds within 0 to 1000000", word);
 }
 
-/// The response of T that the choice leaves open: that of the models of --prior, or the one that the samples show.
+/// The response of T that --response leaves open: that of the models of --prior, or the one that the samples show,
+/// which is returned. Sets it.
 Result<std::optional<training::ResponseSearch>> choose_response(TrainChoice& choice, const training::TrainingData& data,
                                                                 const training::TrainingSettings& settings) {
   compensation::FeatureDefinition& features = choice.recordings.features;
-  if (choice.response != "auto") return std::nullopt;
   if (!choice.prior.empty()) {
     const auto models = read_population_models(choice.prior, "");
     if (!models) return tl::unexpected<Error>(models.error());
     features.response_s = models->front()->info().features.response_s;
     return std::nullopt;
   }
-  if (!choice.method.quiet) fmt::print(stderr, "does the gyro follow this thermometer later? …\n");
   const auto found = training::find_response(data, settings, features.length_s);
-  if (found.tau_s > 0) features.response_s[compensation::kInputTemperature] = found.tau_s;
+  if (found && found->tau_s > 0) features.response_s[compensation::kInputTemperature] = found->tau_s;
   return found;
 }
 
@@ -164,20 +164,20 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
   settings->stop = stopped;
+  std::map<std::string, int>& response_s = choice.recordings.features.response_s;
+  bool open = choice.response == "auto";
+  if (const int tau_s = open ? 0 : std::stoi(choice.response); tau_s > 0)
+    response_s[compensation::kInputTemperature] = tau_s;
   std::optional<training::ResponseSearch> response;
-  // Reads the recordings, and once more if they show a response.
+  // Reads the recordings; the first time once more, if they show a response.
   const auto read = [&](const std::vector<std::string>& inputs) -> Result<recordings::TrainingSet> {
     auto set = recordings::read_training_set(choice.files, inputs, choice.recordings);
-    if (!set || response) return set;
-    const auto before = choice.recordings.features;
+    if (!set || !std::exchange(open, false)) return set;
     auto found = choose_response(choice, set->data, *settings);
     if (!found) return tl::unexpected<Error>(found.error());
-    response = std::move(*found);
-    if (choice.recordings.features == before) return set;
-    return recordings::read_training_set(choice.files, inputs, choice.recordings);
+    response = *found;
+    return response_s.empty() ? std::move(set) : recordings::read_training_set(choice.files, inputs, choice.recordings);
   };
-  if (choice.response != "auto" && choice.response != "0")
-    choice.recordings.features.response_s[compensation::kInputTemperature] = std::stoi(choice.response);
   std::optional<InputSearch> search;
   if (choice.inputs == "auto") {
     if (auto set = read({compensation::kInputTemperature, compensation::kInputSlope}); !set)
