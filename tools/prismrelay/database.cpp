@@ -248,7 +248,7 @@ Result<std::optional<std::string>> store_lines(Session& session, BatchItem& item
       Texts line;
       line[table] = item.texts[table].substr(begin, record.end - begin);
       begin = record.end;
-      const auto refused = try_texts(session, line);
+      auto refused = try_texts(session, line);
       if (!refused) return refused;
       if (*refused) item.refuse(table, record, **refused);
     }
