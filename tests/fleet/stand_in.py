@@ -21,6 +21,7 @@ class Gyro:
         self.name, self.log = name, uuid.uuid4().hex
         self.begin = int(time.time()) - backlog  # second of the first row
         self.phase = hash(name) % 1000 / 1000
+        self.stored = [self.row(i) for i in range(backlog)]  # made before the measurement, which is of relay and database
 
     def rows(self):
         """Returns the current number of rows; a row exists when its second is over, at the gyro's phase."""
@@ -42,7 +43,7 @@ class Gyro:
         end = min(self.rows(), behind + most)
         segments = [] if end == behind else [{
             "segment": 1, "file": f"{self.name}.csv", "metadata": {"instance": self.name, "model": "none"}, "columns": COLUMNS,
-            "first": behind + 1, "rows": [self.row(i) for i in range(behind, end)]}]
+            "first": behind + 1, "rows": self.stored[behind:end] + [self.row(i) for i in range(max(behind, len(self.stored)), end)]}]
         return {"log": self.log, "segments": segments, "after": f"{self.log}-1-{end}-{end}", "more": end < self.rows(), "missing": 0}
 
     async def answer(self, request):
@@ -58,7 +59,7 @@ class Gyro:
             while line := await reader.readline():
                 request = json.loads(line)
                 answer = {"jsonrpc": "2.0", "id": request["id"], "result": await self.answer(request)}
-                writer.write(json.dumps(answer).encode() + b"\n")
+                writer.write(json.dumps(answer, separators=(",", ":")).encode() + b"\n")
                 await writer.drain()
         except (ConnectionError, asyncio.CancelledError):
             pass

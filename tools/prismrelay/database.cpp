@@ -115,6 +115,7 @@ class Session {
     const std::string_view encoding = PQparameterStatus(handle, "server_encoding");
     if (encoding != "UTF8" && encoding != "SQL_ASCII")
       return make_error(kServer, fmt::format("the database has the encoding {}, expected UTF8", encoding));
+    PQsetErrorContextVisibility(handle, PQSHOW_CONTEXT_NEVER);  // it names the row of a batch: one fault, many texts
     PQsetNoticeProcessor(
         handle, [](void*, const char*) {}, nullptr);  // e.g. "relation exists, skipping"
     return opened;

@@ -499,8 +499,8 @@ class Relay {
       batch_timer_.expires_after(std::chrono::milliseconds(static_cast<int>(settings_.postgresql->gather_s * 1000)));
     for (const std::string& text : item->texts) batch_bytes_ += text.size();
     batch_.push_back(std::move(item));
-    const bool is_last = batch_.back()->more && std::cmp_greater_equal(batch_.size(), large_pages_);
-    if (batch_bytes_ >= kLargeBatch || is_last) batch_timer_.expires_after(0s);  // no further page is expected soon
+    // The database works while further pages arrive: it takes every page that came.
+    if (batch_.back()->more || batch_bytes_ >= kLargeBatch) batch_timer_.expires_after(0s);
   }
 
   void report_refusal(const BatchItem& item) {
