@@ -16,6 +16,7 @@ struct Problem {
   enum class Level { kCaution, kFailed };  ///< failed: something is lost or must not be used
 
   std::string kind = {};  ///< event type, a fixed word
+  std::string part = {};  ///< name of the part that has it; empty: the whole
   Level level = Level::kCaution;
   std::string text = {};     ///< one line
   std::string unit = {};     ///< of `count`

@@ -24,14 +24,15 @@ compensation::AtRest at_rest_of(const Setup& setup, std::size_t axis) {
   return {placement, mounted.direction_mrad / 1000, setup.axes[axis].model};
 }
 
-void watch_plausibility(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems) {
+void watch_plausibility(const compensation::CompensatedWindow& row, const AxisRecord& axis, Problems& problems) {
   const compensation::SecondMean& now = row.window.second_mean;
   for (const AxisSensor& sensor : kAxisSensors) {
     if (!(now.implausible.*sensor.in_set) && problems.empty()) continue;
-    const std::string name = prefix + sensor.name, key = "implausible " + name;
+    const std::string name = axis.prefix + sensor.name, key = "implausible " + name;
     if (now.implausible.*sensor.in_set) {
       problems.set(key,
                    {.kind = "implausible",
+                    .part = axis.name,
                     .text = fmt::format("{} is implausible: {}", name,
                                         compensation::rejection_text(row.rejections.*sensor.rejection, sensor.unit)),
                     .unit = "s",
@@ -66,8 +67,8 @@ void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& t
     tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
          prefix + "quality is now " + compensation::quality_text(quality));
   }
-  watch_plausibility(row, prefix, problems);
-  changes.push(row, prefix, problems);
+  watch_plausibility(row, *this, problems);
+  changes.push(row, {name, prefix, problems});
   if (at_rest.push(row) && at_rest.differs()) watch_rest(problems);
 }
 
@@ -77,7 +78,7 @@ void AxisRecord::watch_rest(Problems& problems) {
   const std::string text = fmt::format("{}at rest, {:.2g} deg/h from the Earth rate; model and mount explain ±{:.2g}",
                                        prefix, std::abs(found.deg_per_h), found.sd_deg_per_h);
   if (!*at_rest.differs()) return problems.clear(key, text);
-  problems.set(key, {.kind = kEarthRate, .text = text + ": moved, remounted, or train again"});
+  problems.set(key, {.kind = kEarthRate, .part = name, .text = text + ": moved, remounted, or train again"});
 }
 
 namespace {

@@ -99,14 +99,13 @@ bool is_nearer(double value, double to, double than) { return std::fabs(value - 
 
 std::string jump_key(const std::string& prefix, const AxisSensor& sensor) { return "jump " + prefix + sensor.name; }
 
-void begin(Problems& problems, const std::string& key, std::string text) {
-  problems.set(key, {.kind = "question", .text = std::move(text)});
+void begin(const SensorChanges::Place& place, const std::string& key, std::string text) {
+  place.problems.set(key, {.kind = "question", .part = place.axis, .text = std::move(text)});
 }
 
 }  // namespace
 
-void SensorChanges::push(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems) {
-  const Place place{prefix, problems};
+void SensorChanges::push(const compensation::CompensatedWindow& row, Place place) {
   const SecondMean& now = row.window.second_mean;
   const auto& sensors = sensors_of_list(now.sensor_list);
   still_.resize(kAxisSensors.size() + sensors.size());
@@ -150,7 +149,7 @@ void SensorChanges::begin_jump(std::size_t i, const compensation::JumpWatch::Jum
   }
   jump.values = {open.open ? open.values.before : values.before, values.after};  // from the last trusted value
   place.problems.forget(key);                                                    // a further jump is reported, too
-  begin(place.problems, key,
+  begin(place, key,
         fmt::format("{} jumped from {:.6g} to {:.6g} {} at {} and stayed: a fault, or true; corrections use it", name,
                     jump.values.before, jump.values.after, sensor.unit, utc_text(jump.second)));
   open = std::move(jump);
@@ -183,7 +182,7 @@ void SensorChanges::watch_stillness(Stillness& still, double value, const std::s
     ++still.seconds;
     if (still.changes < kChanges || still.seconds != std::max(least_s, 10 * still.longest_s) + 1) return;
     still.open = true;
-    return begin(place.problems, key(),
+    return begin(place, key(),
                  fmt::format("{}{} is {:.6g} {} since {} s, and changed at least every {} s before: a fault, or true",
                              place.prefix, name, value, unit, still.seconds, still.longest_s));
   }

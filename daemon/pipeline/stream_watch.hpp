@@ -78,8 +78,13 @@ class SensorChanges {
   static constexpr int kAgreeS = 600, kStillS = 1800, kStillRateS = 60;
   static constexpr int kChanges = 30;  ///< changes of the one-second mean before a constant value is one
 
-  /// Rows must be passed in order of creation. Each change is a problem; `prefix`: of its text.
-  void push(const compensation::CompensatedWindow& row, const std::string& prefix, Problems& problems);
+  /// The axis, and where its changes are problems, whose texts begin with `prefix`.
+  struct Place {
+    const std::string &axis, &prefix;
+    Problems& problems;
+  };
+  /// Rows must be passed in order of creation.
+  void push(const compensation::CompensatedWindow& row, Place place);
   /// Forgets the changes that have not ended.
   void forget();
 
@@ -97,10 +102,6 @@ class SensorChanges {
     bool open = false;
   };
 
-  struct Place {
-    const std::string& prefix;
-    Problems& problems;
-  };
   void watch_jump(std::size_t i, const compensation::CompensatedWindow& row, Place place);
   void begin_jump(std::size_t i, const compensation::JumpWatch::Jump& values, std::int64_t second, Place place);
   void seek_agreement(std::size_t i, const compensation::SecondMean& now, Place place);

@@ -86,13 +86,10 @@ constexpr std::uint32_t kUnusable = compensation::kRateInvalid | compensation::k
                                     compensation::kOverLimit | compensation::kNoData | compensation::kImplausible |
                                     compensation::kClocksDiffer;
 
-struct Findings {
-  std::vector<std::string> failed, cautions;
+using Findings = std::vector<Problem>;
 
-  void add(Level level, std::string text) {
-    if (!text.empty()) (level == Level::kFailed ? failed : cautions).push_back(std::move(text));
-  }
-};
+ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
+ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json() : ordered_json(text); }
 
 // An instrument that sends, but nothing that its description or columns can read.
 std::string unread_problem(const State& state, std::size_t i) {
@@ -110,46 +107,56 @@ void add_lines(Findings& found, const State& state) {
     const pipeline::LineStatus& line = state.device.lines[i];
     const std::string name = i == 0 ? "line" : state.setup.sensor_lines[i - 1].name;
     if (line.delivers()) {
-      if (i > 0) found.add(Level::kCaution, unread_problem(state, i - 1));
+      const std::string unread = i > 0 ? unread_problem(state, i - 1) : "";
+      if (!unread.empty()) found.push_back({.kind = "line", .text = unread});
       continue;
     }
-    found.add(i == 0 ? Level::kFailed : Level::kCaution,
-              fmt::format("{}: {}{}{}", name, state_name(line.state), line.detail.empty() ? "" : ": ", line.detail));
+    found.push_back({.kind = "line",
+                     .level = i == 0 ? Level::kFailed : Level::kCaution,
+                     .text = fmt::format("{}: {}{}{}", name, state_name(line.state), line.detail.empty() ? "" : ": ",
+                                         line.detail)});
   }
 }
 
 void add_axis(Findings& found, const State& state, std::size_t axis) {
-  const std::string &prefix = state.device.axes[axis].prefix, &model = state.setup.axes[axis].model_problem;
-  if (!model.empty()) found.add(Level::kFailed, fmt::format("{}model: {}", prefix, model));
+  const pipeline::AxisRecord& record = state.device.axes[axis];
+  const std::string& model = state.setup.axes[axis].model_problem;
+  const auto add = [&](const char* kind, Level level, const std::string& text) {
+    found.push_back({.kind = kind, .part = record.name, .level = level, .text = record.prefix + text});
+  };
+  if (!model.empty()) add("model", Level::kFailed, "model: " + model);
   std::uint32_t quality = state.axes[axis].correction.quality & ~compensation::kNoData;  // the line's problem
   if (quality & compensation::kNoModel) {
-    if (model.empty()) found.add(Level::kCaution, prefix + "no model is configured: rates are uncorrected");
+    if (model.empty()) add("no_model", Level::kCaution, "no model is configured: rates are uncorrected");
     quality &= ~compensation::kNoModel;
   }
   if (quality == compensation::kGood) return;
-  found.add(quality & kUnusable ? Level::kFailed : Level::kCaution,
-            fmt::format("{}quality: {}", prefix, compensation::quality_text(quality)));
+  add("quality", quality & kUnusable ? Level::kFailed : Level::kCaution,
+      "quality: " + compensation::quality_text(quality));
 }
 
-/// {"state": "good", "caution" or "failed", "problems": one line each, the failures first}. Good only if data,
-/// corrections, model, log, capture and disk are. Failed: something is lost or must not be used.
+/// {"state": "good", "caution" or "failed", "problems": the failures first}. Good only if data, corrections, model,
+/// log, capture and disk are. Failed: something is lost or must not be used.
 ordered_json health_json(const State& state) {
   const Problems& problems = state.device.problems;
   Findings found;
   add_lines(found, state);
   if (state.no_frames && !problems.has(pipeline::kNoRate))
-    found.add(Level::kFailed, "line: bytes, but no frame that can be used");
+    found.push_back({.kind = "line", .level = Level::kFailed, .text = "line: bytes, but no frame that can be used"});
   for (std::size_t i = 0; i < state.axes.size(); ++i) add_axis(found, state, i);
   for (const Problem& problem : problems.list()) {
-    if (!problem.kind.starts_with("line_") || problem.kind == "line_peer") found.add(problem.level, problem.shown());
+    if (!problem.kind.starts_with("line_") || problem.kind == "line_peer") found.push_back(problem);
   }
-  const char* const level = !found.failed.empty() ? "failed" : found.cautions.empty() ? "good" : "caution";
-  found.failed.insert(found.failed.end(), found.cautions.begin(), found.cautions.end());
-  return {{"state", level}, {"problems", found.failed}};
+  const auto is_failed = [](const Problem& problem) { return problem.level == Level::kFailed; };
+  std::stable_partition(found.begin(), found.end(), is_failed);
+  ordered_json list = ordered_json::array();
+  for (const Problem& problem : found)
+    list.push_back({{"level", is_failed(problem) ? "failed" : "caution"},
+                    {"kind", problem.kind},
+                    {"axis", text_or_null(problem.part)},
+                    {"text", problem.shown()}});
+  return {{"state", found.empty() ? ordered_json("good") : list[0]["level"]}, {"problems", list}};
 }
-
-ordered_json known(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); }
-ordered_json text_or_null(const std::string& text) { return text.empty() ? ordered_json() : ordered_json(text); }
 
 // Null if the driver does not count.
 ordered_json hardware_json(const std::optional<transport::LineCounters>& counters) {

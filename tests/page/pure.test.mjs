@@ -185,11 +185,12 @@ test("a row without a time is ignored: the status of a gyro without data has a r
   assert.equal(gyro.axes.get("z").window.time_s, 10);
 });
 
-test("the age of a line without data since before the page was opened is that of the status", () => {
+test("the age of a line without data is that of the status, or the time of the last row of the log", () => {
   const gyro = state.makeGyro("g");
   state.takeInstance(gyro, { name: "g", state: "running", axes: ["z"] });
   state.takeStatus(gyro, statusOfZ({ state: "silent", age_s: 7200 }, {}), 1000);
   assert.equal(state.ageOf(gyro.axes.get("z"), 1000), "2 h old");
+  assert.equal(state.ageOf({ window_ms: -Infinity, last_s: 1795455900 }, 1000), "last row of 2026-11-23 17:45:00 UTC", "of a log, without a row since prismd started");
 });
 
 test("the progress of warming is separate from its word; all is good only if every axis is", () => {
@@ -227,17 +228,41 @@ test("the main number is the corrected rate with the digits of its uncertainty, 
   assert.deepEqual(of(null, null), ["corrected", "–", ""]);
 });
 
-test("a problem of the device is shown with all axes, unless the quality of an axis explains it; unknown inputs have their names", () => {
-  const health = { state: "caution", problems: ["room stopped changing"] }, part = { axis: "x", quality: "good" };
+test("at rest the main number is the difference from the Earth rate, with a sign and the digits of its uncertainty", () => {
+  const row = { rate_deg_per_h: 8, corrected_mean_deg_per_h: 8.412345, sd_mean_deg_per_h: 0.0052 };
+  const of = (at_rest, window = row) => {
+    const { what, text, sd } = state.mainOf({ model: { name: "m" }, window, at_rest });
+    return [what, text, sd];
+  };
+  const rest = { difference_deg_per_h: 0.00312, sd_deg_per_h: 0.0142, unknown: null };
+  assert.deepEqual(of(rest), ["difference from the Earth rate, at rest", "+0.003", "± 0.014"]);
+  assert.deepEqual(of({ ...rest, difference_deg_per_h: -1.3 }), ["difference from the Earth rate, at rest", "\u22121.300", "± 0.014"]);
+  assert.deepEqual(of(rest, { ...row, rate_deg_per_h: null }), ["corrected", "–", ""], "no current rate");
+  assert.deepEqual(of({ difference_deg_per_h: null, sd_deg_per_h: null, unknown: "moving" }), ["corrected, moving", "8.4123", "± 0.0052"]);
+  assert.deepEqual(of({ difference_deg_per_h: null, sd_deg_per_h: null, unknown: "no_site" }), ["corrected", "8.4123", "± 0.0052"]);
+});
+
+test("the monitor's verdict has its date, and an instance without a monitor has none", () => {
+  const gyro = gyroOf({ state: "receiving", monitor: { verdict: "drifted", text: "", at: 1795455900 }, axes: { z: { axis: "z" } } });
+  assert.equal(state.verdictOf(gyro.axes.get("z")), "drifted (2026-11-23 17:45:00 UTC)");
+  assert.equal(state.verdictOf({ monitor: { verdict: "holds", text: "holds: 31 days", at: "2026-11-23" } }), "holds: 31 days (2026-11-23)");
+  assert.equal(state.verdictOf({}), undefined);
+});
+
+test("a problem of the device is shown with all axes, one of an axis with that axis; unknown inputs have their names", () => {
+  const problem = (level, kind, axis, text) => ({ level, kind, axis, text });
+  const health = { state: "caution", problems: [problem("caution", "line", null, "room stopped changing")] }, part = { axis: "x", quality: "good" };
   const gyro = gyroOf({ state: "receiving", age_s: 0, health, axes: { x: part, y: { ...part, axis: "y" } } }), of = (name) => state.statusOf(gyro, gyro.axes.get(name), true, 0);
   assert.deepEqual(of("x"), { level: "care", word: "caution", count: "", why: "room stopped changing", old: false });
   Object.assign(gyro.axes.get("y"), { quality: "input_missing", correction: { inputs: { T: { value: 20, unit: "degC" }, room: { value: null, unit: "degC" } } } });
-  assert.deepEqual([of("x").level, of("y").level, of("y").word], ["good", "bad", "input missing"]);
+  assert.deepEqual([of("x").level, of("y").level, of("y").word], ["care", "bad", "input missing"]);
   assert.equal(of("y").why, "an input of the model is unknown: room; room stopped changing");
-  gyro.status.health = { state: "failed", problems: ["log: no space", "y: quality: no_model"] };
-  gyro.axes.get("y").quality = "good";
-  assert.deepEqual([of("x").level, of("x").word, of("x").why], ["bad", "fault", "log: no space"]);
-  gyro.status.health.problems = ["z: T is 25.004 degC since 9 s", "room is 25.004 degC since 9 s", "disk: full"];
+  gyro.status.health.problems = [problem("failed", "disk", null, "log: no space"), problem("caution", "quality", "y", "y: quality: no_model")];
+  gyro.axes.get("y").quality = "no_model";
+  assert.deepEqual([of("x"), of("y")].map(({ level, word, why }) => [level, word, why]), [["bad", "fault", "log: no space"], ["bad", "fault", "no model loaded; rates are not corrected; log: no space"]]);
+  gyro.status.health.problems = [problem("caution", "question", "y", "y: T is 25.004 degC since 9 s")];
+  assert.deepEqual([of("x").level, of("y").why], ["good", "no model loaded; rates are not corrected; y: T is 25.004 °C since 9 s"]);
+  gyro.status.health.problems = ["z: T is 25.004 degC since 9 s", "room is 25.004 degC since 9 s", "disk: full"].map((text) => problem("caution", "question", null, text));
   assert.equal(of("x").why, "z: T, room is 25.004 °C since 9 s; disk: full");
   assert.equal(state.inWords("room: connecting; quality is now warming+input_missing"), "room: unplugged; quality is now warming+input missing");
 });

@@ -18,6 +18,20 @@ def overview(browser, world):
     browser.picture("overview", whole=True)
 
 
+def difference_at_rest(browser, world):
+    """The large number is the difference from the Earth rate, with the digits of its uncertainty; of a gyro that moves, the corrected rate."""
+    tile = lambda name: next(tile for tile in browser.all(".tile") if tile.find_element("css selector", "h2").text == name)
+    part = lambda name, selector: tile(name).find_element("css selector", selector).text
+    assert [part("gyro1 z", selector) for selector in (".label", ".big", ".sd")] == ["difference from the Earth rate, at rest", "+0.004", "± 0.013"], tile("gyro1 z").text
+    assert part("gyro1 z", ".corrected").startswith("8.46") and part("gyro1 z", ".note") == "corrected, last 10 min"
+    assert part("gyro2 x", ".label") == "corrected, moving" and part("gyro2 x", ".big").startswith("8.4") and part("gyro2 x", ".corrected") == ""
+    assert part("gyro3 z", ".monitor").startswith("holds: 31 days, 412 h at rest, -20 to 55 °C seen (20"), part("gyro3 z", ".monitor")
+    open_gyro(browser, "gyro1")
+    assert [browser.text(f".hero .{name}") for name in ("label", "big", "sd")] == ["difference from the Earth rate, at rest", "+0.004", "± 0.013"]
+    assert browser.one(".cell.corrected").is_displayed() and not browser.one(".cell.monitor").is_displayed()
+    browser.picture("at-rest")
+
+
 def names_are_data(browser, world):
     open_gyro(browser)
     assert SCRIPT in browser.text(".cell.model"), browser.text(".cell.model")
@@ -257,7 +271,7 @@ def prismd_stopped(browser, world):
     world.say("gone gyro1")
     stopped = lambda tile: "gyro1" in tile.text and "prismd stopped" in tile.text  # a late server makes tiles red too
     tile = browser.wait("gyro1 to check", lambda: "1 to check" in browser.text(".sum") and next(filter(stopped, browser.all(".tile.bad.old")), None))
-    struck = "return [...arguments[0].querySelectorAll('.value:not(.model)')].map(v => getComputedStyle(v).textDecorationLine)"
+    struck = "return [...arguments[0].querySelectorAll('.value:not(.model, .monitor)')].map(v => getComputedStyle(v).textDecorationLine)"
     browser.wait("crossed-out values", lambda: set(browser.run(struck, tile)) == {"line-through"})
     browser.picture("gone")
     world.say("back gyro1")
@@ -406,7 +420,7 @@ def no_data_for_hours(browser, world):
     browser.open(world.url)
     tile = browser.wait("an old tile of gyro1", lambda: next((tile for tile in browser.all(".tile.bad.old") if "gyro1" in tile.text), None))
     browser.wait("its age", lambda: tile.find_element("css selector", ".age").text == "2 h old")
-    assert tile.find_element("css selector", ".note").text == "last 10 min received" and "2 h old" in tile.get_attribute("aria-label")
+    assert tile.find_element("css selector", ".note").text == "corrected, last 10 min received" and "2 h old" in tile.get_attribute("aria-label")
     assert "8.4" in browser.one(".tile:not(.old)").get_attribute("aria-label")
     world.say("back gyro1")
     browser.wait("current values of gyro1", lambda: not browser.all(".tile.old"))
@@ -491,7 +505,8 @@ def many_gyros(browser, world):
         browser.open(many.url)
         browser.size(1920, 1080)
         names = lambda: [name.text for name in browser.all("tbody th")]
-        browser.wait("fifty rows with rates", lambda: len(names()) == 50 and all("±" in cell.text for cell in browser.all("tbody td:nth-child(3)")), 20)
+        browser.wait("fifty rows with rates", lambda: len(names()) == 50 and all("±" in cell.text for cell in browser.all("tbody td:nth-child(4)")), 20)
+        assert [cell.text for cell in browser.all("tbody td:nth-child(3)")][:2] == ["+0.004 ± 0.013", "–"]
         assert names()[:4] == ["gyro1 z", "gyro2 x", "gyro2 y", "gyro2 z"] and names()[-1] == "gyro48 z", names()
         assert browser.run("return document.documentElement.scrollHeight") <= 1080, "fifty axes are not on one screen"
         browser.picture("table")
@@ -545,7 +560,7 @@ def console_messages_are_found(browser, world):
     browser.said.pop()
 
 
-TESTS = [overview, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, rejected_requests_are_repeated,
+TESTS = [overview, difference_at_rest, names_are_data, zoom_and_pan, cursor, thirty_days, long_view_is_built, disk_hangs, rejected_requests_are_repeated,
          saved_files, times_in_fields_and_address, several_curves_in_one_chart, charts_of_what_is_measured, vertical_zoom, hover_moves_nothing, labels_have_room,
          dark_theme, printed, prismd_stopped, server_stalls, no_instance_runs, computer_slept, hidden_tab, time_goes_back, no_gaps,
          cursor_leaves, addresses, no_data_for_hours, keyboard, narrow_windows, phone, touch_gestures, many_gyros, large_screen, wrong_token,

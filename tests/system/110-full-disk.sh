@@ -22,5 +22,5 @@ for file in "$dir"/small/log/*.csv; do
 done
 mount -o remount,size=4m "$dir/small"
 wait_for 5 grep -q 'writing again after' "$dir/prismd.err"
-wait_for 5 field_is '.health.problems | map(select(startswith("log:"))) | length' status 0
+wait_for 5 field_is '.health.problems | map(select(.text | startswith("log:"))) | length' status 0
 same "state" "$(field .state status)" receiving

@@ -67,7 +67,7 @@ start sim prismsim --tcp "127.0.0.1:$port" --frames "$dir/frames.json" --profile
 wait_for 20 field_above .decoder.frames line 100
 contains "the stranger" "$(cat "$dir/prismd.err")" 'lost: 127.0.0.9 sent no frame for 1 s and is replaced by 127.0.0.1; no frame came, but "xx'
 start stranger python3 -c "$drip" "$port" 127.0.0.8
-problems() { prismctl --json status | jq -r '.health.problems[]'; }
+problems() { prismctl --json status | jq -r '.health.problems[].text'; }
 wait_for 5 sh -c "$(declare -f problems); problems | grep -q ': 127.0.0.8 is turned away: 127.0.0.1 is connected'"
 
 # Only one host may connect.

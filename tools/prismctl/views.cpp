@@ -176,14 +176,15 @@ std::string line_state(const json& l) {
                                     : state + ", no value yet";
 }
 
-// "health   failed: log: cannot write (…)", one line per problem; empty for a prismd before 0.3.
+// "health   failed: log: cannot write (…)", one line per problem, which is a text for a prismd before 0.4; empty before
+// 0.3.
 std::string health_lines(const json& health) {
   if (!health.is_object()) return {};
   const json& problems = at(health, "problems");
   std::string text;
   for (const json& problem : problems.is_array() ? problems : json::array())
-    text += labelled(text.empty() ? "health" : "",
-                     (text.empty() ? text_of(at(health, "state")) + ": " : "") + text_of(problem));
+    text += labelled(text.empty() ? "health" : "", (text.empty() ? text_of(at(health, "state")) + ": " : "") +
+                                                       text_of(problem.is_string() ? problem : at(problem, "text")));
   return text.empty() ? labelled("health", text_of(at(health, "state"))) : text;
 }
 

@@ -59,7 +59,7 @@ TEST(Exposition, IsWrittenAsAWholeForEverybody) {
 json status_of(const std::string& quality) {
   return {{"state", "receiving"},
           {"age_s", 0.25},
-          {"health", {{"problems", {"log: full", "line: silent"}}}},
+          {"health", {{"problems", {{{"text", "log: full"}}, {{"text", "line: silent"}}}}}},
           {"started_s", 1000.5},
           {"line", {{"frames", 7}, {"bad_check", 2}}},
           {"timing", {{"missing_frames", 3}, {"resets", 1}}},

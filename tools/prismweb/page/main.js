@@ -99,6 +99,10 @@ function requestOften(gyro) {
       kOnce[method][1](gyro, result);
     });
   }
+  for (const axis of gyro.axes.values()) {  // without a row since its start, prismd only has those of the log
+    if (!gyro.status || axis.window || axis.last_s) continue;
+    ask(gyro, "range", { axis: axis.name, seconds: 1, points: 2 }, ({ building, last_s }) => { if (!(building < 1)) axis.last_s = last_s; });
+  }
   const isShown = view?.gyro === gyro;
   if (isShown) ask(gyro, "line", null, (line) => view?.line.draw(line));
   if (isShown) askParts("model");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // All gyros and axes of the host: a tile for each axis, or a table of many.
 import { el, setAttribute, setText, svg } from "./dom.js";
-import { fixed, moment, plusMinus, withUnit } from "./format.js";
-import { ageOf, hrefOf, kMarks, kTrace_s, makeAxis, modelName, partOfTrace, rateOf, readable, stabilityOf, stabilityText, statusOf } from "./state.js";
+import { fixed, kUnknown, moment, plusMinus, withUnit } from "./format.js";
+import { ageOf, differenceOf, hrefOf, kMarks, kTrace_s, mainOf, makeAxis, modelName, partOfTrace, rateOf, readable, stabilityOf, stabilityText, statusOf, verdictOf } from "./state.js";
 
 const kMaxTiles = 8;
 const kWidth = 240, kHeight = 44, kPad = 3, kMaxStep_s = 2.5; // of a spark line
@@ -11,6 +11,7 @@ const kWidth = 240, kHeight = 44, kPad = 3, kMaxStep_s = 2.5; // of a spark line
 const kColumns = {
   name: ["name", ({ name }) => name],
   state: ["state", ({ status }) => ({ bad: "1 ", care: "2 ", good: "3 " })[status.level] + status.word],
+  difference: ["difference, deg/h", ({ difference }) => difference && Math.abs(difference.deg_per_h)],
   rate: ["rate, deg/h", ({ rate }) => rate.deg_per_h],
   stability: ["stability, deg/h", ({ stability }) => stability],
   temperature: ["temperature, °C", ({ row }) => row.mean_temperature_degc],
@@ -18,7 +19,7 @@ const kColumns = {
   since: ["line since, UTC", ({ gyro }) => gyro.status?.state_since_s],
 };
 
-const kNumbers = ["rate", "stability", "temperature"];
+const kNumbers = ["difference", "rate", "stability", "temperature"];
 
 /** Path of member `part` of a trace, with a gap at a missing or unknown second; "" for fewer than two values. Exported for its test. */
 export function sparkPath(trace, span_s, part = 1) {
@@ -38,7 +39,7 @@ export function sparkPath(trace, span_s, part = 1) {
 /** What tile and row show of an axis. */
 function entryOf(gyro, axis, linked, now_ms) {
   const status = statusOf(gyro, axis, linked, now_ms), shown = readable(axis, status.old);
-  return { gyro, axis, status, row: shown.window ?? {}, rate: rateOf(shown), stability: stabilityOf(axis), name: `${gyro.name} ${axis.name}`.trim(),
+  return { gyro, axis, status, row: shown.window ?? {}, main: mainOf(shown), difference: differenceOf(shown), rate: rateOf(shown), stability: stabilityOf(axis), name: `${gyro.name} ${axis.name}`.trim(),
     age: status.old ? ageOf(axis, now_ms) : "" };
 }
 
@@ -55,7 +56,7 @@ export function sorted(entries, column, isDown) {
 function makeTile({ gyro, axis }) {
   const part = Object.fromEntries(["mark", "word", "count", "label", "big", "sd", "age"].map((name) => [name, el("span", { class: name })]));
   const note = el("p", { class: "note" }), why = el("p", { class: "why" }), line = svg("path", { class: "spark-line", d: "" });
-  const pairs = { bias: "bias ± sd, deg/h", temperature: "temperature", stability: "stability, deg/h", model: "model" };
+  const pairs = { corrected: "corrected, deg/h", bias: "bias ± sd, deg/h", temperature: "temperature", stability: "stability, deg/h", model: "model", monitor: "monitor" };
   for (const name of Object.keys(pairs)) part[name] = el("dd", { class: `value ${name}` });
   for (const number of [part.big, part.sd]) number.classList.add("value");
   const element = el("a", { class: "tile", href: hrefOf(gyro, axis) },
@@ -64,14 +65,16 @@ function makeTile({ gyro, axis }) {
     svg("svg", { class: "spark", viewBox: `0 0 ${kWidth} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line), note,
     el("dl", {}, ...Object.entries(pairs).map(([name, label]) => el("div", {}, el("dt", {}, label), part[name]))), why);
   let drawn = "";
-  return { element, draw({ axis, status, row, rate, name, age }) {
+  return { element, draw({ axis, status, row, main, difference, rate, name, age }) {
     setAttribute(element, "class", `tile ${status.level}${status.old ? " old" : ""}`);
-    const texts = { mark: kMarks[status.level], word: status.word, count: status.count ?? "", label: rate.what, big: rate.text, sd: rate.sd, age, model: modelName(axis),
+    const texts = { mark: kMarks[status.level], word: status.word, count: status.count ?? "", label: main.what, big: main.text, sd: main.sd, age, model: modelName(axis), monitor: verdictOf(axis) ?? "",
+      corrected: difference ? `${rate.text} ${rate.sd}` : "",
       bias: plusMinus(row.bias_deg_per_h, row.sd_deg_per_h), temperature: withUnit(row.mean_temperature_degc, 3, "°C"), stability: stabilityText(axis.stability) };
     for (const [key, text] of Object.entries(texts)) setText(part[key], text);
-    setText(note, axis.trace.length === 0 ? "" : status.old ? "last 10 min received" : "last 10 min");
+    for (const key of ["corrected", "monitor"]) part[key].parentElement.hidden = texts[key] === "";
+    setText(note, axis.trace.length === 0 ? "" : `${partOfTrace(axis) === 1 ? "corrected" : "raw"}, last 10 min${status.old ? " received" : ""}`);
     setText(why, status.level === "good" ? "" : status.why);
-    setAttribute(element, "aria-label", [`${name.replace(/ (?=\S*$)/, " axis ")}: ${status.word}`, status.why, `${rate.what} ${rate.text} deg/h`, age].filter(Boolean).join(", "));
+    setAttribute(element, "aria-label", [`${name.replace(/ (?=\S*$)/, " axis ")}: ${status.word}`, status.why, `${main.what} ${main.text} deg/h`, age].filter(Boolean).join(", "));
     const trace = `${partOfTrace(axis)} ${axis.trace.length} ${axis.trace[0]} ${axis.trace.at(-1)}`; // a path has 600 points
     if (trace !== drawn) setAttribute(line, "d", sparkPath(axis.trace, kTrace_s, partOfTrace(axis)));
     drawn = trace;
@@ -82,10 +85,10 @@ function makeRow({ gyro, axis, name }) {
   const cells = Object.keys(kColumns).map((key) => el("td", { class: kNumbers.includes(key) ? "value" : key }));
   cells[0] = el("th", { scope: "row" }, el("a", { href: hrefOf(gyro, axis) }, name));
   const element = el("tr", {}, ...cells);
-  return { element, draw({ gyro, axis, status, rate, row, stability, age }) {
+  return { element, draw({ gyro, axis, status, difference, rate, row, stability, age }) {
     setAttribute(element, "class", `${status.level}${status.old ? " old" : ""}`);
-    setAttribute(cells[1], "title", status.why);
-    const texts = [`${kMarks[status.level]} ${[status.word, status.count, age].filter(Boolean).join(", ")}`, `${rate.text} ${rate.sd}`, fixed(stability, 5),
+    setAttribute(cells[1], "title", [status.why, verdictOf(axis)].filter(Boolean).join("; "));
+    const texts = [`${kMarks[status.level]} ${[status.word, status.count, age].filter(Boolean).join(", ")}`, difference ? `${difference.text} ${difference.sd}` : kUnknown, `${rate.text} ${rate.sd}`, fixed(stability, 5),
       fixed(row.mean_temperature_degc, 3), modelName(axis), moment(gyro.status?.state_since_s)];
     texts.forEach((text, i) => setText(cells[i + 1], text));
   } };

@@ -2,7 +2,7 @@
 // The numbers of one axis above its charts, and panels: inputs of the model, counters of the line, events.
 import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, decimalsFor, fixed, kUnknown, moment, plusMinus, span, unitText, withUnit } from "./format.js";
-import { ageOf, inWords, isValid, kMarks, levelOfSeverity, modelName, rateOf, readable, stabilityText, wordOfLine } from "./state.js";
+import { ageOf, differenceOf, inWords, isValid, kMarks, levelOfSeverity, mainOf, modelName, rateOf, readable, stabilityText, verdictOf, wordOfLine } from "./state.js";
 
 const kWidth = 240, kPad = 0.2, kEventsShown = 60;
 const kInputNames = { T: "T, temperature", dTdt: "dT/dt, slope", U: "U, UHFO" };
@@ -114,15 +114,17 @@ export function makeEvents(lookAt) {
   };
 }
 
-/** Cell name: [label, unit, function of (window row, axis, decimals of the rate) that returns the text]. */
+/** Cell name: [label, unit, function of (window row, axis) that returns the text; null or undefined: no cell]. */
 const kCells = {
-  raw: ["raw", "deg/h", (row, axis, decimals) => fixed(isValid(row) ? row.mean_rate_deg_per_h : null, decimals)],
+  corrected: ["corrected", "deg/h", (row, axis) => differenceOf(axis) && `${rateOf(axis).text} ${rateOf(axis).sd}`],
+  raw: ["raw", "deg/h", (row, axis) => fixed(isValid(row) ? row.mean_rate_deg_per_h : null, rateOf(axis).decimals)],
   bias: ["bias ± sd", "deg/h", (row) => plusMinus(row.bias_deg_per_h, row.sd_deg_per_h)],
   temperature: ["temperature", "°C", (row) => fixed(row.mean_temperature_degc, 3)],
   slope: ["slope", "°C/s", (row) => fixed(row.slope_degc_per_s, 6)],
-  uhfo: ["UHFO", "V", (row) => fixed(row.mean_uhfo_v, 4)],
+  uhfo: ["UHFO", "V", (row, axis) => (axis.window && !axis.hasUhfo ? null : fixed(row.mean_uhfo_v, 4))],
   stability: ["stability since start", "deg/h", (row, axis) => stabilityText(axis.stability)],
   model: ["model", "", (row, axis) => modelName(axis)],
+  monitor: ["monitor", "", (row, axis) => verdictOf(axis)],
 };
 
 export function makeNumbers() {
@@ -146,13 +148,16 @@ export function makeNumbers() {
       setText(word, status.word);
       setText(progress, status.count ?? "");
       setText(why, status.old ? status.why : `${status.why}; means of ${span(axis.window_s ?? 100)}`);
-      const main = rateOf(shown);
+      const main = mainOf(shown);
       setText(label, main.what);
       setText(rate, main.text);
       setText(sd, main.sd);
       setText(age, status.old ? ageOf(axis, now_ms) : "");
-      for (const [key, [, , text]] of Object.entries(kCells)) setText(values[key], text(row, axis, main.decimals));
-      values.uhfo.closest(".cell").hidden = axis.window !== null && !axis.hasUhfo;
+      for (const [key, [, , textOf]] of Object.entries(kCells)) {
+        const text = textOf(row, shown);
+        values[key].closest(".cell").hidden = text === null || text === undefined;
+        setText(values[key], text ?? "");
+      }
     },
   };
 }

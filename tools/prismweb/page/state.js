@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // State of each gyro, whether it is current, and its words and levels: good, care (caution) or bad (check). Independent of the document.
-import { decimalsOf, fixed, kUnknown, span, unitText } from "./format.js";
+import { decimalsOf, fixed, kUnknown, moment, span, unitText } from "./format.js";
 
 /** Level, word and explanation of each reason in a quality (docs/protocol.md). */
 const kReasons = {
@@ -49,7 +49,7 @@ export const kTrace_s = 600;
 /** `pending`, `missing`: methods whose result is awaited, and those to request again. */
 export const makeGyro = (name) => ({ name, state: "", gone: "", status: null, axes: new Map(), events: [], pending: new Set(), missing: new Set() });
 
-/** `model`: undefined until the first status, null without a model. `stability`, `correction`, `description`: results of `stability`, `bias`, `model`. */
+/** `model`: undefined until the first status, null without a model. `stability`, `correction`, `description`: results of `stability`, `bias`, `model`. `last_s`: last row of the log, if there is no newer one. */
 export const makeAxis = (name) => ({ name, window: null, window_ms: -Infinity, trace: [], quality: "no_data" });
 
 export function axisOf(gyro, name) {
@@ -68,7 +68,8 @@ export function takeStatus(gyro, status, now_ms) {
     const axis = axisOf(gyro, name);
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
-    for (const key of ["window_s", "warm_s", "full_s"]) axis[key] = part[key];
+    for (const key of ["window_s", "warm_s", "full_s", "at_rest"]) axis[key] = part[key];
+    axis.monitor = part.monitor ?? status.monitor;
     if (Number.isFinite(part.window?.time_s) && !axis.window) axis.window = part.window;
     // a line without data sends no rows; the status has the age of the last one
     if (axis.window_ms === -Infinity && Number.isFinite(status.age_s)) axis.window_ms = now_ms - 1000 * status.age_s;
@@ -114,16 +115,32 @@ const corrects = ({ window, model }) => model !== null || Number.isFinite(window
 /** Index in a trace's [time_s, corrected, raw] of the rate that rateOf() returns. A line never mixes the two. */
 export const partOfTrace = (axis) => (corrects(axis) ? 1 : 2);
 
-/**
- * The main value of an axis, {what, deg_per_h, text, sd, decimals}: the corrected rate, or the raw rate without a model, with as many decimals as its
- * standard deviation supports. Of a raw rate this is that of its means since the start.
- */
+/** A number with as many decimals as its standard deviation supports: {what, deg_per_h, text, sd, decimals}. */
+function numberOf(what, deg_per_h, sd, decimals = decimalsOf(sd)) {
+  return { what, deg_per_h, decimals, text: fixed(deg_per_h, decimals), sd: Number.isFinite(deg_per_h) && Number.isFinite(sd) ? `± ${fixed(sd, decimals)}` : "" };
+}
+
+/** The corrected rate of an axis, or the raw rate without a model. The standard deviation of a raw rate is that of its means since the start. */
 export function rateOf(axis) {
-  const { window, stability } = axis, row = window ?? {}, corrected = corrects(axis);
-  const sd = corrected ? row.sd_mean_deg_per_h ?? row.sd_deg_per_h : null, decimals = decimalsOf(sd ?? stability?.all?.sd_deg_per_h);
-  const rate = isValid(row) ? row[corrected ? "corrected_mean_deg_per_h" : "mean_rate_deg_per_h"] : null;
-  return { what: corrected || !window ? "corrected" : "raw (no model)", deg_per_h: rate, text: fixed(rate, decimals), decimals,
-    sd: Number.isFinite(rate) && Number.isFinite(sd) ? `± ${fixed(sd, decimals)}` : "" };
+  const { window, stability, at_rest } = axis, row = window ?? {}, corrected = corrects(axis), valid = isValid(row);
+  if (!corrected && window) return numberOf("raw (no model)", valid ? row.mean_rate_deg_per_h : null, null, decimalsOf(stability?.all?.sd_deg_per_h));
+  return numberOf(at_rest?.unknown === "moving" ? "corrected, moving" : "corrected", valid ? row.corrected_mean_deg_per_h : null, row.sd_mean_deg_per_h ?? row.sd_deg_per_h);
+}
+
+/** The difference of the corrected rate from the Earth rate, which the gyro measures at rest: the model's error. Null if it is not known. */
+export function differenceOf({ window, at_rest }) {
+  const difference = at_rest?.difference_deg_per_h, number = numberOf("difference from the Earth rate, at rest", difference, at_rest?.sd_deg_per_h);
+  if (!Number.isFinite(difference) || !isValid(window ?? {})) return null;
+  return { ...number, text: difference > 0 ? `+${number.text}` : number.text };
+}
+
+/** The main value of an axis. */
+export const mainOf = (axis) => differenceOf(axis) ?? rateOf(axis);
+
+/** "holds: 31 days, 412 h at rest (2026-11-23 04:00:00 UTC)": the last verdict of the monitor. Undefined without one. */
+export function verdictOf({ monitor }) {
+  if (!monitor?.verdict) return undefined;
+  return `${inWords(monitor.text || monitor.verdict)} (${Number.isFinite(monitor.at) ? `${moment(monitor.at)} UTC` : monitor.at})`;
 }
 
 export function takeEvent(gyro, event) {
@@ -152,12 +169,10 @@ function joined(problems) {
   return [...sensors].map(([what, names]) => names.join(", ") + what);
 }
 
-/** The device's level and problems. Its level is "good" if the quality of one of its axes explains it. */
-function healthOf({ status, axes }) {
-  const isExplained = [...axes.values()].some((axis) => levelOfQuality(axis.quality) !== "good");
-  const level = isExplained ? "good" : { failed: "bad", caution: "care" }[status.health?.state] ?? "good";
-  const problems = (status.health?.problems ?? []).filter((text) => !/quality: |no model is configured/.test(text)); // in the quality, too
-  return [level, joined(problems).map(inWords)];
+/** Level and texts of the problems of an axis and of its device, without those of its quality. */
+function healthOf({ status }, axis) {
+  const own = (status.health?.problems ?? []).filter((one) => !["quality", "no_model"].includes(one.kind) && (one.axis ?? axis.name) === axis.name);
+  return [own.map((one) => (one.level === "failed" ? "bad" : "care")).reduce(worse, "good"), joined(own.map((one) => one.text)).map(inWords)];
 }
 
 /** The explanations of a quality that is not good. They name the inputs that are unknown. */
@@ -181,9 +196,9 @@ export function statusOf(gyro, axis, linked, now_ms) {
   if (now_ms - axis.window_ms > kFresh_ms) {
     return { level: "bad", word: "no data", why: "no row in the last seconds", old: true };
   }
-  const quality = levelOfQuality(axis.quality), [health, problems] = healthOf(gyro);
+  const quality = levelOfQuality(axis.quality), [health, problems] = healthOf(gyro, axis);
   const count = axis.quality?.includes("warming") && axis.full_s ? `${axis.warm_s ?? 0} of ${axis.full_s} s` : "";
-  const word = health === "good" ? reasonsOf(axis.quality).map(([, one]) => one).join(", ") : health === "bad" ? "fault" : "caution";
+  const word = kRank[health] <= kRank[quality] ? reasonsOf(axis.quality).map(([, one]) => one).join(", ") : health === "bad" ? "fault" : "caution";
   return { level: worse(quality, health), word, count, why: [...explained(axis), ...problems].join("; ") || kReasons.good[2], old: false };
 }
 
@@ -213,7 +228,8 @@ export const hrefOf = (gyro, axis) => `#/${encodeURIComponent(gyro.name)}/${enco
 /** The model's name; a dash if it is not known yet. */
 export const modelName = ({ model }) => (model === undefined ? kUnknown : model?.name || model?.kind || "none");
 
-/** Age of the last row of an axis, as text. */
+/** Age of the last row of an axis, as text. The clock of the log's rows may differ from this computer's. */
 export function ageOf(axis, now_ms) {
-  return Number.isFinite(axis.window_ms) ? `${span((now_ms - axis.window_ms) / 1000)} old` : "no row yet";
+  if (Number.isFinite(axis.window_ms)) return `${span((now_ms - axis.window_ms) / 1000)} old`;
+  return axis.last_s ? `last row of ${moment(axis.last_s)} UTC` : "no row yet";
 }
