@@ -20,13 +20,13 @@
 #include "base/json_member.hpp"
 #include "base/time_scale.hpp"
 #include "config/socket_path.hpp"
-#include "config/socket_protocol.hpp"
 
 namespace prism::client {
 namespace {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
+using nlohmann::json;
 using Protocol = asio::local::stream_protocol;
 
 constexpr std::chrono::milliseconds kFirstPause{500}, kLongestPause{2000};
@@ -61,8 +61,8 @@ bool split_answer(std::string_view line, std::uint64_t& id, std::string_view& me
 }
 
 // The same for another order or other blanks.
-bool parse_answer(const nlohmann::json& message, std::uint64_t& id, std::string& member) {
-  const nlohmann::json& number = prism::member(message, "id");
+bool parse_answer(const json& message, std::uint64_t& id, std::string& member) {
+  const json& number = prism::member(message, "id");
   if (!number.is_number_unsigned()) return false;
   id = number.get<std::uint64_t>();
   const char* const key = message.contains("error") ? "error" : "result";
@@ -72,10 +72,59 @@ bool parse_answer(const nlohmann::json& message, std::uint64_t& id, std::string&
 
 }  // namespace
 
+Response response_of(std::string_view method, json message) {
+  const auto failed = [](config::SocketError code, std::string why) {
+    return Response(tl::unexpect, RequestError{code, {"prismd", std::move(why)}});
+  };
+  if (const json& error = member(message, "error"); !error.is_null()) {
+    const json& code = member(error, "code");
+    const int number = code.is_number_integer() ? code.get<int>() : config::kFailed;
+    const json& page = member(error, "data");  // the deleted rows as `missing`
+    if (number == config::kRowsGone && member(page, "axes").is_object()) return Response(page);
+    return failed(static_cast<config::SocketError>(number), text_member(error, "message", "refused"));
+  }
+  json result = message.is_object() ? std::move(message["result"]) : json();
+  const config::SocketMethod* const known = config::find_method(method);
+  if (known != nullptr && known->of_axes && !member(result, "axes").is_object())
+    return failed(config::kFailed, "found a response of protocol 1, expected 2: this prismd is older; restart it");
+  return Response(std::move(result));
+}
+
+Response response_of_member(std::string_view method, std::string_view member) {
+  return response_of(method, parse_json_line("{" + std::string(member) + "}").value_or(json()));
+}
+
+std::string error_member(int code, const std::string& message) {
+  return R"("error":)" + json_text(json{{"code", code}, {"message", message}});
+}
+
+const json& of_axis(const json& result, const std::string& axis) {
+  const json& axes = member(result, "axes");
+  if (!axis.empty()) return member(axes, axis);
+  static const json kNone;
+  return axes.is_object() && axes.size() == 1 ? *axes.begin() : kNone;
+}
+
+json with_axis(json result, const std::string& axis) {
+  const json own = of_axis(result, axis);
+  result.erase("axes");
+  result["axis"] = axis;
+  if (!own.is_object()) return result;
+  for (const auto& [key, value] : own.items()) {
+    json& target = result[key];
+    if (key == "log" && target.is_object() && value.is_object()) {
+      target.update(value);
+    } else {
+      target = value;
+    }
+  }
+  return result;
+}
+
 /// `answer` is empty until the response, or an error, is there; then `answered` is cancelled.
 struct Client::Request {
-  Request(asio::io_context& io, std::string method_name, std::string json)
-      : method(std::move(method_name)), params(std::move(json)), answered(io) {}
+  Request(asio::io_context& io, std::string method_name, std::string text)
+      : method(std::move(method_name)), params(std::move(text)), answered(io) {}
   void finish(std::string member) {
     answer = std::move(member);
     answered.cancel();
@@ -176,7 +225,7 @@ asio::awaitable<std::string> Client::ask_text(std::string method, std::string pa
   co_return std::move(request->answer);
 }
 
-asio::awaitable<Response> Client::ask(std::string method, nlohmann::json params) {
+asio::awaitable<Response> Client::ask(std::string method, json params) {
   std::string text = params.is_null() ? "{}" : json_text(params);
   const std::string member = co_await ask_text(method, std::move(text));
   co_return response_of_member(method, member);
@@ -261,7 +310,7 @@ std::string Client::take_line(std::string_view line) {
     const auto message = parse_json_line(line);
     if (!message || !message->is_object())
       return "sent \"" + shortened(line, 40) + "\", expected a JSON object; is this prismd's socket?";
-    const nlohmann::json& error = prism::member(*message, "error");  // without an id: the connection is rejected
+    const json& error = prism::member(*message, "error");  // without an id: the connection is rejected
     if (!error.is_null() && prism::member(*message, "id").is_null())
       return text_member(error, "message", "prismd rejected the connection");
     is_answer = parse_answer(*message, id, text);

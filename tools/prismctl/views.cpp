@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/escape.hpp"
-#include "tools/client/response.hpp"
+#include "tools/client/client.hpp"
 #include "tools/prismctl/words.hpp"
 
 namespace prism::prismctl {

@@ -15,7 +15,7 @@
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "compensation/sensors.hpp"
-#include "tools/client/response.hpp"
+#include "tools/client/client.hpp"
 
 namespace prism::prismrelay {
 namespace {

@@ -25,7 +25,6 @@
 #include "base/plain_text.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
-#include "tools/client/response.hpp"
 #include "tools/metrics/families.hpp"
 
 namespace prism::prismweb {

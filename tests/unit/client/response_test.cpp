@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "tools/client/response.hpp"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+
+#include "tools/client/client.hpp"
 
 namespace prism::client {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismweb/period_store.hpp"
-
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/mount.h>
@@ -13,6 +11,7 @@
 #include <string>
 
 #include "tests/support/temporary_folder.hpp"
+#include "tools/prismweb/history.hpp"
 
 namespace prism::prismweb {
 namespace {
