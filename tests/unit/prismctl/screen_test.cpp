@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The live screen, line by line: true from the first line on, whatever became of the gyro or of prismd.
-#include "tools/prismctl/screen.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 
 #include "base/outside_text.hpp"
 #include "tests/support/hostile_texts.hpp"
+#include "tools/prismctl/watch.hpp"
 
 namespace prism::prismctl {
 namespace {
