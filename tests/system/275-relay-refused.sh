@@ -55,7 +55,7 @@ log_is() { relay_is ".logs[] | select(.gyro == \"lab/$1\") | $2" "$3"; }
 wait_for 5 log_is bad '"\(.refused_rows) \(.error)"' "3 "
 wait_for 5 log_is cursor '.error | test("PostgreSQL refused the cursor: .*no_place")' true
 wait_for 5 log_is position '.error | test("invalid response to rows")' true
-same "the server" "$(relay_says '.targets.postgresql | "\(.up) \(.error)"')" "true "
+wait_for 5 relay_is '.targets.postgresql | "\(.up) \(.error)"' "true "
 same "messages about the log \"bad\"" "$(grep -c 'lab/bad z: PostgreSQL refused row [0-9]* of segment 1: .*no_sevens.*; see prism.refused_rows' relay.err)" 1
 same "messages about the log \"worse\"" "$(grep -c 'lab/worse z: PostgreSQL refused row [0-9]* of segment 1: the value is out of range' relay.err)" 1
 

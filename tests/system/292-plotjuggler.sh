@@ -5,7 +5,7 @@ command -v python3 >/dev/null || skip "no python3"
 export PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$PRISM_SOURCE/clients/python
 frames 50
 config
-start_sim --profile steady
+start_sim --profile steady --speed 10
 start_prismd
 cat >listen.py <<'END'
 import json, os, socket

@@ -10,6 +10,7 @@
 #include "base/host_time.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
+#include "base/time_scale.hpp"
 #include "compensation/sensors.hpp"
 #include "config/socket_path.hpp"
 
@@ -227,7 +228,8 @@ void add_gyro(Exposition& exposition, const std::string& name, const GyroAnswers
 void add_relay(Exposition& exposition, const json& status, double now_s) {
   const std::string site = text_member(status, "site");
   const Writer relay(exposition, {{"site", site}});
-  const bool is_up = std::abs(now_s - number_member(status, "time_s")) <= kRelayTimeout_s;
+  const bool is_up =
+      std::abs(now_s - number_member(status, "time_s")) <= static_cast<double>(scaled_s(kRelayTimeout_s));
   relay.put(kRelayUp, is_up);
   if (!is_up) return;
   for (const auto& [name, own] : member(status, "targets").items()) {

@@ -19,7 +19,7 @@ struct GyroAnswers {
 void add_gyro(Exposition& exposition, const std::string& gyro, const GyroAnswers& answers);
 
 /// A relay whose status is older at the time `now_s` has stopped or stalled.
-inline constexpr double kRelayTimeout_s = 10;
+inline constexpr std::int64_t kRelayTimeout_s = 10;
 
 /// Adds the metrics of a relay from its status (the file that `prismrelay --status` reads). If it does not run, only
 /// prism_relay_up 0.

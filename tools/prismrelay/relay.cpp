@@ -148,7 +148,7 @@ class Relay {
   template <class Work, class Late>
   asio::awaitable<std::invoke_result_t<Work>> in_thread(asio::thread_pool& thread, Work work, Late late) {
     std::optional<std::invoke_result_t<Work>> result;
-    asio::steady_timer done(io_, kSlow);
+    asio::steady_timer done(io_, scaled(kSlow));
     asio::post(thread, [&] {
       auto value = work();
       asio::post(io_, [&, value = std::move(value)]() mutable {
