@@ -113,7 +113,7 @@ class Gyro:
                 "nominal_period_s": 0.005, "hardware": None, "notes": ["SIMULATED"]}
 
     def range(self, axis, from_s, to_s, points):
-        last_s = int(self.now()) - 1
+        last_s = int(self.silent_since_s or self.now() - 1)
         from_s, to_s = max(from_s, self.first_s), min(to_s, last_s)
         step = next((s for s in STEPS if (to_s - from_s) / s <= points), STEPS[-1])
         rows = []

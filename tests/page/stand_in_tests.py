@@ -23,7 +23,7 @@ def difference_at_rest(browser, world):
     tile = lambda name: next(tile for tile in browser.all(".tile") if tile.find_element("css selector", "h2").text == name)
     part = lambda name, selector: tile(name).find_element("css selector", selector).text
     assert [part("gyro1 z", selector) for selector in (".label", ".big", ".sd")] == ["difference from the Earth rate, at rest", "+0.004", "± 0.013"], tile("gyro1 z").text
-    assert part("gyro1 z", ".corrected").startswith("8.46") and part("gyro1 z", ".note") == "corrected, last 10 min"
+    assert part("gyro1 z", ".corrected").startswith("8.4") and part("gyro1 z", ".note") == "corrected, last 10 min"
     assert part("gyro2 x", ".label") == "corrected, moving" and part("gyro2 x", ".big").startswith("8.4") and part("gyro2 x", ".corrected") == ""
     assert part("gyro3 z", ".monitor").startswith("holds: 31 days, 412 h at rest, -20 to 55 °C seen (20"), part("gyro3 z", ".monitor")
     open_gyro(browser, "gyro1")
@@ -422,6 +422,12 @@ def no_data_for_hours(browser, world):
     browser.wait("its age", lambda: tile.find_element("css selector", ".age").text == "2 h old")
     assert tile.find_element("css selector", ".note").text == "corrected, last 10 min received" and "2 h old" in tile.get_attribute("aria-label")
     assert "8.4" in browser.one(".tile:not(.old)").get_attribute("aria-label")
+    open_gyro(browser, "gyro1")
+    browser.wait("empty charts with a way to the last rows", lambda: browser.one(".strip-head .auto").is_displayed() and browser.one(".plot").get_attribute("data-empty"))
+    assert browser.text(".strip-head .auto").startswith("show the last rows, until 20"), browser.text(".strip-head .auto")
+    browser.one(".strip-head .auto").click()
+    browser.wait("its last hour", lambda: len(saved_table(browser)) > 300 and not browser.one(".strip-head .auto").is_displayed())
+    browser.run("location.hash = '#/'")
     world.say("back gyro1")
     browser.wait("current values of gyro1", lambda: not browser.all(".tile.old"))
 

@@ -87,7 +87,8 @@ export class GyroView {
     this.strips = new Strips(left, { range: () => this.view.range(), zoom: (from_s, to_s) => this.view.zoom(from_s, to_s), live: () => this.goLive(),
       changed: () => this.curvesChanged() });
     this.period = el("p", { class: "period" });
-    head.append(this.period, this.strips.time, this.busy);
+    this.toLast = el("button", { type: "button", class: "auto", hidden: true, click: () => this.view.zoom(this.last_s - this.view.span_s, this.last_s) });
+    head.append(this.period, this.toLast, this.strips.time, this.busy);
     left.append(panel("Events", this.events.element));
     this.strips.events = this.gyro.events;
     this.observer = new ResizeObserver(() => {
@@ -161,8 +162,9 @@ export class GyroView {
 
   /** Sets whether the rows of the shown range are loaded. Until then they cannot be saved, and empty charts do not show "no data". */
   setComplete(complete) {
-    const isEarlier = this.last_s < this.view.range()[0];
-    this.strips.empty = !complete ? "" : isEarlier ? `no data in this time; the last row is of ${moment(this.last_s)} UTC` : "no data in this time";
+    this.strips.empty = complete ? "no data in this time" : "";
+    this.toLast.hidden = !complete || !(this.last_s < this.view.range()[0]);
+    setText(this.toLast, `show the last rows, until ${moment(this.last_s)} UTC`);
     this.file.disabled = !complete;
   }
 
@@ -295,7 +297,7 @@ export class GyroView {
     const known_s = this.axis.window?.time_s ?? this.last_s;  // without a window: the last row of the log
     if (!this.anchored && this.gyro.status?.clock === "device" && Number.isFinite(known_s)) this.anchor(known_s, true);
     this.numbers.draw(this.gyro, this.axis, status, now_ms);
-    this.inputs.draw(this.axis.description, status.old ? undefined : this.axis.correction?.inputs);
+    this.inputs.draw(this.axis.description, status.old ? undefined : this.axis.correction?.inputs, this.axis.quality?.includes("extrapolating"));
     const added = this.strips.addSensors(Object.entries(this.gyro.status?.sensors ?? {}).map(([name, { unit }]) => [name, unitText(unit)]));
     for (const chart of added) chart.more = this.asked.get(chart.spec.key) ?? "";
     if (added.length > 0) this.curvesChanged();

@@ -27,33 +27,34 @@ function makeGauge() {
   return { element: el("li", {}, el("div", {}, name, value, within, outside), picture), name, value, within, outside, range, point };
 }
 
-function drawGauge(gauge, input, isCurrent) {
+function drawGauge(gauge, input, isCurrent, isFar) {
   const known = Number.isFinite(input.min) && Number.isFinite(input.max);
   const decimals = known ? decimalsFor((input.max - input.min) / 3) : 4;
   const scale = known ? onScale(input.value, input.min, input.max) : null;
   setText(gauge.name, kInputNames[input.name] ?? input.name);
   setText(gauge.value, withUnit(input.value, decimals, unitText(input.unit)));
   setText(gauge.within, known ? `trained ${fixed(input.min, decimals)} … ${fixed(input.max, decimals)}` : "");
-  setText(gauge.outside, scale?.inside === false ? "▲ outside" : isCurrent && !Number.isFinite(input.value) ? "■ unknown" : "");
+  setText(gauge.outside, scale?.inside === false ? (isFar ? "▲ outside" : "slightly outside") : isCurrent && !Number.isFinite(input.value) ? "■ unknown" : "");
+  setAttribute(gauge.outside, "class", scale?.inside === false && !isFar ? "note" : "verdict");
   setAttribute(gauge.range, "x", (scale?.from ?? 0) * kWidth);
   setAttribute(gauge.range, "width", ((scale?.to ?? 0) - (scale?.from ?? 0)) * kWidth);
   const x = (scale?.at ?? -1) * kWidth;
   setAttribute(gauge.point, "d", scale?.at == null ? "" : `M${x} 3l4 6l-4 6l-4 -6z`);
-  setAttribute(gauge.point, "class", scale?.inside === false ? "current outside" : "current");
+  setAttribute(gauge.point, "class", scale?.inside === false && isFar ? "current outside" : "current");
 }
 
-/** The inputs of a model (undefined: not known yet, null: none); draw(model, values): undefined values are not current. */
+/** The inputs of a model (undefined: not known yet, null: none); draw(model, values, isFar): undefined values are not current; `isFar`: prismd regards a value as outside the training range. */
 export function makeInputs() {
   const list = el("ul", { class: "gauges" }), note = el("p", { class: "note" });
   let drawn, gauges = [];
   return {
     element: el("div", {}, note, list),
-    draw(model, values) {
+    draw(model, values, isFar) {
       const inputs = inputsOf(model, values), hasRange = inputs.some((input) => Number.isFinite(input.min));
       if (drawn !== model?.id) list.replaceChildren(...(gauges = inputs.map(makeGauge)).map(({ element }) => element));
       drawn = model?.id;
       setText(note, model === undefined ? "The model is not known yet." : !model ? "No model is loaded." : hasRange ? "" : "This model has no training range.");
-      inputs.forEach((input, i) => drawGauge(gauges[i], input, values !== undefined));
+      inputs.forEach((input, i) => drawGauge(gauges[i], input, values !== undefined, isFar));
     },
   };
 }
