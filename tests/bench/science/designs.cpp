@@ -45,6 +45,25 @@ struct Way {
   }
 };
 
+/// Sets the sd (root mean square) that models of these gyros will state on the third profile after each recording.
+void predict_sd(const std::vector<design::KnownGyro>& gyros, std::vector<Way>& ways) {
+  constexpr int kWindows = 3;  // in each row, except of the recording
+  std::vector<design::RecordedInputs> shown;
+  for (const design::KnownGyro& gyro : gyros) shown.insert(shown.end(), gyro.recordings.begin(), gyro.recordings.end());
+  const auto inputs = checked(design::GyroInputs::make(gyros.front().inputs, gyros.front().features, {}, shown));
+  const Eigen::MatrixXd used = inputs.on(simulation::third_profile(), kWindows).inputs;
+  Eigen::MatrixXd reachable;
+  for (const Way& way : ways) design::append_columns(reachable, inputs.on(way.profile, kWindows).inputs);
+  std::vector<double> squares(ways.size());
+  for (const design::KnownGyro& gyro : gyros) {
+    const auto posterior = checked(design::DesignPosterior::make(gyro, used, reachable, kHours));
+    for (std::size_t i = 0; i < ways.size(); ++i)
+      squares[i] += std::pow(posterior.sd_with(inputs.on(ways[i].profile)), 2);
+  }
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    ways[i].predicted_deg_per_h = std::sqrt(squares[i] / static_cast<double>(gyros.size()));
+}
+
 /// The designed profile first, then the paper's cycle, then the simple ones.
 std::vector<Way> ways_of(const std::vector<design::KnownGyro>& gyros) {
   design::PlanSettings settings;
@@ -54,11 +73,7 @@ std::vector<Way> ways_of(const std::vector<design::KnownGyro>& gyros) {
   const design::Plan plan = checked(design::plan_recording(gyros, settings));
   std::vector<Way> ways = {{plan.profile}, {simulation::paper_profile()}};
   for (auto& simple : design::simple_profiles(settings.chamber, kHours)) ways.push_back({std::move(simple)});
-  std::vector<simulation::ChamberProfile> all;
-  for (const Way& way : ways) all.push_back(way.profile);
-  const std::vector<double> predicted =
-      checked(design::expected_sd(gyros, settings.response, simulation::third_profile(), all, kHours));
-  for (std::size_t i = 0; i < ways.size(); ++i) ways[i].predicted_deg_per_h = predicted[i];
+  predict_sd(gyros, ways);
   return ways;
 }
 

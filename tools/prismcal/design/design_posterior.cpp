@@ -81,12 +81,10 @@ Result<DesignPosterior> DesignPosterior::make(const KnownGyro& gyro, const Eigen
   made.spread_ = gyro.spread;
   const double scale = gyro.normalisation.target_scale;
   made.set_between_runs(first_h);
-  Eigen::MatrixXd all(domain.rows(), 0);
+  Eigen::MatrixXd all;
   const auto append = [&](const Eigen::MatrixXd& x) {
     const Eigen::MatrixXd some = x(Eigen::all, training::thinned(x.cols(), kPivotCandidates));
-    const Eigen::Index n = all.cols();
-    all.conservativeResize(Eigen::NoChange, n + some.cols());
-    all.rightCols(some.cols()) = training::normalised_inputs(some, gyro.normalisation);
+    append_columns(all, training::normalised_inputs(some, gyro.normalisation));
   };
   append(domain);
   append(reachable);

@@ -64,6 +64,12 @@ double halton(int index, std::size_t dimension) {
 
 }  // namespace
 
+void append_columns(Eigen::MatrixXd& all, const Eigen::MatrixXd& more) {
+  const Eigen::Index before = all.cols();
+  all.conservativeResize(more.rows(), before + more.cols());
+  all.rightCols(more.cols()) = more;
+}
+
 Result<GyroInputs> GyroInputs::make(std::vector<std::string> names, const compensation::FeatureDefinition& features,
                                     const ThermalResponse& response, const std::vector<RecordedInputs>& recorded) {
   GyroInputs made;

@@ -27,6 +27,9 @@ struct RecordedInputs {
   Eigen::VectorXd weight;  ///< N, of the noise; empty: all 1
 };
 
+/// Appends columns of the same number of rows; `all` may be empty.
+void append_columns(Eigen::MatrixXd& all, const Eigen::MatrixXd& more);
+
 /// Predicts inputs from profiles.
 class GyroInputs {
  public:

@@ -33,22 +33,6 @@ Eigen::VectorXd at_points(const Posteriors& all) {
 
 double hours_of(const RecordedInputs& recording) { return recording.time_h[recording.time_h.size() - 1]; }
 
-}  // namespace
-
-Eigen::MatrixXd mission_points(const std::vector<RecordedInputs>& recordings) {
-  Eigen::MatrixXd points(0, 0);
-  for (const RecordedInputs& recording : recordings) {
-    const Eigen::MatrixXd some =
-        recording.inputs(Eigen::all, training::thinned(recording.inputs.cols(), kMissionPoints));
-    const Eigen::Index n = points.cols();
-    points.conservativeResize(some.rows(), n + some.cols());
-    points.rightCols(some.cols()) = some;
-  }
-  return points;
-}
-
-namespace {
-
 /// The inputs that gyros of this type record on profiles.
 Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalResponse& response,
                              const std::vector<RecordedInputs>& made) {
@@ -66,12 +50,8 @@ Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalR
 Result<Posteriors> posteriors_of(const std::vector<KnownGyro>& gyros, const Eigen::MatrixXd& domain,
                                  const GyroInputs& inputs, const std::vector<simulation::ChamberProfile>& profiles,
                                  double first_h) {
-  Eigen::MatrixXd reachable(domain.rows(), 0);
-  for (const auto& profile : profiles) {
-    const Eigen::MatrixXd x = inputs.on(profile, kSearchWindows).inputs;
-    reachable.conservativeResize(Eigen::NoChange, reachable.cols() + x.cols());
-    reachable.rightCols(x.cols()) = x;
-  }
+  Eigen::MatrixXd reachable;
+  for (const auto& profile : profiles) append_columns(reachable, inputs.on(profile, kSearchWindows).inputs);
   Posteriors known;
   for (const KnownGyro& gyro : gyros) {
     auto posterior = DesignPosterior::make(gyro, domain, reachable, first_h);
@@ -83,19 +63,11 @@ Result<Posteriors> posteriors_of(const std::vector<KnownGyro>& gyros, const Eige
 
 }  // namespace
 
-Result<std::vector<double>> expected_sd(const std::vector<KnownGyro>& gyros, const ThermalResponse& response,
-                                        const simulation::ChamberProfile& used,
-                                        const std::vector<simulation::ChamberProfile>& profiles, double hours) {
-  const auto inputs = inputs_of(gyros, response, {});
-  if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const auto known = posteriors_of(gyros, inputs->on(used, kSearchWindows).inputs, *inputs, profiles, hours);
-  if (!known) return tl::unexpected<Error>(known.error());
-  std::vector<double> sd;
-  for (const auto& profile : profiles) {
-    const RecordedInputs recording = inputs->on(profile);
-    sd.push_back(together(*known, [&](const DesignPosterior& p) { return p.sd_with(recording); }));
-  }
-  return sd;
+Eigen::MatrixXd mission_points(const std::vector<RecordedInputs>& recordings) {
+  Eigen::MatrixXd points;
+  for (const RecordedInputs& recording : recordings)
+    append_columns(points, recording.inputs(Eigen::all, training::thinned(recording.inputs.cols(), kMissionPoints)));
+  return points;
 }
 
 Result<Plan> plan_recording(const std::vector<KnownGyro>& gyros, const PlanSettings& settings) {

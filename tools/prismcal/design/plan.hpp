@@ -42,12 +42,6 @@ struct Plan {
 /// Some hundred points of recordings, for PlanSettings::mission; empty without recordings.
 Eigen::MatrixXd mission_points(const std::vector<RecordedInputs>& recordings);
 
-/// The sd (root mean square) that a model will state on the profile `used`, after a first recording of each of
-/// `profiles`; the drift is that of a recording of `hours`.
-Result<std::vector<double>> expected_sd(const std::vector<KnownGyro>& gyros, const ThermalResponse& response,
-                                        const simulation::ChamberProfile& used,
-                                        const std::vector<simulation::ChamberProfile>& profiles, double hours);
-
 /// `gyros`: the gyro itself, or several of its type, of which the mean square counts. Errors: those of GyroInputs and
 /// DesignPosterior; different inputs; a profile that does not fit into the hours.
 Result<Plan> plan_recording(const std::vector<KnownGyro>& gyros, const PlanSettings& settings);

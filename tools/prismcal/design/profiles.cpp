@@ -19,7 +19,6 @@ namespace prism::design {
 namespace {
 
 constexpr double kHour_s = 3600, kMinute_s = 60;
-constexpr double kColdest_degc = -200, kHottest_degc = 300;  // of any chamber
 constexpr const char* kRate = "rate";
 
 std::string_view trimmed(std::string_view text) {
@@ -98,14 +97,11 @@ void add_visit(simulation::ChamberProfile& profile, double degc, double degc_per
 }
 
 // Temperatures that no gyro meets are a wrong unit.
-std::optional<Error> implausible(const Statement& s, const char* where) {
-  if (s.name != compensation::kInputTemperature) return std::nullopt;
-  if (!s.unit.empty() && s.unit != "degC")
-    return Error{where, fmt::format("T: found unit \"{}\", expected degC", shortened(s.unit))};
-  if (*s.low < kColdest_degc || s.high > kHottest_degc)
-    return Error{where, fmt::format("T: found {}:{}, expected limits within {} to {} degC", *s.low, s.high,
-                                    kColdest_degc, kHottest_degc)};
-  return std::nullopt;
+Result<void> check_range(double low_degc, double high_degc, const char* where) {
+  constexpr double kColdest_degc = -200, kHottest_degc = 300;
+  if (low_degc >= kColdest_degc && high_degc <= kHottest_degc) return {};
+  return make_error(where, fmt::format("T: found {}:{}, expected limits within {} to {} degC", low_degc, high_degc,
+                                       kColdest_degc, kHottest_degc));
 }
 
 constexpr double kGrid_min = 1;  // durations are multiples of it
@@ -157,100 +153,6 @@ std::optional<Visits> possible(Visits visits, const ChamberLimits& limits, doubl
   return visits;
 }
 
-class Search {
- public:
-  Search(const ChamberLimits& limits, double total_min, const ProfileCost& cost, int most)
-      : limits_(limits), total_min_(total_min), cost_(cost), most_(most) {}
-
-  struct Tried {
-    Visits visits;
-    double cost = std::numeric_limits<double>::infinity();
-  };
-
-  /// Keeps the candidate if it is possible and better.
-  bool improve(Tried& best, const Visits& candidate) {
-    if (evaluations_ >= most_) return false;
-    const auto visits = possible(candidate, limits_, total_min_);
-    if (!visits) return false;
-    ++evaluations_;
-    const double cost = cost_(profile_of(*visits, limits_));
-    if (!(cost < best.cost)) return false;
-    best = {*visits, cost};
-    return true;
-  }
-
-  /// The best of the family with this number of visits.
-  Tried family(std::size_t count) {
-    Tried best;
-    for (const bool cold_first : {true, false}) {
-      for (const double speed : {1.0, 0.5, 0.25}) {
-        for (const double reach : {1.0, 0.8}) {
-          for (const double early : {0.0, 0.5, 1.0}) {  // share of the soaks: 0: all at the end, 1: all before
-            Visits visits;
-            double from = limits_.start_degc, left = total_min_;
-            for (std::size_t i = 0; i < count; ++i) {
-              const bool cold = cold_first == (i % 2 == 0);
-              const double end = cold ? limits_.low_degc : limits_.high_degc;
-              const double degc = std::round(limits_.start_degc + reach * (end - limits_.start_degc));
-              visits.push_back({degc, std::abs(degc - from) / limits_.rate_degc_per_min / speed, 0});
-              from = degc;
-              left -= visits.back().ramp_min;
-            }
-            for (Visit& v : visits) v.soak_min = std::max(0.0, early * left / static_cast<double>(count));
-            improve(best, visits);
-          }
-        }
-      }
-    }
-    return best;
-  }
-
-  /// Changes one temperature (by 16 degC times the step), or moves time from one part to another (48 min), while that
-  /// helps.
-  void polish(Tried& best, std::initializer_list<double> steps) {
-    for (const double step : steps) {
-      bool better = true;
-      for (int round = 0; better && round < 3; ++round) {
-        better = false;
-        for (std::size_t i = 0; i < best.visits.size(); ++i) better |= temperatures(best, i, 16 * step);
-        for (std::size_t from = 0; from < 2 * best.visits.size(); ++from) {
-          for (std::size_t to = 0; to < 2 * best.visits.size(); ++to)
-            better |= from != to && moved(best, from, to, 48 * step);
-        }
-      }
-    }
-  }
-
-  int evaluations() const { return evaluations_; }
-
- private:
-  bool temperatures(Tried& best, std::size_t i, double step_degc) {
-    for (const double sign : {-1.0, 1.0}) {
-      Visits changed = best.visits;
-      changed[i].degc += sign * step_degc;
-      if (improve(best, changed)) return true;
-    }
-    return false;
-  }
-
-  static double& part(Visits& visits, std::size_t i) { return i % 2 ? visits[i / 2].soak_min : visits[i / 2].ramp_min; }
-
-  bool moved(Tried& best, std::size_t from, std::size_t to, double minutes) {
-    Visits changed = best.visits;
-    const double taken = std::min(minutes, part(changed, from));
-    if (taken < kGrid_min) return false;
-    part(changed, from) -= taken;
-    part(changed, to) += taken;
-    return improve(best, changed);
-  }
-
-  const ChamberLimits limits_;
-  const double total_min_;
-  const ProfileCost& cost_;
-  const int most_;
-  int evaluations_ = 0;
-};
-
 }  // namespace
 
 Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) {
@@ -277,9 +179,8 @@ Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) 
   if (!(limits.rate_degc_per_min > 0))
     return make_error(kWhere,
                       fmt::format("found a rate of {} degC/min, expected a positive one", limits.rate_degc_per_min));
-  if (limits.low_degc < kColdest_degc || limits.high_degc > kHottest_degc)
-    return make_error(kWhere, fmt::format("T: found {}:{}, expected limits within {} to {} degC", limits.low_degc,
-                                          limits.high_degc, kColdest_degc, kHottest_degc));
+  if (auto good = check_range(limits.low_degc, limits.high_degc, kWhere); !good)
+    return tl::unexpected<Error>(good.error());
   if (start_degc < limits.low_degc || start_degc > limits.high_degc)
     return make_error("--start", fmt::format("found {} degC, expected {} to {}, the limits of the chamber", start_degc,
                                              limits.low_degc, limits.high_degc));
@@ -295,9 +196,12 @@ Result<std::vector<InputRange>> parse_domain(const std::string& text) {
     if (!s.low)
       return make_error(kWhere,
                         fmt::format("{}: found <=, expected {}=LOW:HIGH", shortened(s.name), shortened(s.name)));
-    if (auto error = implausible(s, kWhere)) return tl::unexpected<Error>(std::move(*error));
     double factor = 1;
-    if (compensation::is_slope(s.name)) {
+    if (s.name == compensation::kInputTemperature) {
+      if (!s.unit.empty() && s.unit != "degC")
+        return make_error(kWhere, fmt::format("T: found unit \"{}\", expected degC", shortened(s.unit)));
+      if (auto good = check_range(*s.low, s.high, kWhere); !good) return tl::unexpected<Error>(good.error());
+    } else if (compensation::is_slope(s.name)) {
       const auto found = slope_factor(s.unit);
       if (!found)
         return make_error(kWhere, fmt::format("{}: found unit \"{}\", expected degC/min or degC/s", shortened(s.name),
@@ -352,19 +256,88 @@ std::vector<simulation::ChamberProfile> simple_profiles(const ChamberLimits& lim
 }
 
 FoundProfile find_profile(const ChamberLimits& limits, double hours, const ProfileCost& cost, int max_evaluations) {
+  struct Tried {
+    Visits visits;
+    double cost = std::numeric_limits<double>::infinity();
+  };
   const double total_min = std::floor(hours * 60 / kGrid_min) * kGrid_min;
-  Search search(limits, total_min, cost, max_evaluations);
-  Search::Tried best;
-  std::vector<Search::Tried> starts;
-  for (std::size_t count = 1; count <= kMostVisits; ++count) starts.push_back(search.family(count));
+  int evaluations = 0;
+  // Keeps the candidate if it is possible and better.
+  const auto improve = [&](Tried& best, const Visits& candidate) {
+    const auto visits = evaluations < max_evaluations ? possible(candidate, limits, total_min) : std::nullopt;
+    if (!visits) return false;
+    ++evaluations;
+    const double own = cost(profile_of(*visits, limits));
+    if (!(own < best.cost)) return false;
+    best = {*visits, own};
+    return true;
+  };
+  // A member of the family with this number of visits. `early`: share of the soaks; 0: all at the end, 1: all before.
+  const auto member = [&](std::size_t count, bool cold_first, double speed, double reach, double early) {
+    Visits visits;
+    double from = limits.start_degc, left = total_min;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double end = cold_first == (i % 2 == 0) ? limits.low_degc : limits.high_degc;
+      const double degc = std::round(limits.start_degc + reach * (end - limits.start_degc));
+      visits.push_back({degc, std::abs(degc - from) / limits.rate_degc_per_min / speed, 0});
+      from = degc;
+      left -= visits.back().ramp_min;
+    }
+    for (Visit& v : visits) v.soak_min = std::max(0.0, early * left / static_cast<double>(count));
+    return visits;
+  };
+  const auto part = [](Visits& visits, std::size_t i) -> double& {
+    return i % 2 ? visits[i / 2].soak_min : visits[i / 2].ramp_min;
+  };
+  const auto change = [&](Tried& best, std::size_t i, double by_degc) {
+    Visits changed = best.visits;
+    changed[i].degc += by_degc;
+    return improve(best, changed);
+  };
+  const auto move = [&](Tried& best, std::size_t from, std::size_t to, double minutes) {
+    Visits changed = best.visits;
+    const double taken = std::min(minutes, part(changed, from));
+    if (taken < kGrid_min) return false;
+    part(changed, from) -= taken;
+    part(changed, to) += taken;
+    return improve(best, changed);
+  };
+  // Changes one temperature (by 16 degC times the step), or moves time from one part to another (48 min), while that
+  // helps.
+  const auto polish = [&](Tried& best, std::initializer_list<double> steps) {
+    for (const double step : steps) {
+      bool better = true;
+      for (int round = 0; better && round < 3; ++round) {
+        better = false;
+        for (std::size_t i = 0; i < best.visits.size(); ++i)
+          better |= change(best, i, -16 * step) || change(best, i, 16 * step);
+        for (std::size_t from = 0; from < 2 * best.visits.size(); ++from) {
+          for (std::size_t to = 0; to < 2 * best.visits.size(); ++to)
+            better |= from != to && move(best, from, to, 48 * step);
+        }
+      }
+    }
+  };
+  std::vector<Tried> starts(kMostVisits);
+  for (std::size_t count = 1; count <= kMostVisits; ++count) {
+    for (const bool cold_first : {true, false}) {
+      for (const double speed : {1.0, 0.5, 0.25}) {
+        for (const double reach : {1.0, 0.8}) {
+          for (const double early : {0.0, 0.5, 1.0})
+            improve(starts[count - 1], member(count, cold_first, speed, reach, early));
+        }
+      }
+    }
+  }
   std::stable_sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  for (Search::Tried& start : starts) {
+  Tried best;
+  for (Tried& start : starts) {
     if (!std::isfinite(start.cost)) continue;
-    search.polish(start, {1.0, 0.5, 0.25});
+    polish(start, {1.0, 0.5, 0.25});
     if (start.cost < best.cost) best = std::move(start);
   }
-  search.polish(best, {0.125, 0.0625});
-  FoundProfile found{{"designed", limits.start_degc, {}}, best.cost, search.evaluations()};
+  polish(best, {0.125, 0.0625});
+  FoundProfile found{{"designed", limits.start_degc, {}}, best.cost, evaluations};
   if (!best.visits.empty()) found.profile = profile_of(best.visits, limits);
   return found;
 }
