@@ -28,8 +28,8 @@ _prismcal() {
     fit) words='-h --help --inputs --target --fold-column --decimal --time-unit --time --out --diagnostics --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
-    evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
-    compare) words='-h --help --on --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --divisor --max-bias --extrapolation --fallback --out --all-blocks --simulated --any-gyro --json --quiet' ;;
+    evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
+    compare) words='-h --help --on --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
     inspect) words='-h --help --interval --decimal --time-unit --json' ;;
     allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;

@@ -15,7 +15,7 @@ import help_tree
 OF_THE_CODE = r"\b(?:INT|UINT|FLOAT|TEXT|ENUM):\S.*|->|\bin [\[{]|\b(?:ENUM|FLOAT|UINT|REQUIRED)\b|\b(?:Excludes|Needs):"
 
 
-MOST_FIRST = 28  # options of the first section of a command; more hide those that every user needs
+MOST_FIRST = 25  # options of the first section of a command; more hide those that every user needs
 
 
 def breaches(name, tree, above=frozenset()):

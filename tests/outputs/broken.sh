@@ -31,8 +31,8 @@ for damage in 's/prism-manifest/x/' 's/"models"/"m"/' '1s/{/[/'; do
 done
 rm models/manifest.json && run --install models
 cp m.json models/manifest.json && run --install models
-model() { echo "out/tasks/$(awk -F'\t' -v gyro="$1 z" '$2 == gyro && $3 == "line" {print $1}' out/plan.tsv)/model.json"; }
+model() { echo "out/tasks/$(sed -n 's/^{"task":"\([0-9a-f]*\)","serial":"'"$1"'","axis":"z","model":"line".*/\1/p' out/tasks.jsonl)/model.json"; }
 cp "$(model 70-1)" m.json && sed 's/"70-1"/"70-2"/' m.json >"$(model 70-1)" && run --install models
 cp "$(model 70-2)" "$(model 70-1)" && run --install models
 rm "$(model 70-1)" && run --install models
-echo 'a b' >>out/plan.tsv && run --status
+echo 'a b' >>out/tasks.jsonl && run --status

@@ -12,7 +12,7 @@ gyro lot S3 3
 without_thermometer lot/S3
 campaign_file lot.json lot
 tasks() { ls lot.campaign/tasks; }
-sums() { (cd lot.campaign/tasks && find . -type f ! -name times.json | sort | xargs sha256sum); }
+sums() { (cd lot.campaign/tasks && find . -type f | sort | xargs sha256sum); }
 
 prismcal campaign lot.json --plan >plan.out 2>plan.err || fail "plan"
 same "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do"
@@ -78,7 +78,7 @@ same "tasks left to run" "$(wc -l <tasks.txt)" 0
 sed 's/"name": "lot"/"name": "other"/' lot.json >other.json
 printed other.json
 mv lot/S1/cycle2 kept
-code=0; sh -c "$(grep "$(awk -F'\t' '$2 == "S1 z" {print $1; exit}' other.campaign/plan.tsv)" tasks.txt)" 2>gone.out || code=$?
+code=0; sh -c "$(grep "$(jq -r 'select(.serial == "S1").task' other.campaign/tasks.jsonl | head -1)" tasks.txt)" 2>gone.out || code=$?
 same "exit code without the input" "$code" 1
 code=0; prismcal campaign other.json --status >status.out || code=$?
 same "exit code of --status after a failure" "$code" 1

@@ -7,24 +7,29 @@
 #include <filesystem>
 #include <fstream>
 
+#include "compensation/compensated_text.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/campaign/tasks.hpp"
 
 namespace prism::test {
 
-/// Creates logs; only their metadata is valid.
+/// Creates logs; only their metadata and names of columns are valid.
 class Lot {
  public:
-  void log(const std::string& name, const std::string& serial, const std::string& rows = "1\n") const {
+  void log(const std::string& name, const std::string& serial, const std::string& row = "1") const {
     const std::filesystem::path path = folder_.file(name);
     std::filesystem::create_directories(path.parent_path());
+    std::string columns;
+    for (std::size_t i = 0; i < compensation::kColumnsOfFormat1; ++i)
+      columns += (i > 0 ? "," : "") + std::string(compensation::kLogColumns[i].name);
     std::ofstream(path) << "# prism 0.2.0 data log, format 2\n# instance: g\n# gyro_serial: " << serial
                         << "\n# axis: z\n"
-                        << rows;
+                        << columns << "\n"
+                        << row << "\n";
   }
   void gyro(const std::string& serial) const {
     log(serial + "/cycle1.csv", serial);
-    log(serial + "/cycle2.csv", serial, "2\n");
+    log(serial + "/cycle2.csv", serial, "2");
   }
   std::string path(const std::string& name) const { return folder_.file(name); }
   campaign::LotFile file() const {
@@ -39,20 +44,12 @@ class Lot {
   TemporaryFolder folder_;
 };
 
-inline campaign::Work quick_work() {
-  campaign::Work work;
-  work.version = "1";
-  work.check = [](const campaign::LotFile&) { return Result<void>(); };
-  work.run = [](const campaign::Task& task, const std::string& folder) -> Result<Json> {
-    std::ofstream(folder + "/model.json") << task.model.name;
-    return Json{
-        {"outcome", "trained"},    {"serial", task.serial},
-        {"axis", task.axis},       {"level", ""},
-        {"version", "1"},          {"id", ""},
-        {"simulated", false},      {"data_quality", Json::array()},
-        {"judged", Json::array()}, {"training", {{"mean_deg_per_h", 1}, {"curve_degc_deg_per_h", Json::array()}}}};
-  };
-  return work;
+inline Result<campaign::TaskResult> quick_work(const campaign::Task& task, const std::string& folder) {
+  std::ofstream(folder + "/model.json") << task.model.name;
+  campaign::TaskResult result;
+  result.task = task;
+  result.mean_deg_per_h = 1;
+  return result;
 }
 
 }  // namespace prism::test

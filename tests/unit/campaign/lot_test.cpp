@@ -11,7 +11,6 @@
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tools/prismcal/campaign/installation.hpp"
 #include "tools/prismcal/campaign/lot.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
@@ -25,9 +24,9 @@ using testing::Not;
 
 TaskResult result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
   TaskResult made;
-  made.task = serial + model;
-  made.serial = made.gyro = serial;
-  made.model = model;
+  made.task.id = serial + model;
+  made.task.serial = serial;
+  made.task.model.name = model;
   made.mean_deg_per_h = 1;
   made.evaluations.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}});
   made.data_quality.push_back(
@@ -50,8 +49,7 @@ TEST(Violations, NameTheLimitAndTheValue) {
   unmeasured.evaluations[0].measured.clear();
   EXPECT_THAT(find_violations(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
   TaskResult refused = result("S1", "a", 50);
-  refused.refused = true;
-  refused.why = "no thermometer";
+  refused.refused = "no thermometer";
   EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
   TaskResult same = result("S1", "a", 50);
   same.evaluations[0].trained_on = "/lot/cycle1.csv";
@@ -77,8 +75,8 @@ TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   lot.results[1].violations = {"limit"};  // S2, a
   const auto chosen = lot.chosen({{"a", {}}, {"b", {}}});
   ASSERT_EQ(chosen.size(), 2u);
-  EXPECT_EQ(chosen[0]->model, "a");
-  EXPECT_EQ(chosen[1]->model, "b");
+  EXPECT_EQ(chosen.at("S1")->task.model.name, "a");
+  EXPECT_EQ(chosen.at("S2")->task.model.name, "b");
 }
 
 Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
@@ -166,17 +164,17 @@ class InstalledLot : public testing::Test {
     } else {
       text.insert(text.find('{') + 1, "\"gyro\": {\"serial\": \"" + serial + "\"},");
     }
-    fs::create_directories(store_.task_folder(made.task));
-    ASSERT_TRUE(write_text_file(store_.task_folder(made.task) + "/model.json", text));
+    const std::string folder = task_folder(files_.path("out"), made.task.id);
+    fs::create_directories(folder);
+    ASSERT_TRUE(write_text_file(folder + "/model.json", text));
     const auto model = compensation::parse_model(text, "model");
     ASSERT_TRUE(model) << model.error().text();
     made.id = (*model)->info().id;
     lot_.results.push_back(std::move(made));
   }
-  Result<InstalledModels> install() { return install_models(files_.file(), store_, lot_, files_.path("dest"), true); }
+  Result<InstalledModels> install() { return install_models(files_.file(), lot_, files_.path("dest"), true); }
 
   test::Lot files_;
-  ResultStore store_{files_.path("out")};
   Lot lot_;
 };
 
@@ -205,7 +203,7 @@ TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
   lot_.results[1].id = "0123";
   EXPECT_THAT(install().error().text(), HasSubstr("not the evaluated model"));
   lot_.results[1].id = lot_.results[0].id;
-  lot_.results[1].serial = "S9";
+  lot_.results[1].task.serial = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
   EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);
   EXPECT_FALSE(fs::exists(files_.path("dest/S2.json")));

@@ -17,106 +17,116 @@ class CampaignTask : public testing::Test {
  protected:
   CampaignTask() {
     lot_.gyro("S1");
-    plan_ = make_plan(lot_.file(), work_).value();
-    EXPECT_TRUE(store_.write_plan(plan_));
-    task_ = plan_.tasks.at(0);
+    file_ = lot_.file();
+    const Plan plan = make_plan(file_).value();
+    EXPECT_TRUE(write_plan(file_.folder, plan));
+    task_ = plan.tasks.at(0);
   }
 
+  Result<void> run() const { return run_task(file_, task_, work_); }
+  bool is_stored() const { return has_result(file_.folder, task_.id); }
+  std::string stored(const std::string& name) const { return task_folder(file_.folder, task_.id) + "/" + name; }
   std::size_t unfinished() const {
     return static_cast<std::size_t>(
-        std::count_if(fs::directory_iterator(store_.file("tasks")), fs::directory_iterator(),
+        std::count_if(fs::directory_iterator(file_.folder + "/tasks"), fs::directory_iterator(),
                       [](const auto& entry) { return entry.path().filename().string().starts_with("."); }));
   }
 
-  Lot lot() const { return read_lot(store_, {}).value(); }
+  Lot lot() const { return read_lot(file_.folder, {}).value(); }
 
   test::Lot lot_;
-  Work work_ = test::quick_work();
-  ResultStore store_{lot_.path("out")};
-  Plan plan_;
+  Work work_ = test::quick_work;
+  LotFile file_;
   Task task_;
 };
 
 TEST_F(CampaignTask, StoresItsResultUnderItsId) {
-  ASSERT_TRUE(run_task(store_, task_, work_));
-  EXPECT_TRUE(store_.has_result(task_.id));
-  for (const char* name : {"model.json", "result.json", "task.json", "times.json"})
-    EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/" + name)) << name;
+  ASSERT_TRUE(run());
+  EXPECT_TRUE(is_stored());
+  for (const char* name : {"model.json", "result.json"}) EXPECT_TRUE(fs::exists(stored(name))) << name;
   EXPECT_EQ(unfinished(), 0u);
-  EXPECT_EQ(lot().results.size(), 1u);
+  ASSERT_EQ(lot().results.size(), 1u);
+  EXPECT_EQ(result_json(lot().results[0]), result_json(test::quick_work(task_, lot_.path("")).value()));
   ASSERT_EQ(lot().missing.size(), 1u);
   EXPECT_EQ(lot().missing[0].why, "");  // not run yet
 }
 
 TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
   int runs = 0;
-  const auto run = work_.run;
-  work_.run = [&](const Task& task, const std::string& folder) { return ++runs, run(task, folder); };
-  ASSERT_TRUE(run_task(store_, task_, work_));
-  ASSERT_TRUE(run_task(store_, task_, work_));
+  work_ = [&](const Task& task, const std::string& folder) { return ++runs, test::quick_work(task, folder); };
+  ASSERT_TRUE(run());
+  ASSERT_TRUE(run());
   EXPECT_EQ(runs, 1);
 }
 
 // Two programs run one task at the same time: the first result is kept, the second is discarded without an error.
 TEST_F(CampaignTask, KeepsTheFirstOfTwoResults) {
-  const auto run = work_.run;
-  work_.run = [&](const Task& task, const std::string& folder) {
-    if (auto other = store_.begin_task(task.id + ".x"); other) {
-      std::ofstream(*other + "/first") << "x";
-      EXPECT_TRUE(store_.publish_task(*other, task.id));
-    }
-    return run(task, folder);
+  work_ = [&](const Task& task, const std::string& folder) {
+    fs::create_directories(stored(""));
+    std::ofstream(stored("first")) << "x";
+    return test::quick_work(task, folder);
   };
-  ASSERT_TRUE(run_task(store_, task_, work_));
-  EXPECT_TRUE(fs::exists(store_.task_folder(task_.id) + "/first"));
+  ASSERT_TRUE(run());
+  EXPECT_TRUE(fs::exists(stored("first")));
   EXPECT_EQ(unfinished(), 0u);
 }
 
 TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
-  work_.run = [](const Task&, const std::string&) -> Result<Json> { return make_error("disk", "is full"); };
-  EXPECT_FALSE(run_task(store_, task_, work_));
-  EXPECT_FALSE(run_task(store_, task_, work_));
-  EXPECT_FALSE(store_.has_result(task_.id));
+  work_ = [](const Task&, const std::string&) -> Result<TaskResult> { return make_error("disk", "is full"); };
+  EXPECT_FALSE(run());
+  EXPECT_FALSE(run());
+  EXPECT_FALSE(is_stored());
   EXPECT_EQ(unfinished(), 0u);
   EXPECT_EQ(lot().missing.at(0).why, "disk: is full");
-  ASSERT_TRUE(run_task(store_, task_, test::quick_work()));
+  work_ = test::quick_work;
+  ASSERT_TRUE(run());
   EXPECT_EQ(lot().missing.size(), 1u);
-  EXPECT_EQ(store_.failure(task_.id), "");
+  EXPECT_EQ(failure(file_.folder, task_.id), "");
 }
 
 TEST_F(CampaignTask, StoresARejectionOfTheDataAsAResult) {
-  work_.run = [](const Task&, const std::string&) -> Result<Json> {
-    return Json{{"outcome", "refused"}, {"why", "no thermometer"}, {"serial", "S1"}, {"axis", "z"},
-                {"level", ""},          {"version", "1"}};
+  work_ = [](const Task& task, const std::string&) -> Result<TaskResult> {
+    TaskResult result;
+    result.task = task;
+    result.refused = "no thermometer";
+    return result;
   };
-  ASSERT_TRUE(run_task(store_, task_, work_));
+  ASSERT_TRUE(run());
   ASSERT_EQ(lot().results.size(), 1u);
-  EXPECT_TRUE(lot().results[0].refused);
-  EXPECT_EQ(lot().results[0].why, "no thermometer");
+  EXPECT_EQ(lot().results[0].refused, "no thermometer");
 }
 
 TEST_F(CampaignTask, FailsIfAnInputChangedSinceThePlan) {
-  lot_.log("S1/cycle1.csv", "S1", "9\n");
-  EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("plan again"));
-  EXPECT_FALSE(store_.has_result(task_.id));
+  lot_.log("S1/cycle1.csv", "S1", "9");
+  EXPECT_THAT(run().error().text(), HasSubstr("plan again"));
+  EXPECT_FALSE(is_stored());
+}
+
+TEST_F(CampaignTask, FailsIfAnotherVersionPlannedIt) {
+  file_.version = "0.1";
+  EXPECT_THAT(run().error().text(), HasSubstr("this is version 0.1; plan again"));
 }
 
 TEST_F(CampaignTask, FailsIfOutOfMemory) {
-  work_.run = [](const Task&, const std::string&) -> Result<Json> { throw std::bad_alloc(); };
-  EXPECT_THAT(run_task(store_, task_, work_).error().text(), HasSubstr("out of memory"));
-  EXPECT_THAT(store_.failure(task_.id), HasSubstr("out of memory"));
+  work_ = [](const Task&, const std::string&) -> Result<TaskResult> { throw std::bad_alloc(); };
+  EXPECT_THAT(run().error().text(), HasSubstr("out of memory"));
+  EXPECT_THAT(failure(file_.folder, task_.id), HasSubstr("out of memory"));
 }
 
 TEST_F(CampaignTask, LeavesNoUnfinishedResultOfAKilledProcess) {
-  fs::create_directories(store_.file(fmt::format("tasks/.{}.host.999999999", task_.id)));
-  ASSERT_TRUE(run_task(store_, task_, work_));
+  fs::create_directories(fmt::format("{}/tasks/.{}.host.999999999", file_.folder, task_.id));
+  ASSERT_TRUE(run());
   EXPECT_EQ(unfinished(), 0u);
 }
 
 TEST_F(CampaignTask, IsReadFromAPlanOfVersion03) {
-  ASSERT_TRUE(write_text_file(store_.file("plan.tsv"),
-                              fmt::format("task\tgyro\tmodel\tcpu_s\tmemory_mb\n{}\tS1 z\ta\t1.5\t20\n", task_.id)));
-  EXPECT_EQ(store_.read_plan().value().at(0).gyro, "S1 z");
+  ASSERT_TRUE(write_text_file(
+      file_.folder + "/tasks.jsonl",
+      R"({"id":"12ab","serial":"S1","axis":"z","model":"a","train":[],"judging":[],"version":"0.3.0","level":"baseline",)"
+      R"("report":true,"inputs":[{"role":"train","path":"/x","files":[{"path":"/x/a.csv","sha256":"12"}]}]})"
+      "\n"));
+  const Task task = read_plan(file_.folder).value().tasks.at(0);
+  EXPECT_EQ(task.id + task.gyro() + task.model.name + task.inputs.at(0).files.at(0).path, "12abS1 za/x/a.csv");
 }
 
 }  // namespace

@@ -1,87 +1,38 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/campaign/lot.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <pwd.h>
+#include <stdio.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cerrno>
 #include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
 #include <set>
 
+#include "base/escape.hpp"
 #include "base/file.hpp"
+#include "base/json_document.hpp"
 #include "base/plain_text.hpp"
+#include "base/sha256.hpp"
+#include "base/text_number.hpp"
 #include "compensation/evaluation/statistics.hpp"
-#include "config/version.hpp"
+#include "compensation/model_text.hpp"
 
 namespace prism::campaign {
 namespace {
 
+namespace fs = std::filesystem;
 using analysis::Limit, analysis::Measured;
-using report::Cell, report::Emphasis, report::general_cell, report::Table;
+using report::Cell, report::columns, report::count_cell, report::Emphasis, report::general_cell, report::Table;
 
-constexpr std::size_t kMinValues = 8, kMinBins = 4, kBars = 24;
-constexpr double kOutlierScore = 3.5;  // robust sd from the median (Iglewicz and Hoaglin 1993)
-
-/// The quantities by which gyros are compared.
-struct LotQuantity {
-  const char *name, *unit;
-};
-constexpr std::array<LotQuantity, 6> kLotQuantities{{{"before_deg_per_h", "deg/h"},
-                                                     {"bias_stability_deg_per_h", "deg/h"},
-                                                     {"improvement_percent", "%"},
-                                                     {"hysteresis_gap_deg_per_h", "deg/h"},
-                                                     {"within_two_sd_percent", "%"},
-                                                     {"mean_of_training_deg_per_h", "deg/h"}}};
-
-// Results.
-
-std::optional<double> number_of(const Json& json, const char* key) {
-  return json.contains(key) && json[key].is_number() ? std::optional(json[key].get<double>()) : std::nullopt;
-}
-
-TaskResult parse_task_result(const Json& json, const PlannedTask& task) {
-  TaskResult result;
-  result.task = task.id;
-  result.gyro = task.gyro;
-  result.model = task.model;  // its current name: the stored one may be older, since the id does not contain it
-  result.serial = json.at("serial");
-  result.axis = json.at("axis");
-  result.level = json.at("level");
-  result.version = json.at("version");
-  result.refused = json.at("outcome") == "refused";
-  if (result.refused) {
-    result.why = json.at("why");
-    return result;
-  }
-  result.id = json.at("id");
-  result.simulated = json.at("simulated");
-  result.data_quality = json.at("data_quality");
-  result.mean_deg_per_h = number_of(json.at("training"), "mean_deg_per_h");
-  for (const Json& point : json.at("training").at("curve_degc_deg_per_h"))
-    result.curve.emplace_back(point.at(0), point.at(1));
-  for (const Json& judged : json.at("judged")) {
-    RecordingResult recording{judged.at("role"), judged.at("recording"), judged.at("trained_on"), {}};
-    for (const auto& item : judged.at("measured").items())
-      recording.measured.push_back({item.key(), "", number_of(judged["measured"], item.key().c_str())});
-    recording.measured.push_back({"before_deg_per_h", "", number_of(judged, "before_deg_per_h")});
-    result.evaluations.push_back(std::move(recording));
-  }
-  return result;
-}
-
-Result<TaskResult> read_task_result(const ResultStore& store, const PlannedTask& task) {
-  const std::string path = store.task_folder(task.id) + "/result.json";
-  const auto text = read_text_file(path, kMaxModelBytes);
-  if (!text) return tl::unexpected<Error>(text.error());
-  try {
-    return parse_task_result(Json::parse(*text), task);
-  } catch (const Json::exception& error) {
-    return make_error(
-        path, fmt::format("found {}, expected a result of this version; remove its directory to repeat the task",
-                          error.what()));
-  }
-}
+// Limits.
 
 void add_violations(const std::string& where, const std::vector<Limit>& limits, const std::vector<Measured>& measured,
                     std::vector<std::string>& violations) {
@@ -98,143 +49,143 @@ void add_quality_violations(const Json& quality, const LotLimits& limits, std::v
   const std::string grade = quality.at("verdict");
   std::vector<Measured> found;
   std::vector<std::string> names;
-  for (const Json& finding : quality.at("findings")) {
-    found.push_back({finding.at("name"), "", number_of(finding, "value")});
+  for (const auto& finding : quality.at("findings")) {
+    const auto& value = finding.at("value");
+    found.push_back({finding.at("name"), "", value.is_number() ? std::optional(value.get<double>()) : std::nullopt});
     if (finding.at("verdict") != "pass") names.push_back(finding.at("name"));
   }
   if (grade == "refuse" || (grade == "warn" && !limits.warnings_pass))
     violations.push_back(fmt::format("data quality: {} ({}), expected {}", grade, fmt::join(names, ", "),
                                      limits.warnings_pass ? "warn" : "pass"));
-  // "quantised" is listed only if the rate has steps.
   std::vector<Limit> applicable = limits.quality;
-  std::erase_if(applicable, [&](const Limit& limit) {
-    return limit.quantity == "quantised" &&
-           std::none_of(found.begin(), found.end(), [](const Measured& m) { return m.quantity == "quantised"; });
-  });
+  const auto is_quantised = [](const auto& named) { return named.quantity == "quantised"; };
+  // It is listed only if the rate has steps.
+  if (std::none_of(found.begin(), found.end(), is_quantised)) std::erase_if(applicable, is_quantised);
   add_violations("data quality", applicable, found, violations);
+}
+
+std::string limits_text(const std::vector<Limit>& limits) {
+  std::vector<std::string> texts;
+  for (const Limit& limit : limits) texts.push_back(limit.quantity + " " + analysis::range_text(limit));
+  return texts.empty() ? "none" : fmt::format("{}", fmt::join(texts, "; "));
 }
 
 // Comparison of gyros.
 
-struct LotStatistics {
-  std::size_t count = 0;
-  double min = 0, low = 0, median = 0, high = 0, max = 0;  // low and high: 5th and 95th percentile
-  double robust_sd = 0;                                    // 1.4826 × median absolute deviation
-};
+/// The quantities by which gyros are compared, with their units.
+constexpr std::array<std::pair<const char*, const char*>, 6> kQuantities{{{"before_deg_per_h", "deg/h"},
+                                                                          {"bias_stability_deg_per_h", "deg/h"},
+                                                                          {"improvement_percent", "%"},
+                                                                          {"hysteresis_gap_deg_per_h", "deg/h"},
+                                                                          {"within_two_sd_percent", "%"},
+                                                                          {"mean_of_training_deg_per_h", "deg/h"}}};
 
-/// `values` must not be empty.
-LotStatistics statistics_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto quantile = [&](double share) {  // with linear interpolation
+/// The mean over the repeat runs, or that of the training.
+std::optional<double> value_of(const TaskResult& result, const std::string& quantity) {
+  if (quantity == "mean_of_training_deg_per_h") return result.mean_deg_per_h;
+  double sum = 0, count = 0;
+  for (const RecordingResult& recording : result.evaluations) {
+    for (const Measured& m : recording.measured) {
+      if (recording.role == "repeat" && m.quantity == quantity && m.value) sum += *m.value, ++count;
+    }
+  }
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
+/// The values of a quantity of all gyros with one model, in increasing order.
+struct Spread {
+  std::vector<double> values;
+
+  double quantile(double share) const {  // with linear interpolation
     const double position = share * static_cast<double>(values.size() - 1);
     const auto below = static_cast<std::size_t>(position);
     const double part = position - static_cast<double>(below);
     return below + 1 < values.size() ? values[below] + part * (values[below + 1] - values[below]) : values.back();
-  };
-  return {values.size(),
-          values.front(),
-          quantile(0.05),
-          quantile(0.5),
-          quantile(0.95),
-          values.back(),
-          evaluation::robust_sd(values)};
-}
-
-std::vector<double> values_of(const std::vector<TaskResult>& results, const std::string& model, const char* quantity) {
-  std::vector<double> values;
-  for (const TaskResult& result : results) {
-    const auto value = result.model == model ? result.value(quantity) : std::nullopt;
-    if (value) values.push_back(*value);
   }
-  return values;
+};
+
+Spread spread_of(const Lot& lot, const std::string& model, const char* quantity) {
+  Spread spread;
+  for (const TaskResult& result : lot.results) {
+    const auto value = result.task.model.name == model ? value_of(result, quantity) : std::nullopt;
+    if (value) spread.values.push_back(*value);
+  }
+  std::sort(spread.values.begin(), spread.values.end());
+  return spread;
 }
 
 /// Rms difference and correlation of the bias-temperature curves of two gyros.
 struct Similarity {
   const TaskResult *one, *other;
-  double difference_deg_per_h = 0, correlation = 0;
+  double difference_deg_per_h, correlation;
 };
+
 /// Returns nullopt if they have fewer than four common bins.
 std::optional<Similarity> compare_curves(const TaskResult& a, const TaskResult& b) {
-  std::vector<double> x, y;
+  constexpr std::size_t kMinBins = 4;
+  std::vector<double> x, y, difference;
   for (const auto& [degc, bias] : a.curve) {
     for (const auto& [other_degc, other] : b.curve) {
-      if (degc == other_degc) x.push_back(bias), y.push_back(other);
+      if (degc == other_degc) x.push_back(bias), y.push_back(other), difference.push_back(bias - other);
     }
   }
   if (x.size() < kMinBins) return std::nullopt;
-  const auto n = static_cast<double>(x.size());
-  const double mean_x = evaluation::neumaier_sum(x) / n, mean_y = evaluation::neumaier_sum(y) / n;
-  double xx = 0, yy = 0, xy = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double dx = x[i] - mean_x, dy = y[i] - mean_y;
-    xx += dx * dx, yy += dy * dy, xy += dx * dy;
-  }
-  return Similarity{&a, &b, std::sqrt(std::max(0.0, xx + yy - 2 * xy) / n),
-                    xx > 0 && yy > 0 ? xy / std::sqrt(xx * yy) : 0};
+  const auto centred = evaluation::summarise(difference, evaluation::Divisor::kN, "difference");
+  return Similarity{&a, &b, centred ? centred->sd : kUnknown, evaluation::correlate(x, y, "curves").value_or(0)};
 }
 
 // Tables.
 
-Cell gyro_cell(const TaskResult& result, bool pages) {
-  Cell cell(result.gyro);
-  if (pages && !result.refused) cell.link = fmt::format("../tasks/{}/report/report.html", result.task);
+Cell gyro_cell(const LotFile& file, const TaskResult& result) {
+  Cell cell(result.task.gyro());
+  if (file.reports && result.refused.empty()) cell.link = fmt::format("../tasks/{}/report/report.html", result.task.id);
   return cell;
 }
 
 Table models_table(const LotFile& file, const Lot& lot) {
   Table table{"models", "The lot by model", "Installed: the first accepted model of each gyro, in this order.",
-              report::columns("model: | options: | accepted | rejected | refused | without a result | installed")};
+              columns("model: | options: | accepted | rejected | refused | without a result | installed")};
   const auto chosen = lot.chosen(file.models);
   std::set<std::string> gyros;
   for (const ModelChoice& model : file.models) {
     std::size_t accepted = 0, rejected = 0, refused = 0, missing = 0, installed = 0;
     for (const TaskResult& result : lot.results) {
-      gyros.insert(result.gyro);
-      if (result.model == model.name) ++(result.accepted() ? accepted : result.refused ? refused : rejected);
+      gyros.insert(result.task.gyro());
+      if (result.task.model.name == model.name)
+        ++(result.accepted() ? accepted : result.refused.empty() ? rejected : refused);
     }
     for (const MissingTask& task : lot.missing) missing += task.model == model.name;
-    for (const TaskResult* result : chosen) installed += result->model == model.name;
-    std::vector<Cell> row = {model.name, fmt::format("{}", fmt::join(model.words, " "))};
-    for (const std::size_t count : {accepted, rejected, refused, missing, installed})
-      row.push_back(report::count_cell(count));
-    table.rows.push_back(std::move(row));
+    for (const auto& [gyro, result] : chosen) installed += result->task.model.name == model.name;
+    table.rows.push_back({model.name, fmt::format("{}", fmt::join(model.words, " ")), count_cell(accepted),
+                          count_cell(rejected), count_cell(refused), count_cell(missing), count_cell(installed)});
   }
   table.meaning = fmt::format("{} of {} have an accepted model.", chosen.size(), counted(gyros.size(), "gyro"));
   return table;
 }
 
 Table gyros_table(const LotFile& file, const Lot& lot) {
-  Table table{
-      "gyros", "Every gyro with every model",
-      "Means over the repeat runs; 1 sigma of block means. Each run must meet the limits; a value that could not "
-      "be measured fails its limit.",
-      report::columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
+  Table table{"gyros", "Every gyro with every model",
+              "Means over the repeat runs; 1 sigma of block means. Each run must meet the limits; a value that could "
+              "not be measured fails its limit.",
+              columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
                       "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
   std::size_t accepted = 0;
   for (const TaskResult& result : lot.results) {
     accepted += result.accepted();
-    const auto value = [&](const char* quantity) { return general_cell(result.value(quantity), 4); };
-    table.rows.push_back({gyro_cell(result, file.reports),
-                          result.model,
-                          {result.accepted() ? "accepted"
-                           : result.refused  ? "refused"
-                                             : "rejected",
-                           result.accepted() ? Emphasis::kGood : Emphasis::kBad},
-                          report::count_cell(result.repeats()),
-                          value("before_deg_per_h"),
-                          value("bias_stability_deg_per_h"),
-                          value("improvement_percent"),
-                          value("hysteresis_gap_deg_per_h"),
-                          value("within_two_sd_percent"),
-                          fmt::format("{}", fmt::join(result.violations, "; ")),
-                          {result.id.substr(0, 12), Emphasis::kMuted}});
+    const Cell verdict = result.accepted() ? Cell("accepted", Emphasis::kGood)
+                                           : Cell(result.refused.empty() ? "rejected" : "refused", Emphasis::kBad);
+    const auto& runs = result.evaluations;
+    const auto repeats = std::count_if(runs.begin(), runs.end(), [](const auto& run) { return run.role == "repeat"; });
+    std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{
+        gyro_cell(file, result), result.task.model.name, verdict, count_cell(static_cast<std::size_t>(repeats))});
+    for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(result, kQuantities[i].first), 4));
+    row.emplace_back(fmt::format("{}", fmt::join(result.violations, "; ")));
+    row.emplace_back(result.id.substr(0, 12), Emphasis::kMuted);
   }
   for (const MissingTask& task : lot.missing) {
-    std::vector<Cell> row(table.columns.size(), report::kNothing);
+    std::vector<Cell>& row = table.rows.emplace_back(table.columns.size(), report::kNothing);
     row[0] = task.gyro, row[1] = task.model, row[2] = {"no result", Emphasis::kWarn};
     row[9] = task.why.empty() ? "not run yet" : task.why;
-    table.rows.push_back(std::move(row));
   }
   table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
   return table;
@@ -243,27 +194,24 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
 /// The improvements of the first model that has some.
 std::string lot_meaning(const LotFile& file, const Lot& lot) {
   for (const ModelChoice& model : file.models) {
-    const auto values = values_of(lot.results, model.name, "improvement_percent");
-    if (values.empty()) continue;
-    const LotStatistics s = statistics_of(values);
-    return fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.", model.name,
-                       s.median, s.low);
+    const Spread spread = spread_of(lot, model.name, "improvement_percent");
+    if (!spread.values.empty())
+      return fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.",
+                         model.name, spread.quantile(0.5), spread.quantile(0.05));
   }
   return "No gyro has an improvement.";
 }
 
-Table statistics_table(const LotFile& file, const Lot& lot) {
-  Table table{
-      "spread", "Distributions over the lot", "Robust sd: 1.4826 × median absolute deviation.",
-      report::columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd")};
+Table spread_table(const LotFile& file, const Lot& lot) {
+  Table table{"spread", "Distributions over the lot", "Robust sd: 1.4826 × median absolute deviation.",
+              columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd")};
   for (const ModelChoice& model : file.models) {
-    for (const LotQuantity& quantity : kLotQuantities) {
-      const auto values = values_of(lot.results, model.name, quantity.name);
-      if (values.empty()) continue;
-      const LotStatistics s = statistics_of(values);
-      std::vector<Cell> row = {model.name, quantity.name, quantity.unit, report::count_cell(s.count)};
-      for (const double value : {s.min, s.low, s.median, s.high, s.max, s.robust_sd})
-        row.push_back(general_cell(value, 4));
+    for (const auto& [quantity, unit] : kQuantities) {
+      const Spread spread = spread_of(lot, model.name, quantity);
+      if (spread.values.empty()) continue;
+      std::vector<Cell> row = {model.name, quantity, unit, count_cell(spread.values.size())};
+      for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(spread.quantile(share), 4));
+      row.push_back(general_cell(evaluation::robust_sd(spread.values), 4));
       table.rows.push_back(std::move(row));
     }
   }
@@ -271,64 +219,59 @@ Table statistics_table(const LotFile& file, const Lot& lot) {
   return table;
 }
 
-report::Series histogram(const std::string& model, const std::vector<double>& values, double min, double max,
-                         std::size_t number) {
+/// Histograms from the 1st to the 99th percentile of all models, so that one outlier does not change the bins.
+report::Figure spread_figure(const LotFile& file, const Lot& lot) {
+  constexpr std::size_t kBars = 24;
   constexpr std::array kInks{report::Ink::kCorrected, report::Ink::kModel, report::Ink::kAccent1, report::Ink::kAccent2,
                              report::Ink::kAccent3};
-  report::Series series{model, kInks[number % kInks.size()], report::SeriesStyle::kLinePoints};
-  const double width = (max - min) / static_cast<double>(kBars);
-  series.y.assign(kBars, 0);
-  for (std::size_t i = 0; i < kBars; ++i) series.x.push_back(min + width * (static_cast<double>(i) + 0.5));
-  for (const double value : values)
-    ++series.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - min) / width)))];
-  return series;
-}
-
-/// Histograms from the 1st to the 99th percentile of all models, so that one outlier does not change the bins.
-report::Figure statistics_figure(const LotFile& file, const Lot& lot) {
   report::Figure figure{"spread_figure",
                         "Distributions over the lot",
                         "Gyros in each of 24 bins; values outside are counted in the first and last bin.",
-                        {}};
-  figure.plot.columns = 2;
-  for (const LotQuantity& quantity : kLotQuantities) {
-    std::vector<std::vector<double>> values;
+                        {2, 260, {}},
+                        lot_meaning(file, lot)};
+  for (const auto& [quantity, unit] : kQuantities) {
+    std::vector<Spread> spreads;
     std::vector<double> all;
     for (const ModelChoice& model : file.models) {
-      values.push_back(values_of(lot.results, model.name, quantity.name));
-      all.insert(all.end(), values.back().begin(), values.back().end());
+      spreads.push_back(spread_of(lot, model.name, quantity));
+      all.insert(all.end(), spreads.back().values.begin(), spreads.back().values.end());
     }
     if (all.size() < 2) continue;
     std::sort(all.begin(), all.end());
     const double min = all[all.size() / 100], max = all[all.size() - 1 - all.size() / 100];
     if (!(max > min)) continue;
-    report::Panel panel;
-    panel.x.label = fmt::format("{}, {}", quantity.name, quantity.unit);
+    report::Panel panel{"", {fmt::format("{}, {}", quantity, unit)}, {"gyros"}};
     std::replace(panel.x.label.begin(), panel.x.label.end(), '_', ' ');
-    panel.y.label = "gyros";
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!values[i].empty()) panel.series.push_back(histogram(file.models[i].name, values[i], min, max, i));
+    const double width = (max - min) / static_cast<double>(kBars);
+    for (std::size_t m = 0; m < spreads.size(); ++m) {
+      if (spreads[m].values.empty()) continue;
+      report::Series bars{file.models[m].name, kInks[m % kInks.size()], report::SeriesStyle::kLinePoints};
+      bars.y.assign(kBars, 0);
+      for (std::size_t i = 0; i < kBars; ++i) bars.x.push_back(min + width * (static_cast<double>(i) + 0.5));
+      for (const double value : spreads[m].values)
+        ++bars.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - min) / width)))];
+      panel.series.push_back(std::move(bars));
     }
     figure.plot.panels.push_back(std::move(panel));
   }
-  figure.meaning = lot_meaning(file, lot);
   return figure;
 }
 
 Table outliers_table(const LotFile& file, const Lot& lot) {
+  constexpr std::size_t kMinValues = 8;
+  constexpr double kScore = 3.5;  // robust sd from the median (Iglewicz and Hoaglin 1993)
   Table table{"outliers", "Outliers",
-              fmt::format("More than {} robust sd from the median of the lot; for eight or more gyros.", kOutlierScore),
-              report::columns("gyro: | model: | quantity: | value | robust sds | verdict:")};
+              fmt::format("More than {} robust sd from the median of the lot; for eight or more gyros.", kScore),
+              columns("gyro: | model: | quantity: | value | robust sds | verdict:")};
   for (const ModelChoice& model : file.models) {
-    for (const LotQuantity& quantity : kLotQuantities) {
-      const auto values = values_of(lot.results, model.name, quantity.name);
-      if (values.size() < kMinValues) continue;
-      const LotStatistics all = statistics_of(values);
+    for (const auto& [quantity, unit] : kQuantities) {
+      const Spread spread = spread_of(lot, model.name, quantity);
+      const double sd = spread.values.size() < kMinValues ? 0 : evaluation::robust_sd(spread.values);
       for (const TaskResult& result : lot.results) {
-        const auto value = result.model == model.name ? result.value(quantity.name) : std::nullopt;
-        const double score = value && all.robust_sd > 0 ? (*value - all.median) / all.robust_sd : 0;
-        if (std::abs(score) > kOutlierScore)
-          table.rows.push_back({gyro_cell(result, file.reports), model.name, quantity.name, general_cell(value, 4),
+        const auto value = result.task.model.name == model.name ? value_of(result, quantity) : std::nullopt;
+        const double score = value && sd > 0 ? (*value - spread.quantile(0.5)) / sd : 0;
+        if (std::abs(score) > kScore)
+          table.rows.push_back({gyro_cell(file, result), model.name, quantity, general_cell(value, 4),
                                 report::fixed_cell(score, 1), result.accepted() ? "accepted" : "rejected"});
       }
     }
@@ -340,29 +283,29 @@ Table outliers_table(const LotFile& file, const Lot& lot) {
   return table;
 }
 
-Table nearest_gyros_table(const LotFile& file, const Lot& lot) {
+Table siblings_table(const LotFile& file, const Lot& lot) {
   Table table{"siblings", "Gyros with similar bias curves",
               "Each gyro and the gyro with the most similar bias against temperature (training recordings, bins of "
               "5 degC, mean subtracted); most similar pairs first, least similar last.",
-              report::columns("gyro: | most like: | rms difference [deg/h] | correlation")};
+              columns("gyro: | most like: | rms difference [deg/h] | correlation")};
   std::map<std::string, const TaskResult*> gyros;  // all models of a gyro have the same recordings, and the same curve
   for (const TaskResult& result : lot.results) {
-    if (!result.curve.empty()) gyros.emplace(result.gyro, &result);
+    if (!result.curve.empty()) gyros.emplace(result.task.gyro(), &result);
   }
-  const auto closer = [](const Similarity& a, const Similarity& b) {
-    return a.difference_deg_per_h < b.difference_deg_per_h;
-  };
   std::vector<Similarity> nearest;
   for (const auto& [name, one] : gyros) {
-    std::vector<Similarity> pairs;
+    std::optional<Similarity> best;
     for (const auto& [other_name, other] : gyros) {
-      if (const auto pair = compare_curves(*one, *other); pair && one != other) pairs.push_back(*pair);
+      const auto pair = one == other ? std::nullopt : compare_curves(*one, *other);
+      if (pair && (!best || pair->difference_deg_per_h < best->difference_deg_per_h)) best = pair;
     }
-    if (!pairs.empty()) nearest.push_back(*std::min_element(pairs.begin(), pairs.end(), closer));
+    if (best) nearest.push_back(*best);
   }
-  std::stable_sort(nearest.begin(), nearest.end(), closer);
+  std::stable_sort(nearest.begin(), nearest.end(), [](const Similarity& a, const Similarity& b) {
+    return a.difference_deg_per_h < b.difference_deg_per_h;
+  });
   for (const Similarity& pair : nearest)
-    table.rows.push_back({gyro_cell(*pair.one, file.reports), gyro_cell(*pair.other, file.reports),
+    table.rows.push_back({gyro_cell(file, *pair.one), gyro_cell(file, *pair.other),
                           general_cell(pair.difference_deg_per_h, 4), report::fixed_cell(pair.correlation, 3)});
   table.meaning = table.rows.empty() ? "No two gyros have enough temperatures in common."
                                      : fmt::format("Gyro {} is least like the others.", table.rows.back().front().text);
@@ -370,58 +313,129 @@ Table nearest_gyros_table(const LotFile& file, const Lot& lot) {
 }
 
 Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
+  constexpr const char* kStability = "bias_stability_deg_per_h";
   Table table{"drift", "Drift since the earlier campaign", "Same gyro and model: this campaign minus the earlier one.",
-              report::columns("gyro: | model: | mean [deg/h] | against temperature, rms [deg/h] | after, then [deg/h] "
-                              "| after, now [deg/h]")};
+              columns("gyro: | model: | mean [deg/h] | against temperature, rms [deg/h] | after, then [deg/h] | after, "
+                      "now [deg/h]")};
   double largest = -1;
   table.meaning = "No gyro is in both campaigns.";
   for (const TaskResult& now : lot.results) {
     const auto then = std::find_if(previous.results.begin(), previous.results.end(), [&](const TaskResult& other) {
-      return !other.refused && other.gyro == now.gyro && other.model == now.model;
+      return other.refused.empty() && other.task.gyro() == now.task.gyro() &&
+             other.task.model.name == now.task.model.name;
     });
-    if (now.refused || then == previous.results.end()) continue;
+    if (!now.refused.empty() || then == previous.results.end()) continue;
     std::optional<double> change, of_curve;
     if (now.mean_deg_per_h && then->mean_deg_per_h) change = *now.mean_deg_per_h - *then->mean_deg_per_h;
     if (const auto curves = compare_curves(now, *then)) of_curve = curves->difference_deg_per_h;
-    const Cell mean = general_cell(change, 4);
-    table.rows.push_back({gyro_cell(now, file.reports), now.model, mean, general_cell(of_curve, 4),
-                          general_cell(then->value("bias_stability_deg_per_h"), 4),
-                          general_cell(now.value("bias_stability_deg_per_h"), 4)});
+    table.rows.push_back({gyro_cell(file, now), now.task.model.name, general_cell(change, 4), general_cell(of_curve, 4),
+                          general_cell(value_of(*then, kStability), 4), general_cell(value_of(now, kStability), 4)});
     if (std::abs(change.value_or(0)) <= largest) continue;
     largest = std::abs(change.value_or(0));
-    table.meaning = fmt::format("The mean changed most for gyro {}, by {} deg/h.", now.gyro, mean.text);
+    table.meaning =
+        fmt::format("The mean changed most for gyro {}, by {} deg/h.", now.task.gyro(), table.rows.back()[2].text);
   }
   return table;
 }
 
-std::string limits_text(const std::vector<Limit>& limits) {
-  std::vector<std::string> texts;
-  for (const Limit& limit : limits) texts.push_back(limit.quantity + " " + analysis::range_text(limit));
-  return texts.empty() ? "none" : fmt::format("{}", fmt::join(texts, "; "));
+// Installation.
+
+constexpr const char* kManifest = "manifest.json";
+constexpr const char* kFormat = "prism-manifest";
+
+std::string file_name_of(const Task& task) {
+  std::string name = task.serial + (task.axis.empty() ? "" : "-" + task.axis);
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("-_.", c)) c = '_';
+  }
+  return (name.starts_with(".") ? "_" : "") + name + ".json";
+}
+
+std::string requested_by(const LotFile& file) {
+  if (!file.asked_by.empty()) return file.asked_by;
+  const passwd* user = ::getpwuid(::getuid());
+  return user ? user->pw_name : fmt::format("user {}", ::getuid());
+}
+
+/// Reads the model of a result. Errors: it is not the model that was evaluated, or belongs to another gyro.
+Result<std::string> model_text_of(const LotFile& file, const TaskResult& result) {
+  const std::string path = task_folder(file.folder, result.task.id) + "/model.json";
+  auto text = read_text_file(path, kMaxModelBytes);
+  if (!text) return text;
+  const auto model = compensation::parse_model(*text, path);
+  if (!model) return tl::unexpected<Error>(model.error());
+  const compensation::ModelInfo& info = (*model)->info();
+  if (info.id != result.id)
+    return make_error(path,
+                      fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id, result.id));
+  if (info.gyro_serial != result.task.serial)
+    return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"", info.gyro_serial,
+                                        result.task.serial));
+  return text;
+}
+
+/// The entries of the manifest in `folder`; none if the folder does not exist or is empty.
+Result<Json> old_entries(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return Json::array();
+  const std::string path = folder + "/" + kManifest;
+  const auto text = read_text_file(path, kMaxModelBytes);
+  if (!text)
+    return make_error(folder,
+                      fmt::format("found files but no {}, expected an empty folder or installed models", kManifest));
+  const Json json = Json::parse(*text, nullptr, false);
+  if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("models") ||
+      !json["models"].is_array())
+    return make_error(path, fmt::format("found other contents, expected a {} with \"models\"", kFormat));
+  return json["models"];
+}
+
+/// Writes the models and the manifest into `made`, a new folder that will replace `folder`.
+Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::string& made, const std::string& folder,
+                             bool keep_others) {
+  InstalledModels installed;
+  Json manifest = {
+      {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
+  std::error_code error;
+  const auto is_there = [&](const std::string& name) { return fs::exists(fs::path(made) / name, error); };
+  const auto add = [&](const Result<std::string>& text, Json entry) -> Result<void> {
+    if (!text) return tl::unexpected<Error>(text.error());
+    const std::string name = entry["file"];
+    if (!entry.contains("sha256")) entry["sha256"] = sha256_hex(*text);
+    manifest["models"].push_back(std::move(entry));
+    return write_text_file((fs::path(made) / name).string(), *text);
+  };
+  for (const auto& [gyro, result] : lot.chosen(file.models)) {
+    const std::string name = file_name_of(result->task);
+    if (is_there(name) || name == kManifest)
+      return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
+    Json entry = {
+        {"file", name}, {"campaign", file.name}, {"asked_by", requested_by(file)}, {"limits", file.limits.stated}};
+    entry.update(result_json(*result));
+    if (auto done = add(model_text_of(file, *result), std::move(entry)); !done)
+      return tl::unexpected<Error>(done.error());
+    ++installed.models;
+  }
+  const auto others = old_entries(folder);
+  if (!others) return tl::unexpected<Error>(others.error());
+  for (const Json& entry : *others) {
+    const std::string name = entry.is_object() ? entry.value("file", "") : "";
+    if (!keep_others || name.empty() || name.find('/') != std::string::npos || is_there(name)) continue;
+    if (auto done = add(read_text_file((fs::path(folder) / name).string(), kMaxModelBytes), entry); !done)
+      return tl::unexpected<Error>(done.error());
+    ++installed.kept;
+  }
+  if (auto done = write_text_file(made + "/" + kManifest, json_text(manifest, 1) + "\n"); !done)
+    return tl::unexpected<Error>(done.error());
+  return installed;
 }
 
 }  // namespace
 
-std::size_t TaskResult::repeats() const {
-  return static_cast<std::size_t>(
-      std::count_if(evaluations.begin(), evaluations.end(), [](const auto& e) { return e.role == "repeat"; }));
-}
-
-std::optional<double> TaskResult::value(const std::string& quantity) const {
-  if (quantity == "mean_of_training_deg_per_h") return mean_deg_per_h;
-  double sum = 0, count = 0;
-  for (const RecordingResult& recording : evaluations) {
-    for (const Measured& m : recording.measured) {
-      if (recording.role == "repeat" && m.quantity == quantity && m.value) sum += *m.value, ++count;
-    }
-  }
-  return count > 0 ? std::optional(sum / count) : std::nullopt;
-}
-
 std::vector<std::string> find_violations(const TaskResult& result, const LotLimits& limits) {
-  if (result.refused) return {"refused: " + result.why};
+  if (!result.refused.empty()) return {"refused: " + result.refused};
   std::vector<std::string> violations;
-  for (const Json& quality : result.data_quality) add_quality_violations(quality, limits, violations);
+  for (const auto& quality : result.data_quality) add_quality_violations(quality, limits, violations);
   for (const RecordingResult& recording : result.evaluations) {
     const std::string where = recording.role + " " + recording.recording;
     add_violations(where, recording.role == "repeat" ? limits.repeat : limits.other, recording.measured, violations);
@@ -431,38 +445,30 @@ std::vector<std::string> find_violations(const TaskResult& result, const LotLimi
   return violations;
 }
 
-std::vector<const TaskResult*> Lot::chosen(const std::vector<ModelChoice>& models) const {
-  std::map<std::string, std::pair<std::size_t, const TaskResult*>> best;  // by gyro, with the place of its model
-  std::vector<std::string> order;
-  for (const TaskResult& result : results) {
-    const auto place = static_cast<std::size_t>(
-        std::find_if(models.begin(), models.end(), [&](const auto& m) { return m.name == result.model; }) -
-        models.begin());
-    if (!result.accepted() || place == models.size()) continue;
-    const auto [found, first] = best.try_emplace(result.gyro, place, &result);
-    if (first) order.push_back(result.gyro);
-    if (place < found->second.first) found->second = {place, &result};
+std::map<std::string, const TaskResult*> Lot::chosen(const std::vector<ModelChoice>& models) const {
+  std::map<std::string, const TaskResult*> chosen;
+  for (const ModelChoice& model : models) {
+    for (const TaskResult& result : results) {
+      if (result.accepted() && result.task.model.name == model.name) chosen.try_emplace(result.task.gyro(), &result);
+    }
   }
-  std::vector<const TaskResult*> chosen;
-  for (const std::string& gyro : order) chosen.push_back(best.at(gyro).second);
   return chosen;
 }
 
-Result<Lot> read_lot(const ResultStore& store, const LotLimits& limits) {
-  const auto plan = store.read_plan();
+Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
+  auto plan = read_plan(folder);
   if (!plan) return tl::unexpected<Error>(plan.error());
   Lot lot;
-  for (const PlannedTask& task : *plan) {
-    if (task.left_out()) {
-      lot.left_out.push_back({task.gyro, task.model});
-    } else if (!store.has_result(task.id)) {
-      lot.missing.push_back({task.gyro, task.model, store.failure(task.id)});
-    } else {
-      auto result = read_task_result(store, task);
-      if (!result) return tl::unexpected<Error>(result.error());
-      result->violations = find_violations(*result, limits);
-      lot.results.push_back(std::move(*result));
+  lot.left_out = std::move(plan->left_out);
+  for (const Task& task : plan->tasks) {
+    if (!has_result(folder, task.id)) {
+      lot.missing.push_back({task.gyro(), task.model.name, failure(folder, task.id)});
+      continue;
     }
+    auto result = read_result(folder, task);
+    if (!result) return tl::unexpected<Error>(result.error());
+    result->violations = find_violations(*result, limits);
+    lot.results.push_back(std::move(*result));
   }
   return lot;
 }
@@ -471,7 +477,7 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
   report::Report report;
   std::set<std::string> gyros, levels;
   for (const TaskResult& result : lot.results) {
-    gyros.insert(result.gyro);
+    gyros.insert(result.task.gyro());
     levels.insert(result.level);
     report.simulated = report.simulated || result.simulated;
   }
@@ -479,7 +485,7 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
   report.subtitle =
       fmt::format("{} with a result, {} of them with an accepted model; {} without a result",
                   counted(gyros.size(), "gyro"), lot.chosen(file.models).size(), counted(lot.missing.size(), "task"));
-  report.tool = std::string("prismcal ") + kVersion;
+  report.tool = "prismcal " + file.version;
   report.facts = {
       {"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
       {"limits, data quality", fmt::format("worst grade {}; {}", file.limits.warnings_pass ? "warn" : "pass",
@@ -493,14 +499,31 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
   if (levels.size() > 1)
     report.warning +=
         fmt::format("Processor levels differ: {}; the last digits of models depend on them.", fmt::join(levels, ", "));
-  report.sections = {
-      {"summary", "The lot", {models_table(file, lot), statistics_table(file, lot)}},
-      {"verdicts", "Every gyro", {gyros_table(file, lot)}},
-      {"company", "Outliers and similar gyros", {outliers_table(file, lot), nearest_gyros_table(file, lot)}}};
-  if (auto figure = statistics_figure(file, lot); !figure.plot.panels.empty())
+  report.sections = {{"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}},
+                     {"verdicts", "Every gyro", {gyros_table(file, lot)}},
+                     {"company", "Outliers and similar gyros", {outliers_table(file, lot), siblings_table(file, lot)}}};
+  if (auto figure = spread_figure(file, lot); !figure.plot.panels.empty())
     report.sections[0].blocks.emplace_back(std::move(figure));
   if (previous) report.sections.push_back({"drift_section", "Drift", {drift_table(file, lot, *previous)}});
   return report;
+}
+
+Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder,
+                                       bool keep_others) {
+  std::error_code error;
+  std::string target = fs::absolute(folder, error).lexically_normal().string();
+  while (target.size() > 1 && target.back() == '/') target.pop_back();
+  if (fs::is_symlink(target, error)) target = fs::canonical(target, error).string();
+  const std::string made = fmt::format("{}.{}.new", target, ::getpid());
+  fs::remove_all(made, error);
+  if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be created");
+  auto installed = fill(file, lot, made, target, keep_others);
+  const bool exists = fs::exists(target, error);
+  if (installed && (exists ? ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE)
+                           : ::rename(made.c_str(), target.c_str())) != 0)
+    installed = make_error(target, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(errno)));
+  if (!installed || exists) fs::remove_all(made, error);
+  return installed;
 }
 
 }  // namespace prism::campaign

@@ -1,39 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The results of a lot: each gyro with each model, its violated limits, the comparison of the gyros, and the report.
+// The results of a lot: each gyro with each model, its violated limits, the comparison of the gyros, the report,
+// and the installation of accepted models.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tools/prismcal/campaign/tasks.hpp"
 #include "tools/prismcal/report/document.hpp"
 
 namespace prism::campaign {
-
-struct RecordingResult {
-  std::string role, recording;
-  std::string trained_on;                    ///< what it shares with the training data; empty: nothing
-  std::vector<analysis::Measured> measured;  ///< without units; before_deg_per_h: 1 sigma before compensation
-};
-
-struct TaskResult {
-  std::string task, serial, axis, gyro, model, id, level, version;
-  bool refused = false;  ///< training or evaluation rejected the data
-  bool simulated = false;
-  std::string why;  ///< reason, if refused
-  std::vector<RecordingResult> evaluations;
-  Json data_quality = Json::array();             ///< of each training recording
-  std::optional<double> mean_deg_per_h;          ///< mean bias of the training blocks
-  std::vector<std::pair<double, double>> curve;  ///< degC; mean bias there minus mean_deg_per_h
-  std::vector<std::string> violations;           ///< violated limits, one line each
-
-  bool accepted() const { return violations.empty(); }
-  std::size_t repeats() const;  ///< evaluations of role repeat
-  /// A quantity of the lot's tables: the mean over the repeat runs, or mean_of_training_deg_per_h.
-  std::optional<double> value(const std::string& quantity) const;
-};
 
 /// Returns the violated limits of `result`, one line each. A value that could not be measured violates its limit. An
 /// evaluation on training data is also listed.
@@ -50,15 +28,28 @@ struct Lot {
   std::vector<LeftOutInput> left_out;
 
   /// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.
-  std::vector<const TaskResult*> chosen(const std::vector<ModelChoice>& models) const;
+  std::map<std::string, const TaskResult*> chosen(const std::vector<ModelChoice>& models) const;
 };
 
-/// Reads all results of the plan. Errors: no plan, a result that cannot be read.
-Result<Lot> read_lot(const ResultStore& store, const LotLimits& limits);
+/// Reads all results of the plan in `folder`. Errors: no plan, a result that cannot be read.
+Result<Lot> read_lot(const std::string& folder, const LotLimits& limits);
 
 /// The lot by model, every gyro with every model, distributions, outliers, and each gyro with the one whose
 /// bias-temperature curve is the most similar. `previous`: an earlier lot, for the drift since then, or null. Links to
 /// tasks' pages are relative to FOLDER/report.
 report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous);
+
+struct InstalledModels {
+  std::size_t models = 0;  ///< from this lot
+  std::size_t kept = 0;    ///< models of other gyros that were in the folder before
+};
+
+/// Writes the chosen model of each gyro to `folder` as SERIAL.json or SERIAL-AXIS.json, and manifest.json with their
+/// SHA-256, results, limits and "asked_by". Prepares a new folder and exchanges it atomically, so that readers see
+/// either all old or all new files. `keep_others`: keeps the models of gyros that are not chosen. Errors: a model is
+/// not the evaluated one or belongs to another gyro, two gyros have the same file name, `folder` has files but no
+/// manifest, or the file system cannot exchange folders.
+Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder,
+                                       bool keep_others);
 
 }  // namespace prism::campaign

@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kFindings = {"temperature_span", "length", "explainable", "moved",
                                             "disturbed",        "noise",  "quantised"};
 
+constexpr const char* kWildcards = "*?[{";
+
 std::string absolute_in(const fs::path& base, const std::string& path) {
   return path.empty() ? path : (base / path).lexically_normal().string();
 }
@@ -47,16 +49,12 @@ std::vector<std::string> words_of(const Section& section, std::vector<std::strin
   return words;
 }
 
-/// The folder or file name with the first *, and the number of those before it; none if * does not determine a text.
-std::pair<std::string, std::size_t> name_with_star(const std::string& pattern) {
-  constexpr const char* kWildcards = "*?[{";
-  const std::size_t star = pattern.find_first_of(kWildcards);
-  if (star == std::string::npos || pattern[star] != '*') return {};
-  const std::size_t begin = pattern.rfind('/', star) + 1, end = std::min(pattern.find('/', star), pattern.size());
-  if (pattern.substr(star + 1, end - star - 1).find_first_of(kWildcards) != std::string::npos) return {};
-  return {
-      pattern.substr(begin, end - begin),
-      static_cast<std::size_t>(std::count(pattern.begin(), pattern.begin() + static_cast<std::ptrdiff_t>(begin), '/'))};
+/// The end of the folder or file name with the first wildcard, if that is a * and the only one of its name; else 0.
+std::size_t end_of_name_with_star(const std::string& pattern) {
+  const std::size_t star = pattern.find_first_of(kWildcards), end = std::min(pattern.find('/', star), pattern.size());
+  const bool is_only_star = star != pattern.npos && pattern[star] == '*' &&
+                            pattern.substr(star + 1, end - star - 1).find_first_of(kWildcards) == pattern.npos;
+  return is_only_star ? end : 0;
 }
 
 std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path& base) {
@@ -65,7 +63,7 @@ std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path&
     RecordingPattern recording{static_cast<Role>(section.choice("role", kRoleNames)), {}, section.text("serial", "")};
     for (const std::string& pattern : section.texts("paths")) {
       recording.patterns.push_back(absolute_in(base, pattern));
-      if (recording.serial == "*" && name_with_star(recording.patterns.back()).first.empty())
+      if (recording.serial == "*" && end_of_name_with_star(recording.patterns.back()) == 0)
         section.fail("serial", fmt::format("found \"*\" with the path {}, expected a path whose first * is the first "
                                            "wildcard, and the only one of its name",
                                            pattern));
@@ -95,11 +93,8 @@ std::vector<analysis::Limit> read_limits(const Section& limits, const std::strin
 }  // namespace
 
 std::string matched_by_star(const std::string& pattern, const std::string& path) {
-  const auto [name, above] = name_with_star(pattern);
-  std::size_t begin = 0;
-  for (std::size_t i = 0; i < above; ++i) begin = path.find('/', begin) + 1;
-  const std::size_t length = std::min(path.find('/', begin), path.size()) - begin;
-  return path.substr(begin + name.find('*'), length - (name.size() - 1));
+  const std::size_t star = pattern.find('*'), after = end_of_name_with_star(pattern) - star - 1;
+  return path.substr(star, std::min(path.find('/', star), path.size()) - star - after);
 }
 
 Result<LotFile> parse_lot_file(std::string_view text, const std::string& path) {
@@ -126,6 +121,7 @@ Result<LotFile> parse_lot_file(std::string_view text, const std::string& path) {
   file.limits.quality = read_limits(quality, "findings", kFindings);
   file.limits.repeat = read_limits(limits, "repeat");
   file.limits.other = read_limits(limits, "other");
+  if (root.has("limits")) file.limits.stated = root.any("limits");
   const Section output = root.object("output");
   file.folder = absolute_in(base, output.text("folder", file.name + ".campaign"));
   file.reports = output.boolean("reports", true);

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "config/version.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
 
 namespace prism::campaign {
@@ -33,6 +35,7 @@ struct LotLimits {
   std::vector<analysis::Limit> quality;  ///< for every training recording, of the findings of the data-quality check
   std::vector<analysis::Limit> repeat;   ///< for every recording with role repeat
   std::vector<analysis::Limit> other;    ///< for every recording with role other
+  nlohmann::ordered_json stated = nlohmann::ordered_json::object();  ///< as in the file
 };
 
 struct LotFile {
@@ -45,17 +48,18 @@ struct LotFile {
   std::string folder;                 ///< output directory, absolute
   bool reports = true;                ///< writes a page for each task
   std::string previous;               ///< output directory of an earlier lot, absolute; empty: none
+  std::string version = kVersion;     ///< of this program
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 
-/// Paths in the file are relative to its directory. Options are checked by Work::check (tasks.hpp), not here. Errors,
-/// with the JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or repeat,
-/// no model, a serial number "*" that a pattern does not determine.
+/// Paths in the file are relative to its directory. Does not check the options of models and judging. Errors, with the
+/// JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or repeat, no model,
+/// a serial number "*" that a pattern does not determine.
 Result<LotFile> parse_lot_file(std::string_view text, const std::string& path);
 Result<LotFile> load_lot_file(const std::string& path);
 
-/// The text that the first * of a pattern matched in a path. The * must be the first wildcard of the pattern and the
-/// only one of its folder or file name, which parse_lot_file() checks.
+/// The text that the first * of a pattern matched in a path: the pattern has no wildcard before it, and no other one in
+/// the same folder or file name, which parse_lot_file() checks.
 std::string matched_by_star(const std::string& pattern, const std::string& path);
 
 }  // namespace prism::campaign

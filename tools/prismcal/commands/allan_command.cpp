@@ -43,8 +43,8 @@ void add_allan_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
   const auto choice = std::make_shared<AllanChoice>();
-  command->add_option("file", choice->file, "prismd's log (file or folder), or any table of evenly spaced rates")
-      ->required();
+  add_options(*command, {{"file", &choice->file, "prismd's log (file or folder), or any table of evenly spaced rates"}},
+              Need::kRequired);
   add_options(
       *command,
       {{"--column", &choice->series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},

@@ -13,27 +13,24 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "compensation/kernels/kernels.hpp"
-#include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
-#include "tools/prismcal/campaign/installation.hpp"
+#include "tools/prismcal/campaign/lot.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/training_run.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
 namespace {
 
-using campaign::LotFile, campaign::ResultStore, campaign::Role, campaign::Task;
-
-constexpr double kCurveBin_degc = 5;
+using campaign::LotFile, campaign::Role, campaign::Task, campaign::TaskResult;
 
 // Work of a task.
 
 /// Parses options as the command line does. Errors: "--method=lq: …".
-template <class Choice, class Add>
-Result<Choice> parse_options(std::vector<std::string> words, const Add& add) {
+template <class Choice>
+Result<Choice> parse_options(std::vector<std::string> words, void (*add)(CLI::App&, Choice&)) {
   CLI::App app("options");
   app.set_help_flag();
   Choice choice;
@@ -47,21 +44,12 @@ Result<Choice> parse_options(std::vector<std::string> words, const Add& add) {
   return choice;
 }
 
-Result<TrainChoice> train_choice(const std::vector<std::string>& words) {
-  return parse_options<TrainChoice>(words, [](CLI::App& app, TrainChoice& choice) { add_train_options(app, choice); });
-}
-
-Result<EvaluateChoice> evaluate_choice(const std::vector<std::string>& words) {
-  return parse_options<EvaluateChoice>(
-      words, [](CLI::App& app, EvaluateChoice& choice) { add_common_options(app, choice.common); });
-}
-
 Result<void> check_model(const std::vector<std::string>& words) {
-  const auto choice = train_choice(words);
+  const auto choice = parse_options(words, add_train_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
   auto settings = settings_of(choice->method);
   if (!settings) return make_error("", settings.error().text());
-  const auto names = recordings::csv_fields(choice->inputs, ',');
+  const auto names = tables::list_items(choice->inputs);
   const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
   if (!terms) return make_error("", terms.error().text());
   if (!choice->prior.empty() || !choice->recordings.source.config.empty())
@@ -72,11 +60,11 @@ Result<void> check_model(const std::vector<std::string>& words) {
 }
 
 Result<void> check_judging(const std::vector<std::string>& words) {
-  const auto choice = evaluate_choice(words);
+  const auto choice = parse_options(words, add_common_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
-  if (!choice->common.fallback.empty() || !choice->common.source.config.empty())
+  if (!choice->fallback.empty() || !choice->source.config.empty())
     return make_error("", "found fallback or config, expected neither: their files are not inputs of a task");
-  const auto correction = correction_settings(choice->common);
+  const auto correction = correction_settings(*choice);
   if (!correction) return make_error("", correction.error().text());
   return {};
 }
@@ -91,27 +79,26 @@ Result<void> check_options(const LotFile& file) {
   return {};
 }
 
-Json number_json(std::optional<double> value) { return value && std::isfinite(*value) ? Json(*value) : Json(); }
-
-/// Mean bias in bins of temperature, minus the overall mean, for the comparison of gyros in a lot.
-Json curve_json(const std::vector<TrainingRun::Curve>& curves) {
+/// Sets the mean bias, and that in bins of temperature minus the overall mean.
+void set_curve(const std::vector<TrainingRun::Curve>& curves, TaskResult& result) {
+  constexpr double kBin_degc = 5;
   std::map<int, std::pair<double, int>> bins;
   double sum = 0;
   int blocks = 0;
   for (const TrainingRun::Curve& curve : curves) {
     for (std::size_t i = 0; i < curve.bias_deg_per_h.size(); ++i) {
       if (!std::isfinite(curve.temperature_degc[i]) || !std::isfinite(curve.bias_deg_per_h[i])) continue;
-      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kCurveBin_degc))];
+      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kBin_degc))];
       bias += curve.bias_deg_per_h[i];
       sum += curve.bias_deg_per_h[i];
       ++count;
       ++blocks;
     }
   }
-  Json curve = Json::array();
+  if (blocks == 0) return;
+  result.mean_deg_per_h = sum / blocks;
   for (const auto& [bin, mean] : bins)
-    curve.push_back({kCurveBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks});
-  return {{"mean_deg_per_h", blocks > 0 ? number_json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
+    result.curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
 }
 
 /// Returns a file of the recording that was also used for training; empty: none. Compares SHA-256, since equal seconds
@@ -127,17 +114,6 @@ std::string shared_file(const RecordingEvaluation& evaluated, const Task& task) 
   return {};
 }
 
-Json evaluation_json(const RecordingEvaluation& evaluated, const Task& task, Role role) {
-  Json json = {{"role", campaign::role_name(role)},
-               {"recording", evaluated.loaded.table.name},
-               {"blocks", evaluated.loaded.table.size()},
-               {"before_deg_per_h", number_json(evaluated.evaluation.stability.before.sd)},
-               {"trained_on", shared_file(evaluated, task)},
-               {"measured", Json::object()}};
-  for (const analysis::Measured& m : evaluated.measured) json["measured"][m.quantity] = number_json(m.value);
-  return json;
-}
-
 /// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
 std::string loaded_level() {
   Dl_info found{};
@@ -149,15 +125,15 @@ std::string loaded_level() {
   return "baseline";
 }
 
-Result<Json> run_work(const Task& task, const std::string& folder) {
-  Json json = {{"outcome", "trained"},     {"task", task.id},         {"serial", task.serial},  {"axis", task.axis},
-               {"model", task.model.name}, {"version", task.version}, {"level", loaded_level()}};
-  const auto refused = [&json](const Error& error) {
-    json["outcome"] = "refused";
-    json["why"] = error.text();
-    return json;
+Result<TaskResult> run_work(const Task& task, const std::string& folder) {
+  TaskResult result;
+  result.task = task;
+  result.level = loaded_level();
+  const auto refused = [&result](const Error& error) {
+    result.refused = error.text();
+    return result;
   };
-  auto choice = train_choice(task.model.words);
+  auto choice = parse_options(task.model.words, add_train_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
   choice->files = task.paths(Role::kTrain);
   choice->serial = task.serial;
@@ -168,35 +144,39 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   if (!trained) return refused(trained.error());
   if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial)
     return make_error(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial));
-  auto evaluation = evaluate_choice(task.judging);
-  if (!evaluation) return tl::unexpected<Error>(evaluation.error());
-  evaluation->model = folder + "/model.json";
-  if (auto done = write_text_file(evaluation->model, trained->model_text()); !done)
+  EvaluateChoice evaluation;
+  evaluation.model = folder + "/model.json";
+  if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
     return tl::unexpected<Error>(done.error());
-  std::vector<Role> roles;
+  auto common = parse_options(task.judging, add_common_options);
+  if (!common) return tl::unexpected<Error>(common.error());
+  evaluation.common = std::move(*common);
+  evaluation.common.json = false;
+  evaluation.common.quiet = true;
   for (const Role role : {Role::kRepeat, Role::kOther}) {
     for (std::string& path : task.paths(role)) {
-      evaluation->recordings.push_back(std::move(path));
-      roles.push_back(role);
+      evaluation.recordings.push_back(std::move(path));
+      result.evaluations.push_back({campaign::role_name(role), "", "", {}});
     }
   }
-  evaluation->common.json = false;
-  evaluation->common.quiet = true;
-  const auto evaluated = evaluate_recordings(*evaluation);
+  const auto evaluated = evaluate_recordings(evaluation);
   if (!evaluated) return refused(evaluated.error());
-  evaluation->common.out = task.report ? folder + "/report" : "";
-  if (auto done = write_report(evaluated->report, evaluation->common); !done)
-    return tl::unexpected<Error>(done.error());
-  json["id"] = trained->trained.model->info().id;
-  for (const Json& facts : trained->set.facts) json["data_quality"].push_back(facts["data_quality"]);
-  json["training"] = curve_json(trained->curves);
-  for (std::size_t i = 0; i < roles.size(); ++i)
-    json["judged"].push_back(evaluation_json(evaluated->cases[i], task, roles[i]));
-  json["simulated"] = evaluated->report.simulated;
-  return json;
+  evaluation.common.out = task.report ? folder + "/report" : "";
+  if (auto done = write_report(evaluated->report, evaluation.common); !done) return tl::unexpected<Error>(done.error());
+  result.id = trained->trained.model->info().id;
+  result.simulated = evaluated->report.simulated;
+  for (const auto& facts : trained->set.facts) result.data_quality.push_back(facts["data_quality"]);
+  set_curve(trained->curves, result);
+  for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
+    const RecordingEvaluation& one = evaluated->cases[i];
+    campaign::RecordingResult& stored = result.evaluations[i];
+    stored.recording = one.loaded.table.name;
+    stored.trained_on = shared_file(one, task);
+    stored.measured = one.measured;
+    stored.measured.push_back({"before_deg_per_h", "", one.evaluation.stability.before.sd});
+  }
+  return result;
 }
-
-campaign::Work work() { return {kVersion, check_options, run_work}; }
 
 // Actions.
 
@@ -211,25 +191,25 @@ void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
     fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
 }
 
-void print_plan(const campaign::Plan& plan, const ResultStore& store) {
+void print_plan(const campaign::Plan& plan, const LotFile& file) {
   std::size_t to_do = 0;
   fmt::print("{:<32}  {:<20}  {:<14}\n", "task", "gyro", "model");
   for (const Task& task : plan.tasks) {
-    const bool has_result = store.has_result(task.id);
+    const bool done = campaign::has_result(file.folder, task.id);
     fmt::print("{}  {:<20}  {:<14}  {}\n", task.id, printable(task.gyro()), printable(task.model.name),
-               has_result ? "done" : "to do");
-    to_do += !has_result;
+               done ? "done" : "to do");
+    to_do += !done;
   }
   print_left_out(plan.left_out);
-  fmt::print("{} tasks of {} gyros, {} to do\n", plan.tasks.size(), plan.gyros, to_do);
+  fmt::print("{} tasks of {} gyros, {} to do\n", plan.tasks.size(), plan.tasks.size() / file.models.size(), to_do);
 }
 
 /// One shell command for each task without a result: it needs nothing but the directories and this program.
-void print_commands(const campaign::Plan& plan, const LotFile& file, const ResultStore& store) {
+void print_commands(const campaign::Plan& plan, const LotFile& file) {
   std::error_code error;
   const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
   for (const Task& task : plan.tasks) {
-    if (!store.has_result(task.id))
+    if (!campaign::has_result(file.folder, task.id))
       fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id);
   }
 }
@@ -239,39 +219,37 @@ int print_status(const campaign::Lot& lot) {
       std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.why.empty(); }));
   fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
              lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
-  for (const campaign::TaskResult& result : lot.results) {
-    if (result.refused)
-      fmt::print("refused: {}, {}: {}\n", printable(result.gyro), printable(result.model), printable(result.why));
-  }
-  for (const campaign::MissingTask& task : lot.missing) {
-    if (!task.why.empty())
-      fmt::print("failed: {}, {}: {}\n", printable(task.gyro), printable(task.model), printable(task.why));
-  }
+  const auto print = [](const char* how, const std::string& gyro, const std::string& model, const std::string& why) {
+    if (!why.empty()) fmt::print("{}: {}, {}: {}\n", how, printable(gyro), printable(model), printable(why));
+  };
+  for (const TaskResult& result : lot.results)
+    print("refused", result.task.gyro(), result.task.model.name, result.refused);
+  for (const campaign::MissingTask& task : lot.missing) print("failed", task.gyro, task.model, task.why);
   print_left_out(lot.left_out);
   return failed == 0 ? 0 : 1;
 }
 
-Result<int> collect(const LotFile& file, const ResultStore& store, const campaign::Lot& lot) {
+Result<int> collect(const LotFile& file, const campaign::Lot& lot) {
   std::optional<campaign::Lot> previous;
   if (!file.previous.empty()) {
-    auto read = campaign::read_lot(ResultStore(file.previous), file.limits);
+    auto read = campaign::read_lot(file.previous, file.limits);
     if (!read) return make_error(file.path + ":/previous", read.error().text());
     previous = std::move(*read);
   }
   CommonOptions options;
-  options.out = store.file("report");
+  options.out = file.folder + "/report";
   const auto report = campaign::lot_report(file, lot, previous ? &*previous : nullptr);
   if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
-  const auto accepted = campaign::install_models(file, store, lot, store.file("accepted"), false);
+  const std::string folder = file.folder + "/accepted";
+  const auto accepted = campaign::install_models(file, lot, folder, false);
   if (!accepted) return tl::unexpected<Error>(accepted.error());
-  fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, store.file("accepted"));
+  fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, folder);
   if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
   return lot.missing.empty() ? 0 : 1;
 }
 
-Result<int> install(const LotFile& file, const ResultStore& store, const campaign::Lot& lot,
-                    const std::string& folder) {
-  const auto installed = campaign::install_models(file, store, lot, folder, true);
+Result<int> install(const LotFile& file, const campaign::Lot& lot, const std::string& folder) {
+  const auto installed = campaign::install_models(file, lot, folder, true);
   if (!installed) return tl::unexpected<Error>(installed.error());
   fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
              folder, installed->kept, lot.missing.size());
@@ -286,28 +264,29 @@ Result<int> run_campaign(const CampaignChoice& choice) {
     return kExitConfig;
   }
   for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
-  const ResultStore store(file->folder);
   if (!choice.task.empty()) {
-    const auto task = store.read_task(choice.task);
-    const auto done = task ? campaign::run_task(store, *task, work()) : tl::unexpected<Error>(task.error());
-    if (!done) return tl::unexpected<Error>(done.error());
+    const auto plan = campaign::read_plan(file->folder, choice.task);
+    if (!plan) return tl::unexpected<Error>(plan.error());
+    if (auto done = campaign::run_task(*file, plan->tasks.front(), run_work); !done)
+      return tl::unexpected<Error>(done.error());
     return 0;
   }
   if (choice.plan || !choice.engine.empty()) {
-    const auto plan = campaign::make_plan(*file, work());
+    const auto plan = check_options(*file).and_then([&] { return campaign::make_plan(*file); });
     if (!plan) return tl::unexpected<Error>(plan.error());
-    if (auto written = store.write_plan(*plan); !written) return tl::unexpected<Error>(written.error());
-    choice.plan ? print_plan(*plan, store) : print_commands(*plan, *file, store);
+    if (auto written = campaign::write_plan(file->folder, *plan); !written)
+      return tl::unexpected<Error>(written.error());
+    choice.plan ? print_plan(*plan, *file) : print_commands(*plan, *file);
     return 0;
   }
   if (!choice.status && !choice.collect && choice.install.empty())
     return make_error("campaign",
                       "found no action, expected --engine print and a program that runs its lines "
                       "(docs/campaign.md), --plan, --status, --collect or --install");
-  const auto lot = campaign::read_lot(store, file->limits);
+  const auto lot = campaign::read_lot(file->folder, file->limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
   if (choice.status) return print_status(*lot);
-  return choice.collect ? collect(*file, store, *lot) : install(*file, store, *lot, choice.install);
+  return choice.collect ? collect(*file, *lot) : install(*file, *lot, choice.install);
 }
 
 /// The engines of versions up to 0.3 name their replacement.
@@ -324,18 +303,18 @@ void add_campaign_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("campaign", "train and evaluate models of hundreds of gyros, with GNU parallel or Slurm");
   const auto choice = std::make_shared<CampaignChoice>();
-  command->add_option("file", choice->file, "campaign file (JSON): recordings, models, limits, output")->required();
-  const std::vector<CLI::Option*> actions = {
-      command->add_flag("--plan", choice->plan, "print the tasks"),
-      command->add_flag("--status", choice->status, "print the numbers of finished and failed tasks, and the reasons"),
-      command->add_option("--task", choice->task, "run this task, as the printed commands do"),
-      command->add_flag("--collect", choice->collect,
-                        "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models"),
-      command->add_option("--install", choice->install, "install the accepted models in this folder, atomically"),
-      command
-          ->add_option("--engine", choice->engine,
-                       "print: one shell command per task without a result, for GNU parallel or Slurm")
-          ->check(CLI::Validator(check_engine, "print", "engine"))};
+  add_options(*command, {{"file", &choice->file, "campaign file (JSON): recordings, models, limits, output"}},
+              Need::kRequired);
+  const auto actions = add_options(
+      *command,
+      {{"--plan", &choice->plan, "print the tasks"},
+       {"--status", &choice->status, "print the numbers of finished and failed tasks, and the reasons"},
+       {"--task", &choice->task, "run this task, as the printed commands do"},
+       {"--collect", &choice->collect,
+        "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models"},
+       {"--install", &choice->install, "install the accepted models in this folder, atomically"},
+       {"--engine", &choice->engine, "print: one shell command per task without a result, for GNU parallel or Slurm",
+        CLI::Validator(check_engine, "print", "engine")}});
   for (std::size_t i = 0; i < actions.size(); ++i) {
     for (std::size_t j = i + 1; j < actions.size(); ++j) actions[i]->excludes(actions[j]);
   }

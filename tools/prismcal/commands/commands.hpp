@@ -32,6 +32,9 @@ int failed(const Error& error);
 /// The result, or failed().
 int exit_code(const Result<int>& done);
 
+/// Help of the recordings of a command.
+inline constexpr const char* kRecordings = "prismd's logs (files or folders), captures, or CSV with --map";
+
 Result<compensation::ModelPtr> load_model(const std::string& path);
 
 /// Reads all *.json of `folder`, sorted by name, for `train --prior`, except models of gyro `own_serial` (if not

@@ -49,22 +49,23 @@ void add_common_options(CLI::App& command, CommonOptions& o) {
   add_site_options(command, o.site);
   const std::vector<std::string> policies(compensation::kExtrapolationNames.begin(),
                                           compensation::kExtrapolationNames.end());
+  add_options(command, {{"--max-bias", &o.max_bias_deg_per_h,
+                         "largest accepted bias, deg/h (default: from --config, else 100)", tools::positive()},
+                        {"--out", &o.out, "folder for report.html, report.csv and report.json"},
+                        {"--any-gyro", &o.any_gyro, "accept a recording of another gyro than the model's"},
+                        {"--json", &o.json, "print the report as JSON"},
+                        {"--quiet", &o.quiet, "no remarks on stderr"}});
   add_options(
       command,
       {{"--divisor", &o.divisor, "divisor of the variance: N or N-1 (default)", one_of({"N", "N-1"})},
-       {"--max-bias", &o.max_bias_deg_per_h, "largest accepted bias, deg/h (default: from --config, else 100)",
-        tools::positive()},
        {"--extrapolation", &o.extrapolation,
         "predictions outside the training range: preset, flag, clamp or shrink (default: from --config, else "
         "preset)",
         one_of(policies)},
        {"--fallback", &o.fallback, "model used while the window is not full (default: from --config, else none)"},
-       {"--out", &o.out, "folder for report.html, report.csv and report.json"},
        {"--all-blocks", &o.all_blocks, "report every block and row of long recordings, not their means and extremes"},
-       {"--simulated", &o.simulated, "mark all pages as simulated data"},
-       {"--any-gyro", &o.any_gyro, "accept a recording of another gyro than the model's"},
-       {"--json", &o.json, "print the report as JSON"},
-       {"--quiet", &o.quiet, "no remarks on stderr"}});
+       {"--simulated", &o.simulated, "mark all pages as simulated data"}},
+      Need::kFew);
 }
 
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {

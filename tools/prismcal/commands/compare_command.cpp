@@ -13,6 +13,7 @@
 #include "tools/prismcal/analysis/model_evaluation.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/recordings/fingerprint.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
@@ -174,9 +175,10 @@ Result<int> compare(const CompareChoice& choice) {
 void add_compare_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("compare", "compare models on recordings in one table");
   const auto choice = std::make_shared<CompareChoice>();
-  command->add_option("models", choice->models, "model files; the first is the reference")->required();
-  command->add_option("--on", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
-      ->required();
+  add_options(*command,
+              {{"models", &choice->models, "model files; the first is the reference"},
+               {"--on", &choice->recordings, kRecordings}},
+              Need::kRequired);
   add_common_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal compare old.json new.json --on repeat.csv --on other.csv"});
   command->callback([choice, &code] { code = exit_code(compare(*choice)); });

@@ -15,6 +15,7 @@
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
@@ -115,14 +116,15 @@ void add_convert_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("convert", "convert a recording to a capture with one frame per second, for prismd --replay");
   const auto choice = std::make_shared<ConvertChoice>();
-  command->add_option("recording", choice->recording, "prismd's log (file or folder), a capture, or CSV with --map")
-      ->required();
-  command->add_option("--out", choice->out, "capture to write")->required();
-  command->add_option("--frames", choice->frames, "frame description with one frame per second, by name or path")
-      ->capture_default_str();
+  add_options(*command,
+              {{"recording", &choice->recording, "prismd's log (file or folder), a capture, or CSV with --map"},
+               {"--out", &choice->out, "capture to write"}},
+              Need::kRequired);
+  add_options(*command,
+              {{"--frames", &choice->frames, "frame description with one frame per second, by name or path"}});
   add_source_options(*command, choice->source);
   accept_site_options(*command);  // a capture has the rate as it was measured
-  command->add_flag("--quiet", choice->quiet, "no remarks on stderr");
+  add_options(*command, {{"--quiet", &choice->quiet, "no remarks on stderr"}});
   tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
   command->callback([choice, &code] {
     const auto frames = convert(*choice);

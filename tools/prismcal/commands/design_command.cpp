@@ -106,58 +106,26 @@ Result<Basis> basis_of(const DesignChoice& choice, const std::vector<design::Inp
 
 // The report.
 
-std::string profile_meaning(const design::Plan& plan) {
-  double soaks = 0, soaks_h = 0, from = plan.profile.start_degc;
-  for (const simulation::ChamberSegment& s : plan.profile.segments) {
-    if (s.end_degc == from) ++soaks, soaks_h += s.duration_s / 3600;
-    from = s.end_degc;
-  }
-  return fmt::format("The chamber soaks {:.0f} times, {:.1f} h in all, and changes temperature in the other {:.1f} h.",
-                     soaks, soaks_h, plan.profile.duration_s() / 3600 - soaks_h);
-}
-
-std::string gyro_meaning(const design::Plan& plan) {
-  return fmt::format("The gyro goes from {:.1f} to {:.1f} °C; the domain has temperatures from {:.1f} to {:.1f} °C.",
-                     plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), plan.domain_t_degc.minCoeff(),
-                     plan.domain_t_degc.maxCoeff());
-}
-
-std::string worth_meaning(const design::Plan& plan) {
-  const auto& others = plan.others;
-  const auto best = std::min_element(others.begin(), others.end(), [](const design::Worth& a, const design::Worth& b) {
-    return a.sd_deg_per_h < b.sd_deg_per_h;
-  });
-  std::string text = fmt::format("The designed profile takes {:.0f} % of the sd away",
-                                 100 * (1 - plan.after_deg_per_h / plan.before_deg_per_h));
-  if (best != others.end())
-    text += fmt::format("; the best other, {}, {:.0f} % in {:.1f} h", best->name,
-                        100 * (1 - best->sd_deg_per_h / plan.before_deg_per_h), best->hours);
-  return text + ".";
-}
-
-std::string sd_meaning(const design::Plan& plan) {
-  Eigen::Index worst = 0;
-  const double sd = plan.sd_after.maxCoeff(&worst);
-  return fmt::format("After the recording the model knows least at {:.1f} °C: {:.5f} deg/h, {:.5f} before.",
-                     plan.domain_t_degc[worst], sd, plan.sd_before[worst]);
-}
-
 report::Table profile_table(const design::Plan& plan) {
   report::Table table{"profile", "The designed profile",
                       "The chamber goes from one set-point to the next in a straight line.",
                       report::columns("from [h] | to [h] | set-point [degC] | rate [degC/min] | what:")};
-  double time_h = 0, from = plan.profile.start_degc;
+  double time_h = 0, from = plan.profile.start_degc, soaks_h = 0;
+  int soaks = 0;
   for (const simulation::ChamberSegment& s : plan.profile.segments) {
-    const double rate = (s.end_degc - from) / (s.duration_s / 60);
-    table.rows.push_back({report::fixed_cell(time_h, 2), report::fixed_cell(time_h + s.duration_s / 3600, 2),
+    const double rate = (s.end_degc - from) / (s.duration_s / 60), hours = s.duration_s / 3600;
+    table.rows.push_back({report::fixed_cell(time_h, 2), report::fixed_cell(time_h + hours, 2),
                           report::fixed_cell(s.end_degc, 0), report::fixed_cell(rate, 2),
                           rate == 0  ? "soak"
                           : rate > 0 ? "heating"
                                      : "cooling"});
-    time_h += s.duration_s / 3600;
+    if (rate == 0) ++soaks, soaks_h += hours;
+    time_h += hours;
     from = s.end_degc;
   }
-  table.meaning = profile_meaning(plan);
+  table.meaning =
+      fmt::format("The chamber soaks {} times, {:.1f} h in all, and changes temperature in the other {:.1f} h.", soaks,
+                  soaks_h, plan.profile.duration_s() / 3600 - soaks_h);
   return table;
 }
 
@@ -165,19 +133,26 @@ report::Table worth_table(const design::Plan& plan) {
   report::Table table{"worth", "What a recording is worth",
                       "Root mean square over the domain of the sd that the model states for another run.",
                       report::columns("recording: | length [h] | sd after [deg/h]")};
-  const auto add = [&](const std::string& name, std::optional<double> hours, double sd, report::Emphasis emphasis) {
+  const auto add = [&](const std::string& name, std::optional<double> hours, double sd,
+                       report::Emphasis emphasis = report::Emphasis::kNone) {
     table.rows.push_back({{name, emphasis}, report::fixed_cell(hours, 1), report::fixed_cell(sd, 5, emphasis)});
   };
-  add("none: spread of the bias", std::nullopt, plan.spread_deg_per_h, report::Emphasis::kNone);
-  for (const design::Worth& made : plan.made) add(made.name, made.hours, made.sd_deg_per_h, report::Emphasis::kNone);
-  const double hours = plan.profile.duration_s() / 3600;
+  add("none: spread of the bias", std::nullopt, plan.spread_deg_per_h);
+  for (const design::Worth& made : plan.made) add(made.name, made.hours, made.sd_deg_per_h);
   const std::string next = plan.made.empty() ? "first" : "next";
-  add(next + ": designed", hours, plan.after_deg_per_h, report::Emphasis::kBest);
-  if (plan.repeated_deg_per_h > 0)
-    add(next + ": like the last", plan.made.back().hours, plan.repeated_deg_per_h, report::Emphasis::kNone);
-  for (const design::Worth& other : plan.others)
-    add(next + ": " + other.name, other.hours, other.sd_deg_per_h, report::Emphasis::kNone);
-  table.meaning = worth_meaning(plan);
+  add(next + ": designed", plan.profile.duration_s() / 3600, plan.after_deg_per_h, report::Emphasis::kBest);
+  if (plan.repeated_deg_per_h > 0) add(next + ": like the last", plan.made.back().hours, plan.repeated_deg_per_h);
+  for (const design::Worth& other : plan.others) add(next + ": " + other.name, other.hours, other.sd_deg_per_h);
+  const auto removed_percent = [&](double sd) { return 100 * (1 - sd / plan.before_deg_per_h); };
+  table.meaning =
+      fmt::format("The designed profile takes {:.0f} % of the sd away", removed_percent(plan.after_deg_per_h));
+  const auto best =
+      std::min_element(plan.others.begin(), plan.others.end(),
+                       [](const design::Worth& a, const design::Worth& b) { return a.sd_deg_per_h < b.sd_deg_per_h; });
+  if (best != plan.others.end())
+    table.meaning += fmt::format("; the best other, {}, {:.0f} % in {:.1f} h", best->name,
+                                 removed_percent(best->sd_deg_per_h), best->hours);
+  table.meaning += ".";
   return table;
 }
 
@@ -196,29 +171,32 @@ report::Figure profile_figure(const design::Plan& plan, const design::PlanSettin
           fmt::format("The gyro follows with {:.0f} min, {:g} degC warmer (assumed).", settings.response.lag_s / 60,
                       settings.response.self_heating_degc),
           {1, 260, {{"", {"time, h"}, {"temperature, degC"}, {chamber, gyro}}}},
-          gyro_meaning(plan)};
+          fmt::format("The gyro goes from {:.1f} to {:.1f} °C; the domain has temperatures from {:.1f} to {:.1f} °C.",
+                      plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), plan.domain_t_degc.minCoeff(),
+                      plan.domain_t_degc.maxCoeff())};
 }
 
 report::Figure sd_figure(const design::Plan& plan) {
-  std::vector<std::size_t> order(static_cast<std::size_t>(plan.domain_t_degc.size()));
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return plan.domain_t_degc[static_cast<Eigen::Index>(a)] < plan.domain_t_degc[static_cast<Eigen::Index>(b)];
-  });
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(plan.domain_t_degc.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return plan.domain_t_degc[a] < plan.domain_t_degc[b]; });
   report::Series before{"before", report::Ink::kRaw, report::SeriesStyle::kPoints},
       after{"after", report::Ink::kCorrected, report::SeriesStyle::kOpenPoints};
-  for (const std::size_t i : order) {
-    const auto at = static_cast<Eigen::Index>(i);
+  for (const Eigen::Index at : order) {
     before.x.push_back(plan.domain_t_degc[at]);
     before.y.push_back(plan.sd_before[at]);
-    after.x.push_back(plan.domain_t_degc[at]);
     after.y.push_back(plan.sd_after[at]);
   }
+  after.x = before.x;
+  Eigen::Index worst = 0;
+  const double sd = plan.sd_after.maxCoeff(&worst);
   return {"sd_figure",
           "The expected sd over the domain",
           "Points of the domain; other inputs differ between points of equal T.",
           {1, 260, {{"", {"T, degC"}, {"sd, deg/h"}, {before, after}}}},
-          sd_meaning(plan)};
+          fmt::format("After the recording the model knows least at {:.1f} °C: {:.5f} deg/h, {:.5f} before.",
+                      plan.domain_t_degc[worst], sd, plan.sd_before[worst])};
 }
 
 /// `basis`: model or prior that the plan comes from, for the header.
@@ -240,10 +218,10 @@ report::Report design_report(const design::Plan& plan, const design::PlanSetting
 }
 
 std::string first_line(const design::Plan& plan, const std::string& out) {
-  const std::string others = fmt::format("{} takes {:.1f} h for {:.5f}", plan.others.front().name,
-                                         plan.others.front().hours, plan.others.front().sd_deg_per_h);
-  return fmt::format("{}: {:.1f} h; expected sd {:.5f} deg/h, now {:.5f}; {}", out, plan.profile.duration_s() / 3600,
-                     plan.after_deg_per_h, plan.before_deg_per_h, others);
+  const design::Worth& other = plan.others.front();
+  return fmt::format("{}: {:.1f} h; expected sd {:.5f} deg/h, now {:.5f}; {} takes {:.1f} h for {:.5f}", out,
+                     plan.profile.duration_s() / 3600, plan.after_deg_per_h, plan.before_deg_per_h, other.name,
+                     other.hours, other.sd_deg_per_h);
 }
 
 Result<int> run(const DesignChoice& choice) {
@@ -288,14 +266,14 @@ void add_design_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("design", "plan the next recording: the chamber profile that a model needs most");
   const auto choice = std::make_shared<DesignChoice>();
-  command->add_option("model", choice->model,
-                      "composite model of the gyro (default: --prior, or --bias-sd and --noise)");
-  command->add_option("--out", choice->out, "CSV of set-points to write: time_s,temperature_degc")->required();
-  command->add_option("--mission", choice->mission, "recordings of the use, instead of --domain");
-  command->add_option("--recordings", choice->made, "recordings already made that the model was not trained on");
+  add_options(*command, {{"--out", &choice->out, "CSV of set-points to write: time_s,temperature_degc"}},
+              Need::kRequired);
   add_options(
       *command,
-      {{"--domain", &choice->domain,
+      {{"model", &choice->model, "composite model of the gyro (default: --prior, or --bias-sd and --noise)"},
+       {"--mission", &choice->mission, "recordings of the use, instead of --domain"},
+       {"--recordings", &choice->made, "recordings already made that the model was not trained on"},
+       {"--domain", &choice->domain,
         "inputs that the model must serve: \"T=-40:60, dTdt=-1:1 degC/min\"; slopes need their unit"},
        {"--chamber", &choice->chamber, "limits: \"rate<=2 degC/min, T=-45:65\" (default: 1 degC/min, -40 to 70 degC)"},
        {"--hours", &choice->hours, "length of the recording, h", tools::within(0.5, 200)},

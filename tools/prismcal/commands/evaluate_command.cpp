@@ -170,9 +170,8 @@ void add_evaluate_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("evaluate", "evaluate a model on recordings: stability, Allan deviation, limits, report");
   const auto choice = std::make_shared<EvaluateChoice>();
-  command->add_option("model", choice->model, "model file")->required();
-  command->add_option("recordings", choice->recordings, "prismd's logs (files or folders), captures, or CSV with --map")
-      ->required();
+  add_options(*command, {{"model", &choice->model, "model file"}, {"recordings", &choice->recordings, kRecordings}},
+              Need::kRequired);
   add_options(*command,
               {{"--training", &choice->training, "recording used for training, for the figure of the training range"},
                {"--limits", &choice->limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},

@@ -14,6 +14,7 @@
 #include "tools/prismcal/c_export/c_export.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/common_options.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 
 namespace prism::commands {
@@ -74,19 +75,18 @@ Result<int> run(ExportChoice& choice) {
 void add_export_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("export", "write a model as C99 source for firmware");
   const auto choice = std::make_shared<ExportChoice>();
-  command->add_option("model", choice->model, "model file")->required();
-  command->add_option("--c", choice->folder, "folder for the C files; files of the same names are replaced")
-      ->required();
-  command->add_flag("--float", choice->c.single, "numbers are float, not double");
-  command->add_option("--extrapolation", choice->policy, "outside the training range: flag or clamp")
-      ->check(CLI::IsMember({"flag", "clamp"}))
-      ->capture_default_str();
-  CLI::Option* most =
-      command->add_option("--max-bytes", choice->c.max_bytes, "most bytes of tables: kernel models lose centres")
-          ->check(tools::positive());
-  CLI::Option* on = command->add_option("--on", choice->recording, "recording on which the loss by this is measured");
-  most->needs(on);
-  on->needs(most);
+  add_options(*command,
+              {{"model", &choice->model, "model file"},
+               {"--c", &choice->folder, "folder for the C files; files of the same names are replaced"}},
+              Need::kRequired);
+  const auto options = add_options(
+      *command,
+      {{"--float", &choice->c.single, "numbers are float, not double"},
+       {"--extrapolation", &choice->policy, "outside the training range: flag or clamp", one_of({"flag", "clamp"})},
+       {"--max-bytes", &choice->c.max_bytes, "most bytes of tables: kernel models lose centres", tools::positive()},
+       {"--on", &choice->recording, "recording on which the loss by this is measured"}});
+  options[2]->needs(options[3]);
+  options[3]->needs(options[2]);
   add_source_options(*command, choice->common.source);
   accept_site_options(*command);
   choice->common.site.no_earth_rate = true;  // the loss does not depend on it

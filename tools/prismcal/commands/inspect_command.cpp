@@ -8,27 +8,26 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/data_quality.hpp"
 #include "compensation/features.hpp"
+#include "compensation/sample.hpp"
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
-#include "tools/prismcal/recordings/table_summary.hpp"
+#include "tools/prismcal/recordings/sample_grid.hpp"
 
 namespace prism::commands {
 namespace {
-
-using recordings::ColumnSummary;
-using recordings::TableSummary;
-using recordings::TimeSummary;
 
 struct InspectChoice {
   std::string file;
@@ -36,19 +35,156 @@ struct InspectChoice {
   bool json = false;
 };
 
+/// At most 64 means of equal numbers of rows, in order; kUnknown without a value. The number of rows doubles whenever
+/// there are twice as many means.
+class Course {
+ public:
+  void add(double value) {
+    if (std::isfinite(value)) sum_ += value, ++known_;
+    if (++rows_ < each_) return;
+    means_.push_back(known_ > 0 ? sum_ / static_cast<double>(known_) : kUnknown);
+    sum_ = 0, known_ = rows_ = 0;
+    if (means_.size() < 2 * kMost) return;
+    means_ = halved();
+    each_ *= 2;
+  }
+  std::vector<double> means() const { return means_.size() > kMost ? halved() : means_; }
+
+ private:
+  std::vector<double> halved() const {
+    std::vector<double> half;
+    for (std::size_t i = 0; i + 1 < means_.size(); i += 2) {
+      const double a = means_[i], b = means_[i + 1];
+      half.push_back(std::isnan(a) ? b : std::isnan(b) ? a : (a + b) / 2);
+    }
+    return half;
+  }
+
+  static constexpr std::size_t kMost = 64;
+  std::vector<double> means_;
+  double sum_ = 0;
+  std::size_t known_ = 0, rows_ = 0, each_ = 1;
+};
+
+struct ColumnSummary {
+  tables::Header header;
+  tables::ColumnKind kind = tables::ColumnKind::kText;
+  double smallest = kUnknown, largest = kUnknown;  ///< as in the file
+  std::size_t missing = 0;
+  Course course = {};
+
+  void take(double value) {
+    course.add(value);
+    if (!std::isfinite(value)) return;
+    smallest = std::fmin(smallest, value);
+    largest = std::fmax(largest, value);
+  }
+};
+
+struct TimeSummary {
+  std::string column, format;
+  std::int64_t first_ns = 0, last_ns = 0;
+  bool is_date = false;  ///< ns since 1970 UTC; otherwise since the origin of the file
+  std::optional<recordings::SampleGrid> grid;
+  std::string no_grid;  ///< why sample_grid() found no sample time
+};
+
+struct TableSummary {
+  std::string form, command;  ///< command: train_command()
+  bool states_rate = false;   ///< the command is complete but for the site
+  std::size_t rows = 0, torn = 0;
+  std::vector<ColumnSummary> columns;
+  std::optional<TimeSummary> time;
+  std::vector<std::string> remarks;  ///< findings of a training with the columns that the table names, one line each
+  std::string problem;               ///< of the time, or of the first bad row: the summary ends there; empty: none
+};
+
+/// The findings of a training with the columns that the table names, which are read again, but for those on the time;
+/// the reason if it cannot use them.
+std::vector<std::string> remarks_on(const tables::PlainTable& table, const tables::TableOptions& options) {
+  recordings::SourceOptions source;
+  source.table = options;
+  source.table.silence();
+  source.map = recordings::suggested_map(table, options);
+  std::erase_if(source.map, [](const std::string& entry) { return entry.ends_with(":UNIT"); });
+  const auto is_time = [](const std::string& entry) { return entry.starts_with("time="); };
+  if (options.interval_s == 0 && std::none_of(source.map.begin(), source.map.end(), is_time)) return {};
+  const auto ignore = [](const auto&...) { return Result<void>(); };
+  auto recording = recordings::read_recording(table.path(), source, {ignore, ignore});
+  if (!recording) return {recording.error().what};
+  std::erase_if(recording->findings,
+                [](const recordings::Finding& finding) { return finding.kind == "time"; });  // TimeSummary
+  std::vector<std::string> remarks = recording->remarks();
+  for (std::string& question : recording->questions()) remarks.push_back(std::move(question));
+  return remarks;
+}
+
+/// Errors: those of PlainTable::open().
+Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options) {
+  auto table = tables::PlainTable::open(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
+  TableSummary summary;
+  summary.form = table->form_text();
+  summary.command = recordings::train_command(*table, options);
+  const auto rate = recordings::rate_column(*table);
+  summary.states_rate = rate.has_value();
+  tables::Selection selection;
+  for (std::size_t i = 0; i < table->columns().size(); ++i) {
+    summary.columns.push_back({table->columns()[i], table->kind(i)});
+    if (table->kind(i) == tables::ColumnKind::kNumber) selection.numbers.push_back(i);
+  }
+  const std::vector<std::size_t> numbers = selection.numbers;
+  const auto time = table->time_column();
+  if (time) selection.time = tables::TimeSelection{*time};
+  if (auto good = table->select(selection); !good) {
+    summary.problem = good.error().text();
+    selection.time.reset();
+    if (good = table->select(selection); !good) return tl::unexpected<Error>(good.error());
+  }
+  std::vector<std::int64_t> stamps_ns;
+  tables::Row row;
+  while (true) {
+    const auto more = table->next(row);
+    if (!more) summary.problem = more.error().text();
+    if (!more || !*more) break;
+    for (std::size_t i = 0; i < numbers.size(); ++i) summary.columns[numbers[i]].take(row.values[i]);
+    if (table->time()) stamps_ns.push_back(row.time_ns);
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) summary.columns[numbers[i]].missing = table->missing(i);
+  summary.rows = table->rows();
+  summary.torn = table->torn();
+  if (!stamps_ns.empty()) {
+    summary.time = TimeSummary{table->columns()[*time].text,
+                               table->time()->text(),
+                               stamps_ns.front(),
+                               stamps_ns.back(),
+                               table->has_dates(),
+                               {},
+                               {}};
+    const auto interval_s = options.interval_s > 0 ? std::optional(options.interval_s) : std::nullopt;
+    if (auto grid = recordings::sample_grid(stamps_ns, path, interval_s))
+      summary.time->grid = std::move(*grid);
+    else
+      summary.time->no_grid = std::move(grid.error().what);
+  }
+  if (rate && summary.problem.empty()) summary.remarks = remarks_on(*table, options);
+  return summary;
+}
+
 /// The course of a column in one line of eighths of a block.
 std::string spark(const ColumnSummary& column) {
   constexpr const char* kEighths[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  const std::vector<double> course = column.course.means();
   double low = INFINITY, high = -INFINITY;
-  for (const double mean : column.course) {
+  for (const double mean : course) {
     if (std::isfinite(mean)) low = std::min(low, mean), high = std::max(high, mean);
   }
   // The means of a constant column differ by rounding.
   const bool constant = !(column.largest > column.smallest) || !(high > low);
   std::string text;
-  const std::size_t step = column.course.size() > 32 ? 2 : 1;
-  for (std::size_t i = 0; i < column.course.size(); i += step) {
-    const double mean = column.course[i];
+  const std::size_t step = course.size() > 32 ? 2 : 1;
+  for (std::size_t i = 0; i < course.size(); i += step) {
+    const double mean = course[i];
     const double part = !constant ? (mean / 2 - low / 2) / (high / 2 - low / 2) : 0;  // high - low may overflow
     text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
   }
@@ -230,7 +366,7 @@ Result<int> run(const InspectChoice& choice) {
   const auto kind = recordings::bytes_kind(choice.file);
   if (!kind) return tl::unexpected<Error>(kind.error());
   if (!kind->empty()) return run_bytes(choice, *kind);
-  const auto summary = recordings::summarise_table(choice.file, choice.table);
+  const auto summary = summarise_table(choice.file, choice.table);
   if (!summary) return tl::unexpected<Error>(summary.error());
   if (choice.json)
     fmt::print("{}\n", json_text(json_of(*summary, choice.file), 2));
@@ -246,15 +382,12 @@ void add_inspect_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("inspect", "show how a file of another program is understood, before training");
   const auto choice = std::make_shared<InspectChoice>();
-  command->add_option("file", choice->file, "plain table, capture or raw bytes")->required();
-  command->add_option("--interval", choice->table.interval_s, "seconds between rows")->check(tools::positive());
+  add_options(*command, {{"file", &choice->file, "plain table, capture or raw bytes"}}, Need::kRequired);
+  add_options(*command, {{"--interval", &choice->table.interval_s, "seconds between rows", tools::positive()}});
   add_table_options(*command, choice->table);
-  command->add_flag("--json", choice->json, "print JSON");
+  add_options(*command, {{"--json", &choice->json, "print JSON"}});
   tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.csv --decimal , --json"});
-  command->callback([choice, &code] {
-    const auto done = run(*choice);
-    code = done ? *done : failed(done.error());
-  });
+  command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }
 
 }  // namespace prism::commands

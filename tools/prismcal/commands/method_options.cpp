@@ -8,7 +8,6 @@
 #include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/option_table.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 
 namespace prism::commands {
 namespace {
@@ -37,10 +36,12 @@ std::string method_help() {
 void add_method_options(CLI::App& command, MethodOptions& o) {
   using training::method_names;
   const std::string terms = method_names(training::kTerms) + ": ";
+  add_options(command, {{"--method", &o.method, method_help(), one_of(known_methods())},
+                        {"--json", &o.json, "print JSON"},
+                        {"--quiet", &o.quiet, "no progress on stderr"}});
   add_options(
       command,
-      {{"--method", &o.method, method_help(), one_of(known_methods())},
-       {"--weight", &o.weight, method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)",
+      {{"--weight", &o.weight, method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)",
         one_of({"huber", "hampel", "logistic", "myriad"})},
        {"--c", &o.c, "regularisation, normalised units; with --sigma2: no tuning", tools::positive()},
        {"--sigma2", &o.sigma2, "kernel width squared, normalised units", tools::positive()},
@@ -67,12 +68,8 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
        {"--start", &o.start, terms + "initial terms, or none"},
        {"--p-enter", &o.p_enter, terms + "p below which a term is added", tools::within(0, 1)},
        {"--p-remove", &o.p_remove, terms + "p above which a term is removed", tools::within(0, 1)},
-       {"--memory", &o.memory_mb, "memory limit of training, MB", tools::positive()},
-       {"--json", &o.json, "print JSON"},
-       {"--quiet", &o.quiet, "no progress on stderr"}});
-  show_later(command, {"--weight", "--c", "--sigma2", "--beta", "--delta", "--epsilon", "--tune", "--folds",
-                       "--reweight", "--scale", "--hampel-floor", "--drift", "--normalise", "--seed", "--threads",
-                       "--start", "--p-enter", "--p-remove", "--memory"});
+       {"--memory", &o.memory_mb, "memory limit of training, MB", tools::positive()}},
+      Need::kFew);
 }
 
 std::string method_name_of(const MethodOptions& options) {
@@ -136,7 +133,7 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
   settings.terms = std::move(terms);
   std::vector<std::string> known;
   for (const auto& powers : settings.terms) known.push_back(training::term_name(powers, names));
-  if (!options.start.empty()) start = recordings::csv_fields(options.start == "none" ? "" : options.start, ',');
+  if (!options.start.empty()) start = tables::list_items(options.start == "none" ? "" : options.start);
   for (const std::string& wanted : start) {
     const auto at = std::find(known.begin(), known.end(), wanted);
     if (at != known.end()) settings.stepwise.start.push_back(static_cast<int>(at - known.begin()));

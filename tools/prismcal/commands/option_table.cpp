@@ -14,7 +14,6 @@ CLI::Option* add_value(CLI::App& command, const OptionRow& row, Value& value) {
     return command.add_flag(row.flag, value, row.help);
   } else {
     CLI::Option* option = command.add_option(row.flag, value, row.help);
-    if constexpr (requires { value.push_back({}); } && !std::is_same_v<Value, std::string>) option->delimiter(',');
     if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
       if (value != Value()) option->capture_default_str();
     }
@@ -26,17 +25,15 @@ CLI::Option* add_value(CLI::App& command, const OptionRow& row, Value& value) {
 
 CLI::Validator one_of(std::vector<std::string> names) { return CLI::IsMember(std::move(names)); }
 
-std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<OptionRow>& rows) {
+std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<OptionRow>& rows, Need need) {
   std::vector<CLI::Option*> options;
   for (const OptionRow& row : rows) {
     options.push_back(std::visit([&](auto* value) { return add_value(command, row, *value); }, row.member));
     if (row.check) options.back()->check(*row.check);
+    if (need == Need::kRequired) options.back()->required();
+    if (need == Need::kFew) options.back()->group("Further options");
   }
   return options;
-}
-
-void show_later(CLI::App& command, const std::vector<std::string>& flags) {
-  for (const std::string& flag : flags) command.get_option(flag)->group("Further options");
 }
 
 }  // namespace prism::commands

@@ -12,12 +12,17 @@
 
 namespace prism::commands {
 
-/// `member` is where the value is stored; its value is the default, shown if it is a text or a number other than 0. A
-/// bool is a flag; the values of a vector may be separated by commas.
+enum class Need {
+  kUsual,
+  kRequired,
+  kFew,  ///< few users need it: in the second section of --help
+};
+
+/// `flag`: "--out", or "recordings" for an argument. `member` is where the value is stored; its value is the default,
+/// shown if it is a text or a number other than 0. A bool is a flag.
 struct OptionRow {
   const char* flag;
-  std::variant<bool*, std::string*, double*, int*, std::uint64_t*, std::optional<double>*, std::vector<std::string>*,
-               std::vector<double>*>
+  std::variant<bool*, std::string*, double*, int*, std::uint64_t*, std::optional<double>*, std::vector<std::string>*>
       member;
   std::string help;
   std::optional<CLI::Validator> check{};  ///< its range (tools/command_line.hpp) or its names (one_of())
@@ -26,9 +31,6 @@ struct OptionRow {
 CLI::Validator one_of(std::vector<std::string> names);
 
 /// Adds all rows; returns their options in this order.
-std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<OptionRow>& rows);
-
-/// Moves options to the second section of --help: those that few users need.
-void show_later(CLI::App& command, const std::vector<std::string>& flags);
+std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<OptionRow>& rows, Need need = Need::kUsual);
 
 }  // namespace prism::commands

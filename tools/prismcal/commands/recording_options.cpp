@@ -11,6 +11,7 @@
 
 #include "base/escape.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 
 namespace prism::commands {
@@ -33,11 +34,11 @@ void refuse_removed_options(CLI::App& command) {
 }  // namespace
 
 void add_table_options(CLI::App& command, tables::TableOptions& options) {
-  command.add_option("--decimal", options.decimal, "sign of a table's decimals, . or , (default: as all cells say)");
-  command
-      .add_option("--time-unit", options.time_unit,
-                  "of a table's time that is a number: s, ms, us, ns, min, h or d (default: by its header)")
-      ->check(CLI::IsMember({"s", "ms", "us", "ns", "min", "h", "d"}));
+  add_options(command,
+              {{"--decimal", &options.decimal, "sign of a table's decimals, . or , (default: as all cells say)"},
+               {"--time-unit", &options.time_unit,
+                "of a table's time that is a number: s, ms, us, ns, min, h or d (default: by its header)",
+                one_of({"s", "ms", "us", "ns", "min", "h", "d"})}});
   refuse_removed_options(command);
   options.progress = read_progress();
   // Each file once, also if a command reads it several times.
@@ -47,38 +48,34 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
 }
 
 void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
-  command
-      .add_option("--map", options.map,
-                  "plain table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
-                  "(LINE.NAME); repeat or list")
-      ->delimiter(',');
-  command.add_option("--interval", options.table.interval_s, "seconds between rows, if a mapped table has no time")
-      ->check(tools::positive());
+  const auto table = add_options(
+      command, {{"--map", &options.map,
+                 "plain table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
+                 "(LINE.NAME); repeat or list"},
+                {"--interval", &options.table.interval_s, "seconds between rows, if a mapped table has no time",
+                 tools::positive()}});
+  table[0]->delimiter(',');
   add_table_options(command, options.table);
-  command.add_option("--config", options.config, "captures: configuration of the prismd that recorded them");
-  command.add_option("--axis", options.axis, "axis to use, if the recording has several");
-  command
-      .add_option("--leave-out", options.leave_out,
-                  "FROM..TO: times not to use, as dates, or s of a table's time or since the start; repeatable")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  const auto any = add_options(
+      command, {{"--config", &options.config, "captures: configuration of the prismd that recorded them"},
+                {"--axis", &options.axis, "axis to use, if the recording has several"},
+                {"--leave-out", &options.leave_out,
+                 "FROM..TO: times not to use, as dates, or s of a table's time or since the start; repeatable"}});
+  any[2]->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
-  auto* latitude = command.add_option("--latitude", options.latitude_deg, "site latitude, deg (default: from the log)")
-                       ->check(tools::within(-90, 90));
-  auto* elevation =
-      command.add_option("--elevation", options.elevation_deg, "elevation of the input axis above the horizon, deg")
-          ->check(tools::within(-90, 90));
-  command.add_option("--azimuth", options.azimuth_deg, "azimuth of the input axis from north towards east, deg")
-      ->check(tools::within(-360, 360));
-  command
-      .add_flag("--no-earth-rate", options.no_earth_rate,
-                "do not subtract the Earth rate: means become offsets, sigmas do not change")
-      ->excludes(latitude)
-      ->excludes(elevation);
-  command.add_flag("--accept-unit", options.accept_unit,
-                   "use a recording whose mean rate is the Earth rate in another unit");
+  const auto site = add_options(
+      command,
+      {{"--latitude", &options.latitude_deg, "site latitude, deg (default: from the log)", tools::within(-90, 90)},
+       {"--elevation", &options.elevation_deg, "elevation of the input axis above the horizon, deg",
+        tools::within(-90, 90)},
+       {"--azimuth", &options.azimuth_deg, "azimuth of the input axis from north towards east, deg",
+        tools::within(-360, 360)},
+       {"--no-earth-rate", &options.no_earth_rate,
+        "do not subtract the Earth rate: means become offsets, sigmas do not change"},
+       {"--accept-unit", &options.accept_unit, "use a recording whose mean rate is the Earth rate in another unit"}});
+  site[3]->excludes(site[0])->excludes(site[1]);
 }
 
 void accept_site_options(CLI::App& command) {
@@ -92,24 +89,22 @@ void accept_site_options(CLI::App& command) {
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {
   add_source_options(command, o.source);
   add_site_options(command, o.site);
-  command.add_option("--window", o.features.length_s, "window of the means and the slope, s")
-      ->check(tools::within(1, 3600))
-      ->capture_default_str();
-  command.add_option("--slope", o.slope, "difference (the paper) or least_squares")
-      ->check(CLI::IsMember({"difference", "least_squares"}))
-      ->capture_default_str();
-  command.add_option("--end-mean", o.features.end_mean_s, "seconds averaged at each end for --slope difference")
-      ->check(tools::within(1, 3600))
-      ->capture_default_str();
-  command.add_option("--max-gap", o.features.max_gap_s, "longest gap in a window, s; a longer one restarts it")
-      ->check(tools::within(0, 3600))
-      ->capture_default_str();
+  add_options(
+      command,
+      {{"--window", &o.features.length_s, "window of the means and the slope, s", tools::within(1, 3600)},
+       {"--slope", &o.slope, "difference (the paper) or least_squares", one_of({"difference", "least_squares"})},
+       {"--end-mean", &o.features.end_mean_s, "seconds averaged at each end for --slope difference",
+        tools::within(1, 3600)},
+       {"--max-gap", &o.features.max_gap_s, "longest gap in a window, s; a longer one restarts it",
+        tools::within(0, 3600)}},
+      Need::kFew);
   command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
       ->delimiter(',')
-      ->check(tools::within(1, 1e7));
-  command.add_option("--hold-out", o.hold_out,
-                     "evaluate on a part not used for training: 0.5 (the last half of each recording) or blocks:600 "
-                     "(every second 600 s)");
+      ->check(tools::within(1, 1e7))
+      ->group("Further options");
+  add_options(command, {{"--hold-out", &o.hold_out,
+                         "evaluate on a part not used for training: 0.5 (the last half of each recording) or "
+                         "blocks:600 (every second 600 s)"}});
 }
 
 }  // namespace prism::commands

@@ -24,7 +24,6 @@
 #include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/recordings/csv_table.hpp"
 
 namespace prism::commands {
@@ -46,7 +45,7 @@ Result<TableData> read_table(const TableChoice& choice) {
   tables::TableOptions options = choice.table;
   if (choice.method.quiet) options.silence();
   TableData read;
-  read.data.names = recordings::csv_fields(choice.inputs, ',');
+  read.data.names = tables::list_items(choice.inputs);
   const auto d = static_cast<Eigen::Index>(read.data.names.size());
   std::vector<std::string> names = read.data.names;
   for (const std::string& name : {choice.target, choice.time, choice.fold_column}) {
@@ -68,9 +67,11 @@ Result<TableData> read_table(const TableChoice& choice) {
 }
 
 void add_options_of_a_table(CLI::App& command, TableChoice& choice, const char* folds_help) {
-  command.add_option("table", choice.file, "plain table with a line of names")->required();
-  command.add_option("--inputs", choice.inputs, "columns, separated by commas")->required();
-  command.add_option("--target", choice.target, "column to predict")->required();
+  add_options(command,
+              {{"table", &choice.file, "plain table with a line of names"},
+               {"--inputs", &choice.inputs, "columns, separated by commas"},
+               {"--target", &choice.target, "column to predict"}},
+              Need::kRequired);
   add_options(command, {{"--fold-column", &choice.fold_column, folds_help}});
   add_table_options(command, choice.table);
 }
@@ -115,7 +116,7 @@ Result<int> fit(const TableChoice& choice) {
   if (!sha256) return tl::unexpected<Error>(sha256.error());
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
-  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
+  const std::vector<std::string> names = tables::list_items(choice.inputs);
   if (auto good = set_terms(choice.method, names, training::plain_terms(names.size()), {}, *settings); !good)
     return tl::unexpected<Error>(good.error());
   auto read = read_table(choice);
@@ -308,10 +309,12 @@ void add_cv_command(CLI::App& app, int& code) {
 void add_predict_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("predict", "apply a model to the rows of a CSV table");
   const auto choice = std::make_shared<PredictChoice>();
-  command->add_option("model", choice->model, "model file")->required();
-  command->add_option("table", choice->file, "table with columns named as the inputs of the model")->required();
-  command->add_option("--out", choice->out, "CSV to write: the table's columns, prediction and sd")->required();
   const auto& names = compensation::kExtrapolationNames;
+  add_options(*command,
+              {{"model", &choice->model, "model file"},
+               {"table", &choice->file, "table with columns named as the inputs of the model"},
+               {"--out", &choice->out, "CSV to write: the table's columns, prediction and sd"}},
+              Need::kRequired);
   add_options(*command, {{"--extrapolation", &choice->policy, "preset, flag, clamp or shrink",
                           one_of({names.begin(), names.end()})}});
   add_table_options(*command, choice->table);

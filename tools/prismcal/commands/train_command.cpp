@@ -111,11 +111,11 @@ Result<int> run(const TrainChoice& choice) {
 void add_train_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("train", "train a model for prismd on recordings");
   const auto choice = std::make_shared<TrainChoice>();
-  command->add_option("recordings", choice->files, "prismd's logs (files or folders), captures, or CSV with --map")
-      ->required();
-  command->add_option("--out", choice->out, "model file to write; NAME-AXIS.json for each of several axes")->required();
+  add_options(*command,
+              {{"recordings", &choice->files, kRecordings},
+               {"--out", &choice->out, "model file to write; NAME-AXIS.json for each of several axes"}},
+              Need::kRequired);
   add_train_options(*command, *choice);
-  show_later(*command, {"--window", "--slope", "--end-mean", "--max-gap", "--lag"});
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
       "--latitude 48.1 --elevation 90 --inputs T,dTdt --out model.json";

@@ -27,7 +27,6 @@
 #include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
 #include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::commands {
@@ -188,7 +187,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     search = std::move(*found);
     if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
   }
-  const std::vector<std::string> names = recordings::csv_fields(choice.inputs, ',');
+  const std::vector<std::string> names = tables::list_items(choice.inputs);
   if (auto good =
           set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
       !good)

@@ -10,6 +10,7 @@
 #include "base/text_number.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/verification/verify.hpp"
 
@@ -106,8 +107,8 @@ int run(const VerifyChoice& choice) {
 void add_verify_command(CLI::App& app, int& code) {
   CLI::App* command = app.add_subcommand("verify", "check logs and captures for damage");
   const auto choice = std::make_shared<VerifyChoice>();
-  command->add_option("path", choice->paths, "logs and captures; or folders")->required();
-  command->add_flag("--json", choice->json, "print JSON");
+  add_options(*command, {{"path", &choice->paths, "logs and captures; or folders"}}, Need::kRequired);
+  add_options(*command, {{"--json", &choice->json, "print JSON"}});
   tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1"});
   command->callback([choice, &code] { code = run(*choice); });
 }

@@ -16,7 +16,7 @@
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
-#include "tools/prismcal/recordings/csv_lines.hpp"
+#include "tools/prismcal/tables/units.hpp"
 
 namespace prism::recordings {
 
@@ -166,7 +166,7 @@ Result<LogRowLayout> read_columns(const Lines& lines, LogSegment& segment, const
     return tl::unexpected<Error>(good.error());
   std::optional<std::size_t> index;
   if (!column.empty()) {
-    const auto names = csv_fields(lines.line(), ',');
+    const auto names = tables::list_items(lines.line());
     const auto found = std::find(names.begin(), names.end(), column);
     if (found == names.end())
       return make_error(where,
@@ -189,7 +189,8 @@ class RowParser {
     row.second_mean = row_.window.second_mean;
     if (!layout_.column) return {};
     const double* const real = layout_.columns.real(*layout_.column, row_);
-    const std::string_view field = real ? "" : csv_field(line, ',', *layout_.column).value_or("");
+    const auto fields = real ? std::vector<std::string>() : tables::list_items(line);
+    const std::string field = *layout_.column < fields.size() ? fields[*layout_.column] : "";
     const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : parse_number<double>(field);
     if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
     row.value = *value;

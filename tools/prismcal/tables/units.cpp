@@ -29,6 +29,15 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+std::vector<std::string> list_items(std::string_view text) {
+  std::vector<std::string> items;
+  for (std::size_t begin = 0, end = 0; !text.empty() && begin <= text.size(); begin = end + 1) {
+    end = std::min(text.find(',', begin), text.size());
+    items.emplace_back(trimmed(text.substr(begin, end - begin)));
+  }
+  return items;
+}
+
 namespace {
 
 /// The unit of one of its spellings, of any quantity; null: unknown.

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace prism::tables {
 
@@ -59,6 +60,9 @@ bool is_unit_cell(std::string_view cell);
 
 /// Without blanks around it.
 std::string_view trimmed(std::string_view text);
+
+/// The parts between commas, without blanks around them; none of an empty text.
+std::vector<std::string> list_items(std::string_view text);
 
 /// In lower case, with one degree sign.
 std::string lower(std::string_view text);

@@ -23,14 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using recordings::LogFolder, recordings::LogSegment, recordings::SegmentEnd;
 
-/// The files of a folder, sorted by file type.
-struct FolderContents {
-  std::string folder;
-  std::string log;                            ///< path for LogFolder: the folder, or one file; empty: no log
-  std::vector<std::string> captures, others;  ///< sorted paths
-  bool one_file = false;                      ///< `folder` has only this file, named on the command line
-};
-
 // Returns true for the first bytes of a log, also if a power failure truncated them, or if one of them is damaged. An
 // empty or truncated *.csv is a log: prismd was stopped before its first row.
 bool begins_a_log(const std::string& path) {
@@ -45,48 +37,6 @@ bool begins_a_log(const std::string& path) {
 // Also by the name, so that a capture with damaged first bytes is a fault, not a file of another type.
 bool should_be_capture(const std::string& path) {
   return path.ends_with(".pcap") || path.ends_with(".pcapng") || recordings::is_capture(path);
-}
-
-// If one .csv of a folder is a log, the folder is a log and its other .csv files are faults: the log readers read all
-// .csv. `log`: the path of that log.
-FolderContents sorted(const std::string& folder, const std::string& log, std::vector<std::string> files) {
-  std::sort(files.begin(), files.end());
-  FolderContents contents{folder, {}, {}, {}, folder != log};
-  std::vector<std::string> tables;
-  for (const std::string& file : files) {
-    if (file.ends_with(".csv"))
-      tables.push_back(file);
-    else if (should_be_capture(file))
-      contents.captures.push_back(file);
-    else if (file.ends_with(".csv.index"))
-      contents.log = folder;
-    else if (!file.ends_with(".pcap.index"))
-      contents.others.push_back(file);
-  }
-  if (std::any_of(tables.begin(), tables.end(), begins_a_log)) contents.log = log;
-  if (contents.log.empty()) contents.others.insert(contents.others.end(), tables.begin(), tables.end());
-  return contents;
-}
-
-/// Lists `path` and all folders below it without following links to folders, or the single file `path`. Omits folders
-/// that cannot be read.
-std::vector<FolderContents> contents_of(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) {
-    const std::string folder = fs::path(path).parent_path().string();
-    if (FileReader::open(path)) return {sorted(folder, path, {path})};
-    return {{folder, path, {}, {}, true}};  // the check of a log has the reason
-  }
-  std::map<std::string, std::vector<std::string>> files;
-  const auto options = fs::directory_options::skip_permission_denied;
-  for (fs::recursive_directory_iterator entry(path, options, error), end; !error && entry != end;
-       entry.increment(error)) {
-    std::error_code unknown;
-    if (entry->is_regular_file(unknown)) files[entry->path().parent_path().string()].push_back(entry->path().string());
-  }
-  std::vector<FolderContents> all;
-  for (auto& [folder, paths] : files) all.push_back(sorted(folder, folder, std::move(paths)));
-  return all;
 }
 
 /// Text of `error` without `path`: "what", or "LINE: what" if it has a line.
@@ -165,21 +115,16 @@ void check_old_indexes(const std::string& folder, const std::string& extension,
 
 Finding of_segment(const LogSegment& segment) {
   const std::string rows = fmt::format("{}, format {}", counted(segment.rows, "row"), segment.format);
-  switch (segment.end) {
-    case SegmentEnd::kIntact:
-      return {segment.path, segment.damaged.empty() ? FileState::kIntact : FileState::kDamaged, rows};
-    case SegmentEnd::kOpen:
-      return {segment.path, FileState::kOpen, rows + "; prismd writes it"};
-    case SegmentEnd::kTruncated:
-      return {segment.path, FileState::kTruncated,
-              segment.truncated_bytes == 0
-                  ? rows + ", no end"
-                  : fmt::format("{}, no end; {} of an incomplete row from line {} on", rows,
-                                counted(segment.truncated_bytes, "byte"), segment.truncated_line)};
-    case SegmentEnd::kChanged:
-      break;
-  }
-  return {segment.path, FileState::kChanged, rows + "; differs from its end line, or has bytes after it"};
+  if (segment.end == SegmentEnd::kOpen) return {segment.path, FileState::kOpen, rows + "; prismd writes it"};
+  if (segment.end == SegmentEnd::kChanged)
+    return {segment.path, FileState::kChanged, rows + "; differs from its end line, or has bytes after it"};
+  if (segment.end == SegmentEnd::kIntact)
+    return {segment.path, segment.damaged.empty() ? FileState::kIntact : FileState::kDamaged, rows};
+  const std::string cut = segment.truncated_bytes == 0
+                              ? ""
+                              : fmt::format("; {} of an incomplete row from line {} on",
+                                            counted(segment.truncated_bytes, "byte"), segment.truncated_line);
+  return {segment.path, FileState::kTruncated, rows + ", no end" + cut};
 }
 
 // Adds one finding for consecutive rows that are left out for the same reason.
@@ -219,21 +164,23 @@ recordings::LeftOut read_axis(LogFolder& folder, const std::string& log, const s
   return left_out ? std::move(*left_out) : recordings::LeftOut();  // never an error: a failed disk is damage here
 }
 
-void check_log(const FolderContents& contents, const tables::ReadProgress& progress, VerificationResult& result) {
-  if (contents.log.empty()) return;
-  const auto folder = LogFolder::salvage(contents.log);
+/// Checks the log in `folder`; with `only`, in that file of it.
+void check_log(const std::string& where, const std::string& only, const tables::ReadProgress& progress,
+               VerificationResult& result) {
+  const std::string& path = only.empty() ? where : only;
+  const auto folder = LogFolder::salvage(path);
   tables::ReadMeter meter(progress, folder.bytes());
   std::vector<LogFolder> axes = folder.by_axis();
   std::vector<Finding> left_out;
   std::map<std::string, const LogSegment*> read;
   for (LogFolder& axis : axes) {
     const std::string name = axes.size() > 1 ? axis.segments.front().value("axis") : "";
-    add_left_out(read_axis(axis, contents.log, name, result.sessions, meter).rows, left_out);
+    add_left_out(read_axis(axis, path, name, result.sessions, meter).rows, left_out);
     for (const LogSegment& segment : axis.segments) read[segment.path] = &segment;
   }
-  const auto is_deleted = [&](const std::string& path) {  // meanwhile, by the retention limit
+  const auto is_deleted = [&](const std::string& file) {  // meanwhile, by the retention limit
     std::error_code error;
-    return !contents.one_file && !fs::exists(path, error);
+    return only.empty() && !fs::exists(file, error);
   };
   std::map<std::string, std::uint64_t> rows;
   std::vector<NumberedSegment> numbered;
@@ -247,15 +194,15 @@ void check_log(const FolderContents& contents, const tables::ReadProgress& progr
     for (const auto& row : segment.damaged)
       result.findings.push_back({row.path, FileState::kDamaged, row.why, row.line});
   }
-  for (const auto& [path, error] : folder.rejected)
-    if (!is_deleted(path)) result.findings.push_back({path, FileState::kUnreadable, without_path(error, path)});
-  if (!contents.one_file) {
-    check_old_indexes(contents.folder, ".csv", rows, result.findings);
+  for (const auto& [file, error] : folder.rejected)
+    if (!is_deleted(file)) result.findings.push_back({file, FileState::kUnreadable, without_path(error, file)});
+  if (only.empty()) {
+    check_old_indexes(where, ".csv", rows, result.findings);
     const bool has_older = numbered.size() < rows.size();
-    check_numbers(contents.folder, has_older, std::move(numbered), result.findings);
+    check_numbers(where, has_older, std::move(numbered), result.findings);
   }
-  if (auto one = folder.of_one_gyro(contents.log); !one)
-    result.findings.push_back({contents.log, FileState::kUnreadable, one.error().what});
+  if (auto one = folder.of_one_gyro(path); !one)
+    result.findings.push_back({path, FileState::kUnreadable, one.error().what});
   result.findings.insert(result.findings.end(), left_out.begin(), left_out.end());
 }
 
@@ -297,13 +244,12 @@ Finding check_capture(const std::string& path) {
           text};
 }
 
-/// Checks the captures of a folder and their numbers.
-void check_captures(const FolderContents& contents, VerificationResult& result) {
-  for (const std::string& path : contents.captures) result.findings.push_back(check_capture(path));
-  if (contents.one_file) return;
-  check_old_indexes(contents.folder, ".pcap", {}, result.findings);
+/// Checks the numbers of the captures of a folder.
+void check_capture_numbers(const std::string& folder, const std::vector<std::string>& captures,
+                           std::vector<Finding>& findings) {
+  check_old_indexes(folder, ".pcap", {}, findings);
   std::vector<NumberedSegment> numbered;
-  for (const std::string& path : contents.captures) {
+  for (const std::string& path : captures) {
     const std::string file = fs::path(path).filename().string();
     std::size_t end = file.size();  // of the name, which has no number, begin and running time
     for (int i = 0; i < 3 && end != std::string::npos && end > 0; ++i) end = file.rfind('-', end - 1);
@@ -311,8 +257,35 @@ void check_captures(const FolderContents& contents, VerificationResult& result) 
     const auto found = pipeline::SegmentName::parse(file, name, ".pcap");
     if (found && found->number > 0) numbered.push_back({path, {name, found->number, 1, 0}, 0, found->begin_s});
   }
-  const bool has_older = numbered.size() < contents.captures.size();
-  check_numbers(contents.folder, has_older, std::move(numbered), result.findings);
+  const bool has_older = numbered.size() < captures.size();
+  check_numbers(folder, has_older, std::move(numbered), findings);
+}
+
+/// Checks the files of a folder, or `only` one of them. If one .csv is a log, or if there is an index, the folder is a
+/// log and its other .csv files are faults: the log readers read all .csv.
+void check_folder(const std::string& folder, const std::string& only, std::vector<std::string> files,
+                  const tables::ReadProgress& progress, VerificationResult& result) {
+  std::sort(files.begin(), files.end());
+  std::vector<std::string> tables, captures, others;
+  bool has_index = false;
+  for (const std::string& file : files) {
+    if (file.ends_with(".csv"))
+      tables.push_back(file);
+    else if (should_be_capture(file))
+      captures.push_back(file);
+    else if (file.ends_with(".csv.index"))
+      has_index = true;
+    else if (!file.ends_with(".pcap.index"))
+      others.push_back(file);
+  }
+  if (has_index || std::any_of(tables.begin(), tables.end(), begins_a_log))
+    check_log(folder, has_index ? "" : only, progress, result);
+  else
+    others.insert(others.end(), tables.begin(), tables.end());
+  for (const std::string& path : captures) result.findings.push_back(check_capture(path));
+  if (only.empty()) check_capture_numbers(folder, captures, result.findings);
+  for (const std::string& other : others)
+    result.findings.push_back({other, FileState::kSkipped, "not a file of prism"});
 }
 
 }  // namespace
@@ -324,11 +297,24 @@ std::size_t VerificationResult::faults() const {
 
 VerificationResult verify(const std::string& path, const tables::ReadProgress& progress) {
   VerificationResult result;
-  for (const FolderContents& contents : contents_of(path)) {
-    check_log(contents, progress, result);
-    check_captures(contents, result);
-    for (const std::string& other : contents.others)
-      result.findings.push_back({other, FileState::kSkipped, "not a file of prism"});
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    const fs::path parent = fs::path(path).parent_path();
+    const std::string folder = parent.empty() ? "." : parent.string();
+    if (FileReader::open(path))
+      check_folder(folder, path, {path}, progress, result);
+    else
+      check_log(folder, path, progress, result);  // which has the reason
+  } else {                                        // with the folders below it, without following links
+    std::map<std::string, std::vector<std::string>> files;
+    const auto options = fs::directory_options::skip_permission_denied;
+    for (fs::recursive_directory_iterator entry(path, options, error), end; !error && entry != end;
+         entry.increment(error)) {
+      std::error_code unknown;
+      if (entry->is_regular_file(unknown))
+        files[entry->path().parent_path().string()].push_back(entry->path().string());
+    }
+    for (auto& [below, paths] : files) check_folder(below, "", std::move(paths), progress, result);
   }
   const auto& findings = result.findings;
   if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == FileState::kSkipped; }))
