@@ -301,6 +301,23 @@ class UniqueTypes:
                 yield line, f"a second type {name}, as in {first}: expected one name for one type"
 
 
+class Steps:
+    """A file of prismcal includes only files of its own row of the table in docs/architecture.md and of the rows above; a file without a row
+    is in the last one."""
+
+    def __init__(self, files):
+        table = dict(files).get("docs/architecture.md", "").partition("### The steps of prismcal\n")[2].partition("\n#")[0]
+        self.rows = {name: row for row, line in enumerate(table.split("\n")) for name in re.findall(r"`(\w+)`", line)}
+
+    def row_of(self, path):
+        return self.rows.get(os.path.basename(path).partition(".")[0], sys.maxsize)
+
+    def __call__(self, path, text):
+        for match in re.finditer(r'(?m)^#include "(tools/prismcal/[^"]+hpp)"', text if path.startswith("tools/prismcal/") else ""):
+            if self.row_of(match[1]) > self.row_of(path):
+                yield line_of(text, match.start()), f"{path} may not include {match[1]}, a later step of prismcal (docs/architecture.md)"
+
+
 RULES = [check_includes, check_links, check_clocks, check_programs, check_file_system, check_files_and_json, check_first_lines,
          check_decisions, check_waiting, check_traps, check_pipes, check_names]
 
@@ -320,7 +337,7 @@ def breaches(root):
     for path, full in files_of(root):
         with open(full, "rb") as file:
             files.append((path, file.read().decode("utf-8", errors="replace")))
-    rules = RULES + [UniqueTypes(), citations.Citations(files), frame_path.FramePath(files)]
+    rules = RULES + [UniqueTypes(), Steps(files), citations.Citations(files), frame_path.FramePath(files)]
     for path, text in files:
         for line, what in sorted(breach for rule in rules for breach in rule(path, text)):
             yield f"{path}:{line}: {what}"
