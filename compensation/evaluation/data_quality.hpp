@@ -58,6 +58,7 @@ struct DataQuality {
   Verdict verdict = Verdict::kPass;    ///< the worst of the findings
   bool nothing_to_compensate = false;  ///< no thermal drift above the noise, or the temperature is constant
   bool constant_temperature = false;
+  std::string cause{};            ///< why there is nothing to compensate, if the caller knows
   std::vector<Finding> findings;  ///< in the order above; without moved and disturbed below 8 blocks, without noise
                                   ///< below 24; outliers and quantised only if they do not pass
 };

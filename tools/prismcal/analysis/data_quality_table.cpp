@@ -62,6 +62,7 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
                                                 {table.follows, std::move(missing)}, settings, table.name,
                                                 table.rate_step_deg_per_h);
   if (!quality) return quality;
+  quality->cause = table.spikes;
   for (evaluation::Finding& finding : quality->findings) {
     if (finding.block && finding.verdict != evaluation::Verdict::kPass)
       finding.text += place_text(table, hours[*finding.block], finding);
@@ -113,11 +114,12 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
   const bool disturbed = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& f) {
     return f.verdict == evaluation::Verdict::kRefuse && is_disturbance(f.name);
   });
+  const bool nothing = (quality.constant_temperature || quality.nothing_to_compensate) && !disturbed;
+  if (nothing && !quality.cause.empty()) return "nothing to compensate: " + quality.cause;
   if (quality.constant_temperature && !disturbed)
     return fmt::format("nothing to compensate: the temperature changes by {:.3g} degC{}", quality.findings[0].value,
                        quality.findings[0].value == 0 ? "; has its sensor stopped?" : ".");
-  if (quality.nothing_to_compensate && !disturbed)
-    return "nothing to compensate: changes of the bias with temperature are within its noise.";
+  if (nothing) return "nothing to compensate: changes of the bias with temperature are within its noise.";
   if (quality.verdict != evaluation::Verdict::kRefuse) return {};
   std::vector<evaluation::Finding> findings = quality.findings;  // a disturbance may be the reason of the others
   std::stable_partition(findings.begin(), findings.end(), [](const auto& f) { return is_disturbance(f.name); });
@@ -127,6 +129,18 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
       why += fmt::format("{}{} {}", why.empty() ? "" : "; ", finding.name, finding.text);
   }
   return fmt::format("not usable for training: {}.", why);
+}
+
+std::string why_unusable(const recordings::Loaded& loaded) {
+  const auto quality = check_blocks(loaded.table);
+  if (!quality) return quality.error().what;
+  const std::string error = data_quality_error(*quality);
+  std::string text;
+  for (const recordings::Finding& finding : loaded.recording.findings) {
+    const bool left_out = finding.kind == "far" || finding.kind == "constant" || finding.kind == "implausible";
+    if (left_out && !error.empty() && !finding.text.empty()) text += finding.line() + "; ";
+  }
+  return text + error;
 }
 
 std::vector<std::string> disturbances(const evaluation::DataQuality& quality) {

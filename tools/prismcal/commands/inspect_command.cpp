@@ -22,6 +22,7 @@
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
+#include "tools/prismcal/commands/triage.hpp"
 #include "tools/prismcal/recordings/quantity_map.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 #include "tools/prismcal/recordings/sample_grid.hpp"
@@ -382,12 +383,21 @@ void add_inspect_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("inspect", "show how a file of another program is understood, before training");
   const auto choice = std::make_shared<InspectChoice>();
-  add_options(*command, {{"file", &choice->file, "plain table, capture or raw bytes"}}, Need::kRequired);
-  add_options(*command, {{"--interval", &choice->table.interval_s, "seconds between rows", tools::positive()}});
-  add_table_options(*command, choice->table);
+  const auto files = std::make_shared<std::vector<std::string>>();
+  const auto options = std::make_shared<recordings::TrainingSetOptions>();  // of one file: only its table
+  add_options(*command, {{"files", files.get(), "plain table, capture or raw bytes; of several: a line each"}},
+              Need::kRequired);
+  add_source_options(*command, options->source);
+  add_site_options(*command, options->site);
+  add_window_options(*command, *options);
   add_options(*command, {{"--json", &choice->json, "print JSON"}});
-  tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.csv --decimal , --json"});
-  command->callback([choice, &code] { code = exit_code(run(*choice)); });
+  tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.csv --decimal , --json",
+                                 "prismcal inspect day*.csv --latitude 48.1 --elevation 90"});
+  command->callback([choice, files, options, &code] {
+    choice->file = files->front();
+    choice->table = options->source.table;
+    code = files->size() > 1 ? triage(*files, *options, choice->json) : exit_code(run(*choice));
+  });
 }
 
 }  // namespace prism::commands

@@ -86,9 +86,7 @@ void accept_site_options(CLI::App& command) {
   group->callback([unused] {});  // keeps the options' values
 }
 
-void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {
-  add_source_options(command, o.source);
-  add_site_options(command, o.site);
+void add_window_options(CLI::App& command, recordings::TrainingSetOptions& o) {
   add_options(
       command,
       {{"--window", &o.features.length_s, "window of the means and the slope, s", tools::within(1, 3600)},
@@ -102,6 +100,12 @@ void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions&
       ->delimiter(',')
       ->check(tools::within(1, 1e7))
       ->group("Further options");
+}
+
+void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {
+  add_source_options(command, o.source);
+  add_site_options(command, o.site);
+  add_window_options(command, o);
   add_options(command, {{"--hold-out", &o.hold_out,
                          "evaluate on a part not used for training: 0.5 (the last half of each recording) or "
                          "blocks:600 (every second 600 s)"}});

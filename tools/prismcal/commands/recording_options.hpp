@@ -22,7 +22,10 @@ void add_site_options(CLI::App& command, recordings::SiteOptions& options);
 /// the same for all commands.
 void accept_site_options(CLI::App& command);
 
-/// Those above, and --window, --slope, --end-mean, --max-gap, --lag, --hold-out.
+/// --window, --slope, --end-mean, --max-gap, --lag.
+void add_window_options(CLI::App& command, recordings::TrainingSetOptions& options);
+
+/// All above, and --hold-out.
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& options);
 
 }  // namespace prism::commands

@@ -62,10 +62,13 @@ Result<evaluation::DataQuality> check_recordings(recordings::TrainingSet& set, c
     if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
       fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
     const std::string reason = analysis::data_quality_error(*quality);
-    if (!reason.empty()) rejected = Error{choice.files[i], reason};
+    if (!reason.empty()) rejected = Error{table.name, reason};
     if (i == 0 || quality->verdict > worst.verdict) worst = *quality;
   }
-  if (rejected && !choice.force) return make_error(rejected->where, rejected->what + " Use --force to train anyway.");
+  if (rejected && !choice.force)
+    return make_error(rejected->where, rejected->what +
+                                           " Record again without these faults, or leave them out (--leave-out, or of "
+                                           "the table); --force trains anyway.");
   return worst;
 }
 
@@ -168,14 +171,31 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (const int tau_s = open ? 0 : std::stoi(choice.response); tau_s > 0)
     response_s[compensation::kInputTemperature] = tau_s;
   std::optional<training::ResponseSearch> response;
+  const auto usable = [&](const recordings::Loaded& loaded) -> Result<void> {
+    const std::string reason = choice.force ? "" : analysis::why_unusable(loaded);
+    return reason.empty() ? Result<void>() : make_error(loaded.table.name, reason);
+  };
+  std::vector<std::pair<std::string, std::string>> left_out;
+  const auto read_once = [&](const std::vector<std::string>& inputs) {
+    const bool several = choice.files.size() > 1;  // check_recordings() says more of one
+    auto set =
+        recordings::read_training_set(choice.files, inputs, choice.recordings,
+                                      several ? usable : std::function<Result<void>(const recordings::Loaded&)>());
+    if (!set) return set;
+    for (const auto& entry : set->left_out) {
+      std::erase(choice.files, entry.first);
+      left_out.push_back(entry);
+    }
+    return set;
+  };
   // Reads the recordings; the first time once more, if they show a response.
   const auto read = [&](const std::vector<std::string>& inputs) -> Result<recordings::TrainingSet> {
-    auto set = recordings::read_training_set(choice.files, inputs, choice.recordings);
+    auto set = read_once(inputs);
     if (!set || !std::exchange(open, false)) return set;
     auto found = choose_response(choice, set->data, *settings);
     if (!found) return tl::unexpected<Error>(found.error());
     response = *found;
-    return response_s.empty() ? std::move(set) : recordings::read_training_set(choice.files, inputs, choice.recordings);
+    return response_s.empty() ? std::move(set) : read_once(inputs);
   };
   std::optional<InputSearch> search;
   if (choice.inputs == "auto") {
@@ -195,6 +215,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   auto set = read(names);
   if (!set) return tl::unexpected<Error>(set.error());
   if (!choice.method.quiet) {
+    for (const auto& [path, reason] : left_out) fmt::print(stderr, "left out: {}\n", printable(reason));
     for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
     if (response) fmt::print(stderr, "{}\n", response_text(*response));
   }
@@ -237,6 +258,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   summary["readiness"] = readiness_text(judgement.readiness);
   summary["expected"] = expectation_json(expected);
   summary["recordings"] = set->facts;
+  for (const auto& [path, reason] : left_out) summary["left_out"].push_back({{"path", path}, {"reason", reason}});
   if (response)
     summary["response"] = {{"tau_s", response->tau_s},
                            {"interval_s", {response->low_s, response->high_s}},
@@ -252,18 +274,20 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  add_options(command, {{"--inputs", &choice.inputs,
-                         "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto"},
-                        {"--response", &choice.response,
-                         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
-                         "the recordings",
-                         CLI::Validator(check_response, "")},
-                        {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
-                        {"--name", &choice.name, "readable name of the model"},
-                        {"--prior", &choice.prior,
-                         training::method_names(training::kSiblings) +
-                             ": folder with two or more models of gyros of the same type"},
-                        {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
+  add_options(
+      command,
+      {{"--inputs", &choice.inputs,
+        "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto"},
+       {"--response", &choice.response,
+        "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
+        "the recordings",
+        CLI::Validator(check_response, "")},
+       {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
+       {"--name", &choice.name, "readable name of the model"},
+       {"--prior", &choice.prior,
+        training::method_names(training::kSiblings) + ": folder with two or more models of gyros of the same type"},
+       {"--strict", &choice.recordings.strict, "end at a recording that cannot be used; else it is left out and named"},
+       {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);
 }

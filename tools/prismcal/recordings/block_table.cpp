@@ -144,6 +144,7 @@ Result<BlockTable> BlockTableBuilder::finish() {
                              compensation::history_s(table_.features)));
   }
   table_.rate_step_deg_per_h = rounding_step(table_.seconds);
+  table_.spikes = spikes_text(table_.seconds);
   return std::move(table_);
 }
 

@@ -31,6 +31,7 @@ struct BlockTable {
   std::size_t gaps = 0;      ///< contiguous runs of such seconds
   std::size_t missing_frames = 0;
   double rate_step_deg_per_h = 0;  ///< of a coarsely rounded rate (rounding_step()); 0: finer than its noise
+  std::string spikes;              ///< spikes_text()
 
   std::size_t size() const { return blocks.size(); }
   std::int64_t second(std::size_t block) const { return blocks[block].second_mean.second; }  ///< its last one

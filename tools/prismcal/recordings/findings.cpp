@@ -383,4 +383,25 @@ std::optional<Finding> sign_question(double mean_deg_per_h, double earth_rate_de
                  Severity::kQuestion};
 }
 
+std::string spikes_text(const std::vector<Series>& rates) {
+  constexpr double kFar = 20, kMost = 0.2;  // robust sd; share of the seconds: more are no exceptions
+  std::vector<double> values;
+  for_each_known(rates, [&](std::int64_t, double rate) { values.push_back(rate); });
+  if (values.empty()) return {};
+  const double middle = evaluation::median_of(values);
+  std::vector<double> distances;
+  for (const double value : values) distances.push_back(std::abs(value - middle));
+  const double limit = kFar * 1.4826 * evaluation::median_of(distances);
+  if (!(limit > 0)) return {};
+  std::size_t far = 0, runs = 0;
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    far += distances[i] > limit;
+    runs += distances[i] > limit && (i == 0 || distances[i - 1] <= limit);
+  }
+  if (far == 0 || 2 * runs < far || static_cast<double>(far) > kMost * static_cast<double>(values.size())) return {};
+  return fmt::format(
+      "the rate has {} of {} seconds far from the rest, by up to {:.3g} deg/h: shocks, or a fault of the line?", far,
+      values.size(), std::ranges::max(distances));
+}
+
 }  // namespace prism::recordings

@@ -129,4 +129,8 @@ Result<void> check_unit(double mean_deg_per_h, double earth_rate_deg_per_h, cons
 /// A question if the mean rate is the Earth rate with the other sign (within 10 %).
 std::optional<Finding> sign_question(double mean_deg_per_h, double earth_rate_deg_per_h);
 
+/// "the rate has 200 of 4320 seconds far from the rest, …" of single seconds, more than judge_seconds() leaves out;
+/// empty: none.
+std::string spikes_text(const std::vector<Series>& rates);
+
 }  // namespace prism::recordings

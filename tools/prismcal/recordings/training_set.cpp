@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/plain_text.hpp"
@@ -158,13 +160,19 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   return table.size() - good.size();
 }
 
+compensation::FeatureDefinition TrainingSetOptions::window() const {
+  compensation::FeatureDefinition chosen = features;
+  chosen.slope =
+      slope == "difference" ? compensation::SlopeMethod::kDifference : compensation::SlopeMethod::kLeastSquares;
+  chosen.end_mean_s = std::min(chosen.end_mean_s, chosen.length_s);
+  return chosen;
+}
+
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
-                                      const TrainingSetOptions& options) {
+                                      const TrainingSetOptions& options,
+                                      const std::function<Result<void>(const Loaded&)>& usable) {
   TrainingSet set;
-  set.features = options.features;
-  set.features.slope =
-      options.slope == "difference" ? compensation::SlopeMethod::kDifference : compensation::SlopeMethod::kLeastSquares;
-  set.features.end_mean_s = std::min(set.features.end_mean_s, set.features.length_s);
+  set.features = options.window();
   set.data.names = inputs;
   set.facts = nlohmann::ordered_json::array();
   if (!options.hold_out.empty()) {
@@ -179,10 +187,20 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   source.several = true;
   UnmatchedRanges unmatched(source.leave_out);
   std::vector<double> second_sds;
+  std::optional<Error> first;
   for (const std::string& path : paths) {
+    const auto before = std::tuple(set.serial, set.axis, set.features.sensors);
     auto loaded = read_blocks(path, source, options.site, set.features,
                               [&](const Recording& recording) { return check_recording(recording, set); });
-    if (!loaded) return tl::unexpected<Error>(loaded.error());
+    const auto good = loaded && usable ? usable(*loaded) : Result<void>();
+    if (!loaded || !good) {
+      const Error error = loaded ? good.error() : loaded.error();
+      if (options.strict || paths.size() == 1) return tl::unexpected<Error>(error);
+      if (!first) first = error;
+      set.left_out.emplace_back(path, error.text());
+      std::tie(set.serial, set.axis, set.features.sensors) = before;
+      continue;
+    }
     auto& [recording, table] = *loaded;
     unmatched.add(recording);
     const auto left_out = append_recording(table, set);
@@ -211,6 +229,7 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     set.questions.insert(set.questions.end(), questions.begin(), questions.end());
     set.tables.push_back(std::move(table));
   }
+  if (set.tables.empty()) return tl::unexpected<Error>(*first);
   if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   if (set.data.target.size() == 0) return missing_input(set);
   if (!second_sds.empty()) set.second_sd_deg_per_h = evaluation::median_of(std::move(second_sds));

@@ -3,8 +3,10 @@
 // rate.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compensation/training/trainer.hpp"
@@ -20,6 +22,10 @@ struct TrainingSetOptions {
   std::string slope = "difference";
   SiteOptions site;
   std::string hold_out;  ///< see parse_hold_out(); empty: all blocks are used for training
+  bool strict = false;   ///< the first of several recordings that cannot be used is an error
+
+  /// The features with `slope`.
+  compensation::FeatureDefinition window() const;
 };
 
 struct TrainingSet {
@@ -32,14 +38,17 @@ struct TrainingSet {
   HoldOut hold_out;
   std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
   double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
-  std::vector<std::string> notes;         ///< readable lines on gaps and blocks left out, and the questions
-  std::vector<std::string> questions;     ///< Recording::questions of all
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< recordings that cannot be used: path, and reason
+  std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
+  std::vector<std::string> questions;  ///< Recording::questions of all
 };
 
-/// Errors: recordings of several gyros or axes, inputs that a recording does not have, no block with all inputs, and
-/// those of read_recording() and split_blocks().
+/// Several recordings: leaves out those with an error, and those that `usable` refuses. Errors: of the only recording,
+/// or the first if none is left or `strict`: another gyro or axis than before, inputs that it does not have, and those
+/// of read_recording() and split_blocks(); no block with all inputs.
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
-                                      const TrainingSetOptions& options);
+                                      const TrainingSetOptions& options,
+                                      const std::function<Result<void>(const Loaded&)>& usable = {});
 
 /// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, or with settling
 /// lags, and returns their number.
