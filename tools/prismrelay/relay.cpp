@@ -486,10 +486,8 @@ class Relay {
   // Returns gather_s after the first item of the batch, as soon as it is large, or without an item after kIdle.
   asio::awaitable<void> gather() {
     if (batch_.empty()) batch_timer_.expires_after(scaled(kIdle));
-    for (bool is_interrupted = true; is_interrupted;) {  // by add()
-      const auto [error] = co_await batch_timer_.async_wait(kUse);
-      is_interrupted = error.failed();
-    }
+    bool is_interrupted = true;  // by add()
+    while (is_interrupted) is_interrupted = std::get<0>(co_await batch_timer_.async_wait(kUse)).failed();
   }
 
   void add(std::shared_ptr<BatchItem> item) {

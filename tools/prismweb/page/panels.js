@@ -148,7 +148,7 @@ export function makeNumbers() {
       setText(mark, kMarks[status.level]);
       setText(word, status.word);
       setText(progress, status.count ?? "");
-      setText(why, status.old ? status.why : `${status.why}; means of ${span(axis.window_s ?? 100)}`);
+      setText(why, status.level === "good" ? `${status.why}; means of ${span(axis.window_s ?? 100)}` : status.why);
       const main = mainOf(shown);
       setText(label, main.what);
       setText(rate, main.text);
