@@ -182,9 +182,10 @@ void SensorChanges::watch_stillness(Stillness& still, double value, const std::s
     ++still.seconds;
     if (still.changes < kChanges || still.seconds != std::max(least_s, 10 * still.longest_s) + 1) return;
     still.open = true;
-    return begin(place, key(),
-                 fmt::format("{}{} is {:.6g} {} since {} s, and changed at least every {} s before: a fault, or true",
-                             place.prefix, name, value, unit, still.seconds, still.longest_s));
+    return begin(
+        place, key(),
+        fmt::format("{}{} has been {:.6g} {} for {} s, and changed at least every {} s before: a fault, or true",
+                    place.prefix, name, value, unit, still.seconds, still.longest_s));
   }
   if (std::exchange(still.open, false)) place.problems.clear(key(), place.prefix + name + " changes again");
   if (!std::isnan(still.value)) {

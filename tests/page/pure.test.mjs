@@ -260,10 +260,10 @@ test("a problem of the device is shown with all axes, one of an axis with that a
   gyro.status.health.problems = [problem("failed", "disk", null, "log: no space"), problem("caution", "quality", "y", "y: quality: no_model")];
   gyro.axes.get("y").quality = "no_model";
   assert.deepEqual([of("x"), of("y")].map(({ level, word, why }) => [level, word, why]), [["bad", "fault", "log: no space"], ["bad", "fault", "no model loaded; rates are not corrected; log: no space"]]);
-  gyro.status.health.problems = [problem("caution", "question", "y", "y: T is 25.004 degC since 9 s")];
-  assert.deepEqual([of("x").level, of("y").why], ["good", "no model loaded; rates are not corrected; y: T is 25.004 °C since 9 s"]);
-  gyro.status.health.problems = ["z: T is 25.004 degC since 9 s", "room is 25.004 degC since 9 s", "disk: full"].map((text) => problem("caution", "question", null, text));
-  assert.equal(of("x").why, "z: T, room is 25.004 °C since 9 s; disk: full");
+  gyro.status.health.problems = [problem("caution", "question", "y", "y: T has been 25.004 degC for 9 s")];
+  assert.deepEqual([of("x").level, of("y").why], ["good", "no model loaded; rates are not corrected; y: T has been 25.004 °C for 9 s"]);
+  gyro.status.health.problems = ["z: T has been 25.004 degC for 9 s", "room has been 25.004 degC for 9 s", "disk: full"].map((text) => problem("caution", "question", null, text));
+  assert.equal(of("x").why, "z: T, room has been 25.004 °C for 9 s; disk: full");
   assert.equal(state.inWords("room: connecting; quality is now warming+input_missing"), "room: unplugged; quality is now warming+input missing");
 });
 

@@ -163,7 +163,7 @@ export const inWords = (text) => unitText(text).replace(/[a-z]+(_[a-z]+)+|extrap
 function joined(problems) {
   const sensors = new Map();
   for (const text of problems) {
-    const end = Math.max(text.indexOf(" is "), 0), what = text.slice(end);
+    const end = Math.max(text.search(/ (is|has been) /), 0), what = text.slice(end);
     sensors.set(what, [...(sensors.get(what) ?? []), text.slice(0, end)]);
   }
   return [...sensors].map(([what, names]) => names.join(", ") + what);
