@@ -19,6 +19,7 @@
 #include "base/host_time.hpp"
 #include "base/notify.hpp"
 #include "base/time_scale.hpp"
+#include "config/monitor_file.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/line/live_line.hpp"
 #include "daemon/line/output_line.hpp"
@@ -119,6 +120,17 @@ class Live {
       if (setup().outputs[i].config.capture) capture = make_capture(setup(), fmt::format("out-{}", i + 1));
       outputs_.push_back(std::make_unique<line::OutputLine>(io_, device_, i, tell_, std::move(capture)));
     }
+  }
+
+  // Once a minute; prismcal monitor runs once a day.
+  void read_verdicts() {
+    constexpr int kTicks = 60;
+    const std::string path = config::monitor_file(setup().config);
+    if (path.empty() || ticks_++ % kTicks != 0 || loader_.busy_for().count() > 0) return;
+    loader_.post(0, [this, path] {
+      const auto found = config::read_verdicts(path);
+      asio::post(io_, [this, verdicts = found.value_or(config::ModelVerdicts())] { device_.take_verdicts(verdicts); });
+    });
   }
 
   // If the gyro's line is closed (and is the only line), its next session takes the new clock.
@@ -252,6 +264,7 @@ class Live {
       watch_disk();
       events_.tell_late();
       follow_clock();
+      read_verdicts();
       publisher_.release_late();
       for (const auto& output : outputs_) output->tick();
       if (server_) server_->watch_file();
@@ -283,6 +296,7 @@ class Live {
   socket::Rpc rpc_;
   asio::signal_set signals_;
   asio::steady_timer tick_, stop_timer_;
+  int ticks_ = 0;
   std::unique_ptr<socket::Server> server_;
   const bool under_systemd_ = std::getenv("NOTIFY_SOCKET") != nullptr;
 };

@@ -11,7 +11,8 @@
 namespace prism::pipeline {
 namespace {
 
-constexpr const char* kEarthRate = "earth_rate";  // a problem's key and kind
+// Keys and kinds of problems.
+constexpr const char *kEarthRate = "earth_rate", *kDrifted = "monitor";
 
 // The direction is unknown if its azimuth is not stated and matters.
 compensation::AtRest at_rest_of(const Setup& setup, std::size_t axis) {
@@ -273,15 +274,31 @@ Result<bool> Device::reconfigure(Setup next) {
   setup = std::move(next);
   if (!same_outputs) make_outputs();
   for (CorrectedFrames& output : outputs) output.model_changed();
-  for (const char* kind : {"question", kEarthRate}) problems.clear_all(kind, "ended by the reload: ");
+  for (const char* kind : {"question", kEarthRate, kDrifted}) problems.clear_all(kind, "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
     axes[i].stability.reset();
     axes[i].changes.forget();
     axes[i].at_rest = at_rest_of(setup, i);
+    axes[i].verdict.reset();
     if (axes[i].log) axes[i].log->set_metadata(log_metadata(setup, i));
   }
   return reopen;
+}
+
+void Device::take_verdicts(const config::ModelVerdicts& verdicts) {
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    AxisRecord& axis = axes[i];
+    const auto found = verdicts.find(setup.config.by_axes ? axis.name : config::kOnlyAxis);
+    const compensation::ModelPtr& model = setup.axes[i].model;
+    const bool current = found != verdicts.end() && model && found->second.model == model->info().id;
+    axis.verdict = current ? std::optional(found->second) : std::nullopt;
+    const std::string key = axis.prefix + kDrifted;
+    if (current && axis.verdict->verdict == "drifted")
+      problems.set(key, {.kind = kDrifted, .text = axis.prefix + "model: " + axis.verdict->text});
+    else
+      problems.clear(key, axis.prefix + "model: " + (current ? axis.verdict->text : "no verdict"));
+  }
 }
 
 // The frames leave first: a navigation computer waits for them.

@@ -16,6 +16,7 @@
 #include "compensation/at_rest.hpp"
 #include "compensation/block_stability.hpp"
 #include "compensation/sample.hpp"
+#include "config/monitor_file.hpp"
 #include "daemon/pipeline/corrected_frames.hpp"
 #include "daemon/pipeline/interfaces.hpp"
 #include "daemon/pipeline/pipeline.hpp"
@@ -74,9 +75,10 @@ struct AxisRecord {
   std::unique_ptr<RowWriter> log;  ///< null: none is configured
   compensation::BlockStability stability;
   compensation::AtRest at_rest;
-  std::uint64_t seconds = 0;    ///< rows since the start
-  std::uint64_t windows = 0;    ///< of these: with a full window
-  std::uint64_t corrected = 0;  ///< of these: with a corrected rate
+  std::optional<config::ModelVerdict> verdict;  ///< the last one of prismcal monitor on the model in use
+  std::uint64_t seconds = 0;                    ///< rows since the start
+  std::uint64_t windows = 0;                    ///< of these: with a full window
+  std::uint64_t corrected = 0;                  ///< of these: with a corrected rate
   /// Of the current session: none before its first frame or full second, and after its end.
   std::optional<compensation::Compensated> last_sample;
   std::optional<compensation::CompensatedWindow> last_window;
@@ -132,6 +134,9 @@ class Device {
   void close();
   /// Syncs the logs. Call once a second.
   void sync();
+
+  /// The verdicts of prismcal monitor, by axis. Ignores those on another model than that in use.
+  void take_verdicts(const config::ModelVerdicts& verdicts);
 
   /// Applies a new set-up completely, or not at all. Another frame description, axis or clock starts a new pipeline.
   /// Returns true if the lines must be reopened. Errors: a changed socket, directory or number of logs (needs a

@@ -344,6 +344,11 @@ ordered_json at_rest_json(const compensation::AtRest& at_rest) {
           {"unknown", text_or_null(compensation::kNoDifferenceNames[static_cast<std::size_t>(at_rest.reason())])}};
 }
 
+ordered_json verdict_json(const std::optional<config::ModelVerdict>& verdict) {
+  if (!verdict) return nullptr;
+  return {{"verdict", verdict->verdict}, {"text", verdict->text}, {"at_s", verdict->at_s}};
+}
+
 ordered_json axis_json(const State& state, std::size_t axis) {
   const Current& now = state.axes[axis];
   const pipeline::AxisRecord& record = state.device.axes[axis];
@@ -352,7 +357,8 @@ ordered_json axis_json(const State& state, std::size_t axis) {
                        {"quality", now.quality()},
                        {"sample", row_json(now.sample, now, record.name)},
                        {"window", row_json(now.window, now, record.name)},
-                       {"at_rest", at_rest_json(record.at_rest)}};
+                       {"at_rest", at_rest_json(record.at_rest)},
+                       {"monitor", verdict_json(record.verdict)}};
   put_window_length(json, state, axis);
   if (const auto status = record.log ? record.log->retention() : std::nullopt)
     json["log"]["retention"] = retention_json(*status);

@@ -49,6 +49,8 @@ constexpr Family kDifference{"prism_earth_rate_difference_degrees_per_hour", Typ
                              "Corrected rate minus the Earth rate, at rest."};
 constexpr Family kDifferenceSd{"prism_earth_rate_difference_sd_degrees_per_hour", Type::kGauge,
                                "Standard deviation of that difference that model and mount explain."};
+constexpr Family kVerdict{"prism_monitor_verdict", Type::kGauge, "The last verdict of prismcal monitor on the model."};
+constexpr Family kVerdictTime{"prism_monitor_timestamp_seconds", Type::kGauge, "Time of that verdict, since 1970."};
 constexpr Family kTemperature{"prism_temperature_celsius", Type::kGauge, "Mean temperature of the window."};
 constexpr Family kSlope{"prism_temperature_slope_celsius_per_second", Type::kGauge,
                         "Slope of the temperature over the window."};
@@ -168,6 +170,10 @@ void add_axis(const Writer& axis, const json& own, const json& stability) {
   axis.put(kMean, member(window, "corrected_mean_deg_per_h"));
   axis.put(kDifference, member(member(own, "at_rest"), "difference_deg_per_h"));
   axis.put(kDifferenceSd, member(member(own, "at_rest"), "sd_deg_per_h"));
+  if (const json& monitor = member(own, "monitor"); monitor.is_object()) {
+    axis.put(kVerdict, {{"verdict", text_member(monitor, "verdict")}}, 1);
+    axis.put(kVerdictTime, member(monitor, "at_s"));
+  }
   axis.put(kTemperature, member(window, "mean_temperature_degc"));
   axis.put(kSlope, member(window, "slope_degc_per_s"));
   axis.put(kUhfo, member(window, "mean_uhfo_v"));

@@ -106,6 +106,12 @@ std::string rest_line(const json& rest) {
                   value_text(at(rest, "sd_deg_per_h"), 4, " deg/h"), seconds_of(at(rest, "seen_s"), 0));
 }
 
+// "holds: 31 days, … (2026-11-29T03:12:00Z)"; empty without a verdict.
+std::string monitor_line(const json& monitor) {
+  if (!monitor.is_object()) return {};
+  return labelled("monitor", "{} ({})", text_of(at(monitor, "text")), utc_of(at(monitor, "at_s")));
+}
+
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
   std::string text = labelled("quality", "{}, {}", quality_words(s), age_text(at(s, "age_s")));
@@ -115,6 +121,7 @@ std::string measured(const json& s) {
   text += labelled("bias", bias_text(w));
   text += labelled("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
   text += rest_line(at(s, "at_rest"));
+  text += monitor_line(at(s, "monitor"));
   text += labelled("temperature", "{}, slope {}",
                    value_text(mean_of(w, "mean_temperature_degc", "temperature_degc"), 3, " degC"),
                    value_text(at(w, "slope_degc_per_s"), 6, " degC/s"));
