@@ -93,6 +93,8 @@ void declare_truth(CLI::App& app, simulation::BiasModelSettings& truth) {
       {"--flicker", truth.flicker_deg_per_h, "bias instability B, deg/h"},
       {"--mode-hops", truth.mode_hops_deg_per_h, "1 sigma of the bias levels between mode hops, deg/h"},
       {"--ageing", truth.ageing_deg_per_h_per_day, "drift, deg/h per day"},
+      {"--thermal-ageing", truth.thermal_ageing_per_day, "growth of the thermal bias per day, 0.01: by 1 %"},
+      {"--age", truth.age_days, "days that the gyro has aged before this switch-on"},
       {"--gradient", truth.gradient_deg_per_h_per_degc,
        "bias per degC of case minus body temperature, deg/h; only a case thermometer detects it"},
       {"--tilt", truth.tilt_deg_per_h, "daily tilt of the floor, amplitude, deg/h"}};

@@ -70,15 +70,16 @@ TEST(SimOptions, ScaleACounterOfTimeToTheRateSent) {
 TEST(SimOptions, ReadTheBiasComponents) {
   const Parsed parsed = parse(
       "--out a.pcap --profile warm-up --smooth --sensor-lag 300 --hysteresis 1 --turn-on 2 --warm-up 3 --flicker 4 "
-      "--mode-hops 5 --ageing 6 --tilt 7");
+      "--mode-hops 5 --ageing 6 --tilt 7 --thermal-ageing 8 --age 9");
   ASSERT_FALSE(parsed.code) << parsed.complaint;
   const simulation::BiasModelSettings& truth = parsed.options.simulation.truth;
   EXPECT_EQ(parsed.options.simulation.profile.name, "warm-up");
   EXPECT_TRUE(truth.smooth);
-  EXPECT_EQ((std::vector{truth.sensor_lag_s, truth.hysteresis_deg_per_h, truth.turn_on_deg_per_h,
-                         truth.warm_up_deg_per_h, truth.flicker_deg_per_h, truth.mode_hops_deg_per_h,
-                         truth.ageing_deg_per_h_per_day, truth.tilt_deg_per_h}),
-            (std::vector<double>{300, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(
+      (std::vector{truth.sensor_lag_s, truth.hysteresis_deg_per_h, truth.turn_on_deg_per_h, truth.warm_up_deg_per_h,
+                   truth.flicker_deg_per_h, truth.mode_hops_deg_per_h, truth.ageing_deg_per_h_per_day,
+                   truth.tilt_deg_per_h, truth.thermal_ageing_per_day, truth.age_days}),
+      (std::vector<double>{300, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
   EXPECT_EQ(parse("--out a.pcap --flicker -1").code, 64);
 }
 

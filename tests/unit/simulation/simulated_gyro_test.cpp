@@ -247,6 +247,15 @@ TEST_F(HiddenBiasTest, WarmUpAgeingAndTiltDependOnTime) {
   EXPECT_NEAR(noon.tilt, -midnight.tilt, 1e-12);
 }
 
+TEST_F(HiddenBiasTest, AgeingContinuesOverSwitchOns) {
+  settings.ageing_deg_per_h_per_day = 0.005;
+  settings.age_days = 30;
+  EXPECT_NEAR(HiddenBias(settings, 25, 1).at_start().ageing, 0.15, 1e-12);
+  settings.thermal_ageing_per_day = 0.01;
+  const SimulatedGyro young(steady_profile(), 1), old(steady_profile(), 1, settings);
+  EXPECT_NEAR(old.truth().causes.thermal, 1.3 * young.truth().causes.thermal, 1e-12);
+}
+
 TEST_F(HiddenBiasTest, TurnOnOffsetsHaveTheirSizeAndAreConstantInARun) {
   settings.turn_on_deg_per_h = 0.004;
   double squares = 0;

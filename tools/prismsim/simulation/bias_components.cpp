@@ -53,7 +53,7 @@ void HiddenBias::set_slow_causes(double time_s, double body_degc) {
   play_degc_ = std::clamp(play_degc_, body_degc - kPlay_degc, body_degc + kPlay_degc);
   causes_.hysteresis = settings_.hysteresis_deg_per_h * (body_degc - play_degc_) / kPlay_degc;
   causes_.warm_up = settings_.warm_up_deg_per_h * std::exp(-time_s / kWarmUp_s);
-  causes_.ageing = settings_.ageing_deg_per_h_per_day * time_s / kDay_s;
+  causes_.ageing = settings_.ageing_deg_per_h_per_day * (settings_.age_days + time_s / kDay_s);
   causes_.tilt = settings_.tilt_deg_per_h * std::sin(2 * std::numbers::pi * time_s / kDay_s + phase_);
 }
 

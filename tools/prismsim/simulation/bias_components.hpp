@@ -16,7 +16,7 @@ struct AxisModel {
   std::uint64_t hidden_seed = 0;  ///< added to the seed of the hidden causes; the UHFO's noise is common to the device
 };
 
-/// Sizes; 0: without this cause. All but the first three are added to the bias.
+/// Sizes; 0: without this cause. All but the first three, and the age, are added to the bias.
 struct BiasModelSettings {
   AxisModel axis;
   bool smooth = false;              ///< the smooth non-quadratic bias instead of the paper's equation
@@ -28,7 +28,9 @@ struct BiasModelSettings {
   double flicker_deg_per_h = 0;     ///< B: the Allan deviation is flat at 0.664 B from 10 s to a day
   double mode_hops_deg_per_h = 0;   ///< 1 sigma of the bias levels between mode hops
   double ageing_deg_per_h_per_day = 0;
-  double tilt_deg_per_h = 0;  ///< amplitude: the floor tilts with the sun, once a day
+  double thermal_ageing_per_day = 0;  ///< growth of the thermal bias, share of it
+  double age_days = 0;                ///< at the switch-on, for both
+  double tilt_deg_per_h = 0;          ///< amplitude: the floor tilts with the sun, once a day
   /// Per (case − body), deg/h per degC: only a thermometer at the case detects it.
   double gradient_deg_per_h_per_degc = 0;
 

@@ -88,7 +88,9 @@ void SimulatedGyro::complete(GyroTruth& truth) const {
                              ? smooth_bias_deg_per_h(t, slope, u)
                              : paper_bias_deg_per_h(t, slope, u) + kExtraSlope_deg_per_h_per_degc_per_s * slope +
                                    local_nonlinearity_deg_per_h(t, u);
-  truth.causes.thermal = settings_.axis.thermal_share * thermal;
+  const double age_days = settings_.age_days + truth.time_s / 86400;
+  const double grown = 1 + settings_.thermal_ageing_per_day * age_days;
+  truth.causes.thermal = settings_.axis.thermal_share * grown * thermal;
   truth.causes.gradient = settings_.gradient_deg_per_h_per_degc * (truth.case_degc - truth.body_degc);
   truth.bias_deg_per_h = truth.causes.sum();
 }
