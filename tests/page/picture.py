@@ -1,30 +1,43 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Saves a screenshot of one axis. usage: picture.py URL GYRO AXIS SPAN_KEY FILE.png; SPAN_KEY: 4 (1 h), 5 (6 h) or 6 (24 h)"""
+"""Saves a screenshot of the page: a week of a simulated gyro, which is then at rest for eleven minutes, until its difference from the
+Earth rate is known. usage: picture.py BUILD MODEL FILE.png"""
 import os
+import shutil
 import sys
 
-from acts import key, open_gyro, span_of
 from browser import Browser
+from worlds import Real
 
-SPAN_S = {"4": 3600, "5": 6 * 3600, "6": 24 * 3600}
+
+class Week(Real):
+    """A gyro with a given model and a week in its log."""
+
+    def __init__(self, programs, model):
+        self.model = model
+        super().__init__(programs, days=7)
+        self.url = self.start_prismweb()
+
+    def train(self):
+        self.write_frames()
+        shutil.copy(self.model, os.path.join(self.path, "model.json"))
 
 
 def main():
-    url, name, axis, span, file = sys.argv[1:]
+    programs, model, file = sys.argv[1:]
     folder, picture = os.path.split(os.path.abspath(file))
-    browser = Browser(1280, 900, pictures=folder)
+    world = Week(programs, model)
+    browser = Browser(1280, 800, pictures=folder)
     try:
-        browser.open(url)
-        open_gyro(browser, name, axis)
-        browser.wait("charts", lambda: browser.all(".chart"), 20)
-        key(browser, span)
-        browser.wait("the span", lambda: span_of(browser) >= 0.9 * SPAN_S[span], 20)
-        browser.wait("the end of loading", lambda: not browser.text(".busy"), 30)
-        browser.wait("a state", lambda: "connected" in browser.text("header"), 20)
+        browser.open(world.url)
+        browser.wait("the gyro", lambda: browser.all(".tile"), 20)
+        browser.run("location.hash = '#/gyro1/z?last=604800&rate=temperature'")
+        browser.wait("the difference", lambda: "Earth rate" in (browser.text(".hero .label") or ""), 900)
+        browser.wait("the end of loading", lambda: not browser.text(".busy") and "rows of 30 min" in browser.one(".chart").get_attribute("aria-label"), 60)
         browser.picture(os.path.splitext(picture)[0])
     finally:
         browser.close()
+        world.close()
 
 
 if __name__ == "__main__":

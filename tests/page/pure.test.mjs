@@ -264,6 +264,8 @@ test("a problem of the device is shown with all axes, one of an axis with that a
   assert.deepEqual([of("x").level, of("y").why], ["good", "no model loaded; rates are not corrected; y: T has been 25.004 °C for 9 s"]);
   gyro.status.health.problems = ["z: T has been 25.004 degC for 9 s", "room has been 25.004 degC for 9 s", "disk: full"].map((text) => problem("caution", "question", null, text));
   assert.equal(of("x").why, "z: T, room has been 25.004 °C for 9 s; disk: full");
+  gyro.status.health.problems = ["log: no space"];
+  assert.deepEqual([of("x").level, of("x").why], ["care", "log: no space"], "a prismd of 0.3");
   assert.equal(state.inWords("room: connecting; quality is now warming+input_missing"), "room: unplugged; quality is now warming+input missing");
 });
 

@@ -80,16 +80,19 @@ class Real:
 
     def train(self):
         """Trains a model with a short window, so that correction begins soon, and with a name that is markup."""
-        with open(os.path.join(ROOT, "config/frames/trplg.json")) as file:
-            frames = file.read().replace('"rate_hz": 200', '"rate_hz": 10')
-        with open(os.path.join(self.path, "slow.json"), "w") as file:
-            file.write(frames)
+        self.write_frames()
         self.write("record.json", {**self.about, "line": {"device": "/none"}, "frames": f"{self.path}/slow.json", "clock": "device"})
         for program, *arguments in [
                 ("tools/prismsim/prismsim", "--frames", "slow.json", "--profile", "fast", "--hours", "4", "--out", "cycle.pcap"),
                 ("daemon/prismd", "record.json", "--replay", "cycle.pcap", "--out", "cycle"),
                 ("tools/prismcal/prismcal", "train", "cycle", "--method", "stepwise", "--window", str(WINDOW_S), "--end-mean", "2", "--name", SCRIPT, "--out", "model.json", "--quiet", "--force")]:
             self.do(program, *arguments)
+
+    def write_frames(self):
+        with open(os.path.join(ROOT, "config/frames/trplg.json")) as file:
+            frames = file.read().replace('"rate_hz": 200', '"rate_hz": 10')
+        with open(os.path.join(self.path, "slow.json"), "w") as file:
+            file.write(frames)
 
     def do(self, program, *arguments):
         done = subprocess.run([os.path.join(self.programs, program), *arguments], cwd=self.path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

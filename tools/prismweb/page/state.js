@@ -169,9 +169,9 @@ function joined(problems) {
   return [...sensors].map(([what, names]) => names.join(", ") + what);
 }
 
-/** Level and texts of the problems of an axis and of its device, without those of its quality. */
+/** Level and texts of the problems of an axis and of its device, without those of its quality. A prismd before 0.4 has only texts. */
 function healthOf({ status }, axis) {
-  const own = (status.health?.problems ?? []).filter((one) => !["quality", "no_model"].includes(one.kind) && (one.axis ?? axis.name) === axis.name);
+  const own = (status.health?.problems ?? []).map((one) => (one.text ? one : { text: String(one) })).filter((one) => !["quality", "no_model"].includes(one.kind) && (one.axis ?? axis.name) === axis.name);
   return [own.map((one) => (one.level === "failed" ? "bad" : "care")).reduce(worse, "good"), joined(own.map((one) => one.text)).map(inWords)];
 }
 
