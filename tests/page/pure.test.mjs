@@ -242,11 +242,10 @@ test("at rest the main number is the difference from the Earth rate, with a sign
   assert.deepEqual(of({ difference_deg_per_h: null, sd_deg_per_h: null, unknown: "no_site" }), ["corrected", "8.4123", "± 0.0052"]);
 });
 
-test("the monitor's verdict has its date, and an instance without a monitor has none", () => {
-  const gyro = gyroOf({ state: "receiving", monitor: { verdict: "drifted", text: "", at: 1795455900 }, axes: { z: { axis: "z" } } });
-  assert.equal(state.verdictOf(gyro.axes.get("z")), "drifted (2026-11-23 17:45:00 UTC)");
-  assert.equal(state.verdictOf({ monitor: { verdict: "holds", text: "holds: 31 days", at: "2026-11-23" } }), "holds: 31 days (2026-11-23)");
-  assert.equal(state.verdictOf({}), undefined);
+test("the monitor's verdict has its date, and an axis without a verdict has none", () => {
+  const gyro = gyroOf(statusOfZ({ state: "receiving" }, { monitor: { verdict: "holds", text: "holds: -20 to 55 degC seen", at_s: 1795455900 } }));
+  assert.equal(state.verdictOf(gyro.axes.get("z")), "holds: -20 to 55 °C seen (2026-11-23 17:45:00 UTC)");
+  for (const monitor of [null, undefined]) assert.equal(state.verdictOf({ monitor }), undefined);
 });
 
 test("a problem of the device is shown with all axes, one of an axis with that axis; unknown inputs have their names", () => {

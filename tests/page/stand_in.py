@@ -101,7 +101,7 @@ class Gyro:
                 "seen_s": 0 if unknown else 1800, "unknown": unknown}
 
     def monitor(self):
-        return {"verdict": "holds", "text": "holds: 31 days, 412 h at rest, -20 to 55 degC seen", "at": self.first_s} if self.has_room() else None
+        return {"verdict": "holds", "text": "holds: 31 days, 412 h at rest, -20 to 55 degC seen", "at_s": self.first_s} if self.has_room() else None
 
     def silence(self):
         """Returns the members of a status that differ while the line has no data."""

@@ -68,8 +68,7 @@ export function takeStatus(gyro, status, now_ms) {
     const axis = axisOf(gyro, name);
     axis.quality = part.quality ?? "no_data";
     axis.model = part.model ?? null;
-    for (const key of ["window_s", "warm_s", "full_s", "at_rest"]) axis[key] = part[key];
-    axis.monitor = part.monitor ?? status.monitor;
+    for (const key of ["window_s", "warm_s", "full_s", "at_rest", "monitor"]) axis[key] = part[key];
     if (Number.isFinite(part.window?.time_s) && !axis.window) axis.window = part.window;
     // a line without data sends no rows; the status has the age of the last one
     if (axis.window_ms === -Infinity && Number.isFinite(status.age_s)) axis.window_ms = now_ms - 1000 * status.age_s;
@@ -139,8 +138,7 @@ export const mainOf = (axis) => differenceOf(axis) ?? rateOf(axis);
 
 /** "holds: 31 days, 412 h at rest (2026-11-23 04:00:00 UTC)": the last verdict of the monitor. Undefined without one. */
 export function verdictOf({ monitor }) {
-  if (!monitor?.verdict) return undefined;
-  return `${inWords(monitor.text || monitor.verdict)} (${Number.isFinite(monitor.at) ? `${moment(monitor.at)} UTC` : monitor.at})`;
+  return monitor ? `${unitText(monitor.text)} (${moment(monitor.at_s)} UTC)` : undefined;
 }
 
 export function takeEvent(gyro, event) {
