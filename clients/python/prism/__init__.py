@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Client of prismd: requests its state and follows its rows. Needs only the standard library, and numpy for Model.
+"""Client of prismd: requests its state and follows its rows. Needs only the standard library, numpy for Model, and pandas for read_log.
 
     import prism
 
@@ -13,6 +13,7 @@ Names end with their unit. None is an unknown quantity. See prism-protocol(7).
 
 from ._connection import Gone, PrismError, Refused, running_sockets
 from .gyro import Gyro
+from .log_files import read_log
 from .rows import Event, LogPage, Sample, Window
 
 
@@ -24,4 +25,4 @@ def __getattr__(name):
     return Model
 
 
-__all__ = ["Event", "Gone", "Gyro", "LogPage", "Model", "PrismError", "Refused", "Sample", "Window", "running_sockets"]
+__all__ = ["Event", "Gone", "Gyro", "LogPage", "Model", "PrismError", "Refused", "Sample", "Window", "read_log", "running_sockets"]
