@@ -8,7 +8,7 @@ _prismsim() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --invalid --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --smooth --in-air --sensor-lag --hysteresis --turn-on --warm-up --flicker --mode-hops --ageing --gradient --tilt --out --truth --chunk-bytes --pty --link --tcp --tcp-listen --udp --obey --wait --overrun --speed' ;;
+    *) words='-h --help --version --profile --seed --cycles --hours --frames --axis --invalid --rate --latitude --elevation --azimuth --outliers --lose-frames --drop-bytes --damage-bytes --smooth --in-air --sensor-lag --hysteresis --turn-on --warm-up --flicker --mode-hops --ageing --thermal-ageing --age --gradient --tilt --out --truth --chunk-bytes --pty --link --tcp --tcp-listen --udp --obey --wait --overrun --speed' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

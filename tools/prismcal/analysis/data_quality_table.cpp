@@ -131,10 +131,14 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
   return fmt::format("not usable for training: {}.", why);
 }
 
-std::string why_unusable(const recordings::Loaded& loaded) {
+std::string why_unusable(const recordings::Loaded& loaded, bool to_train) {
   const auto quality = check_blocks(loaded.table);
   if (!quality) return quality.error().what;
   const std::string error = data_quality_error(*quality);
+  const bool disturbed = !quality->cause.empty() || std::ranges::any_of(quality->findings, [](const auto& finding) {
+    return finding.verdict == evaluation::Verdict::kRefuse && is_disturbance(finding.name);
+  });
+  if (!to_train && !disturbed) return {};
   std::string text;
   for (const recordings::Finding& finding : loaded.recording.findings) {
     const bool left_out = finding.kind == "far" || finding.kind == "constant" || finding.kind == "implausible";

@@ -70,8 +70,8 @@ std::vector<std::string> short_names(const std::vector<std::string>& paths) {
 }
 
 /// A recording whose own faults would decide the comparison.
-Result<void> check_usable(const Loaded& loaded) {
-  const std::string reason = analysis::why_unusable(loaded);
+Result<void> check_usable(const Loaded& loaded, bool to_train) {
+  const std::string reason = analysis::why_unusable(loaded, to_train);
   return reason.empty() ? Result<void>() : make_error(loaded.table.name, reason);
 }
 
@@ -111,7 +111,7 @@ Result<void> evaluate_models(const std::string& path, const CompareChoice& choic
     }
     const Loaded& loaded = own ? *own : *first;
     if (choice.recordings.size() > 1) {
-      if (auto usable = check_usable(loaded); !usable) return usable;
+      if (auto usable = check_usable(loaded, false); !usable) return usable;
     }
     auto evaluated = analysis::evaluate_model(model, loaded.table, correction, choice.common.used_divisor());
     if (!evaluated) return tl::unexpected(evaluated.error());
@@ -165,7 +165,7 @@ Result<void> read_all(const CompareChoice& choice, const compensation::FeatureDe
     auto loaded = load_blocks(path, features, nullptr, choice.common);
     if (!loaded) return tl::unexpected(loaded.error());
     unmatched.add(loaded->recording);
-    if (auto usable = check_usable(*loaded); !usable) return usable;
+    if (auto usable = check_usable(*loaded, true); !usable) return usable;
     for (const char* key : {"gyro_serial", "axis"}) {
       const std::string found = loaded->recording.value(key),
                         expected =
@@ -342,11 +342,13 @@ report::Table pairs_table(const Comparison& comparison) {
   table.caption =
       "95 % of further: 95 % prediction interval of the improvement in another recording of the same profile. Against "
       "the first: the same interval for the difference to the first model. Off: blocks outside the training range.";
+  std::size_t better = 0;
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     for (std::size_t m = 0; m < comparison.candidates.size(); ++m) {
       const analysis::ModelEvaluation& evaluated = comparison.evaluations[r][m];
       const evaluation::BiasStability& s = evaluated.stability;
       const recordings::BlockTable& blocks = comparison.recordings[r].table;
+      better += s.improvement && *s.improvement > 0;
       table.rows.push_back(
           {blocks.name, comparison.candidates[m], report::fixed_cell(s.before.sd, 5), report::fixed_cell(s.after.sd, 5),
            report::percent_cell(s.improvement), analysis::interval_text(evaluated.improvement_interval),
@@ -354,12 +356,14 @@ report::Table pairs_table(const Comparison& comparison) {
            report::fixed_cell(evaluated.extrapolated_percent(), 1)});
     }
   }
+  table.meaning = fmt::format("{} of {} improve the recording.", better, counted(table.rows.size(), "pair"));
   return table;
 }
 
 report::Table left_out_table(const Comparison& comparison) {
   report::Table table{"left_out", "Recordings that were left out", "", report::columns("recording: | reason:")};
   for (const auto& [path, reason] : comparison.left_out) table.rows.push_back({path, reason});
+  table.meaning = counted(table.rows.size(), "recording") + " of all.";
   return table;
 }
 

@@ -172,7 +172,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     response_s[compensation::kInputTemperature] = tau_s;
   std::optional<training::ResponseSearch> response;
   const auto usable = [&](const recordings::Loaded& loaded) -> Result<void> {
-    const std::string reason = choice.force ? "" : analysis::why_unusable(loaded);
+    const std::string reason = choice.force ? "" : analysis::why_unusable(loaded, true);
     return reason.empty() ? Result<void>() : make_error(loaded.table.name, reason);
   };
   std::vector<std::pair<std::string, std::string>> left_out;

@@ -80,7 +80,7 @@ Row judge_file(const std::string& path, const recordings::TrainingSetOptions& op
     row.verdict = std::max(row.verdict, verdict);
     row.reasons.push_back(std::move(text));
   };
-  if (std::string why = analysis::why_unusable(*loaded); !why.empty()) add(kUnusable, std::move(why));
+  if (std::string why = analysis::why_unusable(*loaded, true); !why.empty()) add(kUnusable, std::move(why));
   for (std::string& text : recording.questions()) add(kDoubtful, std::move(text));
   const auto quality = analysis::check_blocks(table);
   if (quality && quality->verdict == evaluation::Verdict::kWarn) add(kDoubtful, analysis::data_quality_words(*quality));
