@@ -21,7 +21,7 @@ enum Quality : std::uint32_t {
   kExtrapolating = 8,    ///< the inputs are outside the training range of the model
   kFallback = 16,        ///< the bias is of the fallback model, which needs no slope
   kOverLimit = 32,       ///< the predicted bias exceeded the sanity limit and was ignored
-  kSettling = 64,        ///< the lag filters have not settled since their start
+  kSettling = 64,        ///< the response of the gyro's body has not settled since its start
   kRateInvalid = 128,    ///< the device flags the rate as invalid
   kNoData = 256,         ///< no current data: the line is lost or silent, or no frame has arrived yet
   kImplausible = 512,    ///< a measured value is outside the limits of its sensor and was left out

@@ -107,7 +107,7 @@ Correction CompensationEngine::correct(const Window& window) const {
   if (!model_) return {kUnknown, kUnknown, kUnknown, kNoModel};
   if (window.warm_s >= history_s(model_->info().features)) {
     Correction correction = predict(*model_, window);
-    if (window.lag_settling || window.settling) correction.quality |= kSettling;
+    if (window.settling) correction.quality |= kSettling;
     return correction;
   }
   if (!fallback_) return {kUnknown, kUnknown, kUnknown, kWarming};

@@ -5,49 +5,31 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <string_view>
-
-#include "base/text_number.hpp"
 
 namespace prism::compensation {
 namespace {
 
-// "lag2" → 1; nullopt for any other name.
-std::optional<std::size_t> lag_index(const std::string& name) {
-  if (name.rfind("lag", 0) != 0 || name[3] == '0') return std::nullopt;  // one name per input: no "lag01"
-  const auto number = parse_number<std::size_t>(std::string_view(name).substr(3));
-  return number ? std::optional(*number - 1) : std::nullopt;
-}
-
 /// The parsed name of an input.
 struct InputTerm {
-  enum class Kind { kMean, kSlope, kLag, kDifference } kind = Kind::kMean;
+  enum class Kind { kMean, kSlope, kDifference } kind = Kind::kMean;
   std::string first, second;  // quantities: T, U or a sensor
-  std::size_t lag = 0;
 };
 
 std::optional<InputTerm> parse_term(const std::string& name) {
-  if (name == kInputSlope) return InputTerm{InputTerm::Kind::kSlope, kInputTemperature, "", 0};
-  if (const auto lag = lag_index(name)) return InputTerm{InputTerm::Kind::kLag, kInputTemperature, "", *lag};
+  if (name == kInputSlope) return InputTerm{InputTerm::Kind::kSlope, kInputTemperature, ""};
   const auto is_quantity = [](const std::string& text) {
     return text == kInputTemperature || text == kInputUhfo || is_sensor_name(text);
   };
-  if (is_quantity(name)) return InputTerm{InputTerm::Kind::kMean, name, "", 0};
+  if (is_quantity(name)) return InputTerm{InputTerm::Kind::kMean, name, ""};
   if (name.size() > 4 && name.front() == 'd' && name.ends_with("/dt")) {
     const std::string sensor = name.substr(1, name.size() - 4);
-    return is_sensor_name(sensor) ? std::optional(InputTerm{InputTerm::Kind::kSlope, sensor, "", 0}) : std::nullopt;
-  }
-  if (const std::size_t colon = name.find(':'); colon != std::string::npos) {
-    const auto lag = lag_index(name.substr(0, colon));
-    const std::string sensor = name.substr(colon + 1);
-    return lag && is_sensor_name(sensor) ? std::optional(InputTerm{InputTerm::Kind::kLag, sensor, "", *lag})
-                                         : std::nullopt;
+    return is_sensor_name(sensor) ? std::optional(InputTerm{InputTerm::Kind::kSlope, sensor, ""}) : std::nullopt;
   }
   const std::size_t minus = name.find('-');
   if (minus == std::string::npos) return std::nullopt;
   const std::string first = name.substr(0, minus), second = name.substr(minus + 1);
   if (!is_quantity(first) || !is_quantity(second) || first == second) return std::nullopt;
-  return InputTerm{InputTerm::Kind::kDifference, first, second, 0};
+  return InputTerm{InputTerm::Kind::kDifference, first, second};
 }
 
 /// True if the definition has the quantity.
@@ -91,14 +73,8 @@ bool has_input(const FeatureDefinition& definition, const std::string& name) {
            sensor_index(definition.sensors, quantity) < definition.sensors.size();
   };
   if (!known(term->first)) return false;
-  switch (term->kind) {
-    case InputTerm::Kind::kLag:
-      return term->lag < definition.lag_time_constants_s.size();
-    case InputTerm::Kind::kDifference:
-      return known(term->second) && unit_of(definition, term->first) == unit_of(definition, term->second);
-    default:
-      return true;
-  }
+  return term->kind != InputTerm::Kind::kDifference ||
+         (known(term->second) && unit_of(definition, term->first) == unit_of(definition, term->second));
 }
 
 std::string unit_of_input(const FeatureDefinition& definition, const std::string& name) {
@@ -113,9 +89,6 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
   if (name == kInputUhfo) return window.uhfo_v;
   const auto term = parse_term(name);
   if (!term) return kUnknown;
-  const auto at = [](const std::vector<double>& values, std::size_t i) {
-    return i < values.size() ? values[i] : kUnknown;
-  };
   const auto sensor = [&](const std::string& quantity) -> const SensorWindow* {
     const std::size_t index = sensor_index(definition.sensors, quantity);
     return index < window.sensors.size() ? &window.sensors[index] : nullptr;
@@ -132,9 +105,6 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
       return mean(term->first);
     case InputTerm::Kind::kSlope:
       return own ? own->slope_per_s : kUnknown;
-    case InputTerm::Kind::kLag:
-      if (term->first == kInputTemperature) return at(window.lag_degc, term->lag);
-      return own ? at(own->lag, term->lag) : kUnknown;
     case InputTerm::Kind::kDifference:
       return mean(term->first) - mean(term->second);
   }
@@ -220,9 +190,6 @@ FeatureExtractor::FeatureExtractor(FeatureDefinition definition)
 void FeatureExtractor::reset() {
   history_.clear();
   for (Body& body : bodies_) body.value = kUnknown;
-  lag_mean_degc_.clear();
-  sensor_lag_mean_.assign(definition_.sensors.size(), {});
-  lag_age_s_ = -1;
   incomplete_ = INT64_MIN;
 }
 
@@ -248,7 +215,6 @@ Window FeatureExtractor::take(const SecondMean& second_mean) {
   SecondMean taken = without_implausible(second_mean);
   respond(taken, window);
   admit(taken, window);
-  update_lags(taken, window);
   const std::int64_t warm_s = second_mean.second - warm_since_ + 1;
   window.warm_s = static_cast<int>(std::min<std::int64_t>(warm_s, history_s(definition_)));
   return window;
@@ -331,48 +297,6 @@ void FeatureExtractor::measure(Window& window) const {
   const bool known_all = std::isfinite(window.rate_deg_per_h) && std::isfinite(window.temperature_degc) &&
                          std::isfinite(window.slope_degc_per_s);
   if (known_all) window.state = WindowState::kReady;
-}
-
-// One-pole mean of T per time constant. Short gaps are bridged exactly: the pole decays by the true elapsed time. After
-// a gap longer than a tenth of the shortest constant the past is unknown, and the filters restart.
-void FeatureExtractor::update_lags(const SecondMean& second_mean, Window& window) {
-  const auto& constants = definition_.lag_time_constants_s;
-  if (constants.empty() || !std::isfinite(second_mean.temperature_degc)) return;
-  const std::int64_t step = second_mean.second - last_lag_second_;
-  const double shortest = *std::min_element(constants.begin(), constants.end());
-  const double longest = *std::max_element(constants.begin(), constants.end());
-  const double bridge_s = std::max<double>(definition_.max_gap_s + 1, shortest / 10);
-  if (lag_age_s_ < 0 || step <= 0 || static_cast<double>(step) > bridge_s) {
-    lag_mean_degc_.assign(constants.size(), second_mean.temperature_degc);
-    sensor_lag_mean_.assign(definition_.sensors.size(), {});
-    lag_age_s_ = 0;
-  } else {
-    lag_age_s_ += step;
-    for (std::size_t i = 0; i < constants.size(); ++i) {
-      const double keep = std::exp(-static_cast<double>(step) / constants[i]);
-      lag_mean_degc_[i] = keep * lag_mean_degc_[i] + (1 - keep) * second_mean.temperature_degc;
-    }
-  }
-  for (std::size_t k = 0; k < sensor_lag_mean_.size(); ++k) {
-    const double value = quantity(second_mean, k);
-    std::vector<double>& means = sensor_lag_mean_[k];
-    if (!std::isfinite(value)) {
-      means.clear();  // the past is unknown: its lags restart and settle again
-      continue;
-    }
-    if (means.empty()) {
-      if (lag_age_s_ > 0) lag_age_s_ = 0;
-      means.assign(constants.size(), value);
-    }
-    for (std::size_t i = 0; i < constants.size(); ++i) {
-      const double keep = std::exp(-static_cast<double>(std::max<std::int64_t>(step, 0)) / constants[i]);
-      means[i] = keep * means[i] + (1 - keep) * value;
-      window.sensors[k].lag.push_back(value - means[i]);
-    }
-  }
-  last_lag_second_ = second_mean.second;
-  for (const double mean : lag_mean_degc_) window.lag_degc.push_back(second_mean.temperature_degc - mean);
-  window.lag_settling = static_cast<double>(lag_age_s_) < 3 * longest;
 }
 
 }  // namespace prism::compensation

@@ -29,8 +29,6 @@ struct FeatureDefinition {
   /// Time constants, s, 1 to 1e6, with which the gyro's body follows T or a sensor that is not in it: each one-second
   /// mean passes a first-order response first, so that all features are those of the body. Without one: unchanged.
   std::map<std::string, int> response_s;
-  /// One input T − EMA(T) per time constant, s, > 0: the thermal history.
-  std::vector<double> lag_time_constants_s;
   /// Sensors that inputs use, with their units.
   std::vector<SensorName> sensors;
 
@@ -49,7 +47,6 @@ enum class WindowState {
 struct SensorWindow {
   double mean = kUnknown;
   double slope_per_s = kUnknown;
-  std::vector<double> lag;  ///< value − EMA(value), one per time constant; empty if value or T is unknown in the second
 };
 
 /// The features at the end of one second. Means are over the last length_s seconds (fewer while warming).
@@ -62,14 +59,12 @@ struct Window {
   double temperature_degc = kUnknown;
   double slope_degc_per_s = kUnknown;
   double uhfo_v = kUnknown;
-  std::vector<double> lag_degc;       ///< T − EMA(T), one per time constant; empty if T is unknown in the second
   std::vector<SensorWindow> sensors;  ///< as FeatureDefinition::sensors
-  bool lag_settling = false;          ///< less than three of the longest time constants since the lag filters started
-  bool settling = false;              ///< the same of a response
+  bool settling = false;              ///< less than three of its time constants since a response started
 };
 
-/// The names of model inputs in files and on command lines: "T", "dTdt", "U", "lag1", "lag2", …; of a sensor named case
-/// its mean "case", its slope "dcase/dt", its lags "lag1:case", …; and the difference of two means, "case-T".
+/// The names of model inputs in files and on command lines: "T", "dTdt", "U"; of a sensor named case its mean "case"
+/// and its slope "dcase/dt"; and the difference of two means, "case-T".
 inline constexpr const char* kInputTemperature = "T";
 inline constexpr const char* kInputSlope = "dTdt";
 inline constexpr const char* kInputUhfo = "U";
@@ -104,11 +99,9 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
 /// rates, whatever their gaps. Implausible values count as unknown. Shorter gaps have no effect: means use the
 /// available seconds, slopes their true times. Cost: O(history_s) per second.
 ///
-/// A response takes the body as steady at the first temperature. It restarts, as a lag filter does, and for three of
-/// its time constants the window is `settling`, but used.
-///
-/// No accumulated rounding: only the responses and lag filters are recursive. They restart if the last known
-/// temperature is more than max(max_gap_s + 1, shortest time constant / 10) s old, or after a step back in time.
+/// A response takes the body as steady at the first temperature, and for three of its time constants the window is
+/// `settling`, but used. No accumulated rounding: only responses are recursive. One restarts if its last known
+/// temperature is more than max(max_gap_s + 1, time constant / 10) s old, or after a step back in time.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(FeatureDefinition definition);
@@ -131,7 +124,6 @@ class FeatureExtractor {
   void admit(const SecondMean& second_mean, Window& window);
   void respond(SecondMean& second_mean, Window& window);
   void measure(Window& window) const;
-  void update_lags(const SecondMean& second_mean, Window& window);
   double quantity(const SecondMean& second_mean, std::size_t sensor) const;
   void use_sensor_list(const SecondMean& second_mean);
 
@@ -149,10 +141,6 @@ class FeatureExtractor {
     std::int64_t since = 0, last = 0;  ///< seconds
   };
   std::vector<Body> bodies_;
-  std::vector<double> lag_mean_degc_;
-  std::vector<std::vector<double>> sensor_lag_mean_;  ///< by sensor; kUnknown before the first known value
-  std::int64_t last_lag_second_ = 0;
-  std::int64_t lag_age_s_ = -1;
 };
 
 }  // namespace prism::compensation

@@ -22,7 +22,7 @@ constexpr double kGridSide = 65;         // points of a single input
 double margin_of(const ModelInfo& info, std::size_t input) {
   if (!info.spread) return 0;
   const std::string& name = info.inputs[input];
-  const bool wanders = !info.table && (name == kInputSlope || name == kInputUhfo || name.starts_with("lag"));
+  const bool wanders = !info.table && (name == kInputSlope || name == kInputUhfo);
   return wanders ? kWanderingMargin : kBoxMargin;
 }
 
@@ -100,10 +100,10 @@ int model_version(const ModelInfo& info) {
 
 std::string model_id(const ModelInfo& info, std::string_view content) {
   const FeatureDefinition& f = info.features;
-  std::string canonical = fmt::format("prism-model {} {}\n{} {} {} {} {}\n{}\n{} {}\n", model_version(info), info.kind,
-                                      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s,
-                                      f.max_gap_s, exact_texts(f.lag_time_constants_s), fmt::join(info.inputs, " "),
-                                      exact_texts(info.domain.min), exact_texts(info.domain.max));
+  std::string canonical =
+      fmt::format("prism-model {} {}\n{} {} {} {} []\n{}\n{} {}\n", model_version(info), info.kind, f.length_s,
+                  kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
+                  fmt::join(info.inputs, " "), exact_texts(info.domain.min), exact_texts(info.domain.max));
   if (model_version(info) > 1) {
     canonical += "serial " + info.gyro_serial + "\n";
     if (!info.gyro_axis.empty()) canonical += "axis " + info.gyro_axis + "\n";

@@ -124,7 +124,7 @@ using ModelPtr = std::shared_ptr<const Model>;
 
 /// Distance outside the training range of an input that is not yet `extrapolating`, in multiples of the range. For a
 /// repeat of the training profile, models with BetweenRunError allow a margin (docs/benchmarks.md): 2 %, 20 % if the
-/// input is dT/dt, U or a lag.
+/// input is dT/dt or U.
 double margin_of(const ModelInfo& info, std::size_t input);
 
 /// The inputs of `model` taken from a window, in the model's order; empty if any is unknown.

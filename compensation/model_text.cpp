@@ -125,7 +125,14 @@ JsonTable<FeatureDefinition> feature_keys() {
           nullptr)
       .integer("max_gap_s", {0, 3600}, &F::max_gap_s, "")
       .required()
-      .numbers("lag_time_constants_s", {1, 1e7}, &F::lag_time_constants_s, "")
+      .custom(
+          "lag_time_constants_s", {{"type", "array"}, {"maxItems", 0}}, "of prism 0.3 and earlier",
+          [](const Section& section, F&) {
+            constexpr const char* kKey = "lag_time_constants_s";
+            if (section.has(kKey) && !section.numbers(kKey, kAnyNumber).empty())
+              section.fail(kKey, "lagged inputs were removed: train again, with --response");
+          },
+          nullptr)
       .custom(
           "sensors", {{"type", "object"}, {"additionalProperties", unit}},
           "sensors used by the inputs, with their units",
@@ -181,8 +188,8 @@ JsonTable<InputDraft> input_keys() {
 void add_input(const Section& section, const std::string&, const InputDraft& input, ModelInfo& info) {
   if (info.table) section.text("name", {}, TextRule::kText);
   if (!info.table && !has_input(info.features, input.name)) {
-    section.fail("name", fmt::format("found {}, expected T, dTdt, U, a lag or a sensor's that features define",
-                                     in_quotes(input.name)));
+    section.fail(
+        "name", fmt::format("found {}, expected T, dTdt, U or a sensor's that features define", in_quotes(input.name)));
   }
   if (std::count(info.inputs.begin(), info.inputs.end(), input.name))
     section.fail("name", in_quotes(input.name) + " is given twice");
@@ -345,10 +352,8 @@ std::string features_text(const FeatureDefinition& f) {
     response += fmt::format("{}\"{}\": {}", response.empty() ? ", \"response_s\": {" : ", ", name, tau_s);
   if (!response.empty()) response += "}";
   return fmt::format(
-      "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}, "
-      "\"lag_time_constants_s\": {}{}{}}},\n",
-      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s,
-      exact_texts(f.lag_time_constants_s), sensors, response);
+      "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}{}{}}},\n",
+      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s, sensors, response);
 }
 
 }  // namespace

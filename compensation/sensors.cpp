@@ -24,11 +24,7 @@ const std::vector<SensorName>& sensors_of_list(const SensorList& list) {
   return list ? *list : kNone;
 }
 
-bool is_own_input(std::string_view name) {
-  if (name == "T" || name == "dTdt" || name == "U") return true;
-  return name.size() > 3 && name.starts_with("lag") &&
-         std::all_of(name.begin() + 3, name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-}
+bool is_own_input(std::string_view name) { return name == "T" || name == "dTdt" || name == "U"; }
 
 bool is_sensor_name(std::string_view name) { return follows(TextRule::kSensorName, name) && !is_own_input(name); }
 

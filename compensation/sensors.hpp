@@ -34,7 +34,7 @@ inline constexpr auto kSensorUnitNames = [] {
 }();
 
 struct SensorName {
-  std::string name;  ///< letters, digits, '_' and '.', not one of the inputs T, U, dTdt and lagN
+  std::string name;  ///< letters, digits, '_' and '.', not one of the inputs T, U and dTdt
   std::string unit;  ///< one of kSensorUnits
 
   bool operator==(const SensorName&) const = default;
@@ -46,7 +46,7 @@ using SensorList = std::shared_ptr<const std::vector<SensorName>>;
 /// Returns the list, or an empty one for null.
 const std::vector<SensorName>& sensors_of_list(const SensorList& list);
 
-/// Returns true for the reserved names of model inputs: T, dTdt, U, lagN.
+/// Returns true for the reserved names of model inputs: T, dTdt, U.
 bool is_own_input(std::string_view name);
 /// Returns true if a sensor may have this name: see SensorName.
 bool is_sensor_name(std::string_view name);

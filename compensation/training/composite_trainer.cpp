@@ -296,7 +296,7 @@ Result<void> check_siblings(const TrainingData& data, const compensation::ModelI
       return make_error(
           who, fmt::format("found inputs {}, expected {}", fmt::join(other.inputs, ","), fmt::join(data.names, ",")));
     if (other.features != info.features || other.table != info.table)
-      return make_error(who, "has different features: window, slope or lags");
+      return make_error(who, "has different features: window, slope or response");
     if (other.domain.min.empty()) return make_error(who, "contains no ranges of its inputs");
   }
   return {};

@@ -75,7 +75,7 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   constexpr Eigen::Index kFewest = 50;
   constexpr double kLeast_s = 8 * 3600;  // in less, a drift looks like a slow response (docs/decisions/training.md)
   const auto depends_on_t = [](const std::string& name) {  // otherwise than T and dTdt
-    return name.starts_with("lag") || name.starts_with("T-") || name.ends_with("-T");
+    return name.starts_with("T-") || name.ends_with("-T");
   };
   const bool has_t = std::count(raw.names.begin(), raw.names.end(), compensation::kInputTemperature) > 0;
   if (!has_t || std::any_of(raw.names.begin(), raw.names.end(), depends_on_t) || raw.target.size() < kFewest ||

@@ -483,8 +483,7 @@ ordered_json model_answer(const State& state, std::size_t axis) {
       {"length_s", info.features.length_s},
       {"slope", info.features.slope == compensation::SlopeMethod::kDifference ? "difference" : "least_squares"},
       {"end_mean_s", info.features.end_mean_s},
-      {"max_gap_s", info.features.max_gap_s},
-      {"lag_time_constants_s", info.features.lag_time_constants_s}};
+      {"max_gap_s", info.features.max_gap_s}};
   json["domain"] = {{"min", info.domain.min}, {"max", info.domain.max}};
   json["provenance"] = ordered_json::parse(info.provenance_json);
   return json;

@@ -13,4 +13,4 @@ while IFS=$'\t' read -r change options; do
 done <"$PAGE" |
   sed -E '/^(Data|question|Checked|the recordings name|  (model|coef|cond)|$)/d; s/^x.csv: UTF-8.*; ([0-9]+ rows)/\1/; s/  +/ /g' |
   awk '/^==/ {++cases; if (row) print row; row = ""} cases == 1 {usual[$0]} cases > 1 && $0 in usual {next}
-    /^ (intercept|T|dTdt|U|lag|residual)/ {row = row $0 ";"; next} {print row $0; row = ""}'
+    /^ (intercept|T|dTdt|U|residual)/ {row = row $0 ";"; next} {print row $0; row = ""}'

@@ -22,8 +22,8 @@ test("a value outside the training domain is drawn outside its range, but within
 });
 
 test("inputs of a model have the values and units of the correction, also those of sensor lines, even if the model has no domain", () => {
-  const inputs = inputsOf({ inputs: ["T", "room", "lag1"], domain: { min: [], max: [] } }, { T: { value: 25, unit: "degC" }, room: { value: null, unit: "degC" } });
-  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.min]), [["T", "degC", 25, undefined], ["room", "degC", null, undefined], ["lag1", "", undefined, undefined]]);
+  const inputs = inputsOf({ inputs: ["T", "room", "anode"], domain: { min: [], max: [] } }, { T: { value: 25, unit: "degC" }, room: { value: null, unit: "degC" } });
+  assert.deepEqual(inputs.map((input) => [input.name, input.unit, input.value, input.min]), [["T", "degC", 25, undefined], ["room", "degC", null, undefined], ["anode", "", undefined, undefined]]);
 });
 
 test("the table is sorted by name with its numbers, by state with the worst first, and with unknown values last", () => {

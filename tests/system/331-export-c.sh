@@ -13,7 +13,6 @@ train lssvm.json --method lssvm --c 50 --sigma2 0.5
 train ir-lssvm.json --method ir-lssvm --weight huber --c 50 --sigma2 0.5
 train tuned.json --method ir-lssvm
 train composite.json
-train lags.json --method stepwise --inputs T,dTdt,U,lag1 --lag 600
 train response.json --method stepwise --response 900
 
 # Reads the means of one second a line, and prints the bias.
@@ -42,7 +41,7 @@ exported() { # MODEL OPTIONS...
   compiled gcc
   if command -v clang >/dev/null; then compiled clang; else echo "not tested: clang is not installed"; fi
 }
-for model in "$models"/tao2019-model{1,2}.json {lssvm,ir-lssvm,composite,lags,response}.json; do
+for model in "$models"/tao2019-model{1,2}.json {lssvm,ir-lssvm,composite,response}.json; do
   exported "$model" --extrapolation clamp
   exported "$model" --float
   exported "$model"

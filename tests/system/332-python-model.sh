@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # prism.Model, the second implementation of features and models, gives the columns of the log: each model type and policy, two sessions,
-# a record that leaves the training range, lost frames, a response, a lag.
+# a record that leaves the training range, lost frames, a response.
 . "$(dirname "$0")/lib.sh"
 /usr/bin/python3 -c 'import numpy' 2>/dev/null || skip "python3-numpy is not installed (run tools/setup)"
 export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
@@ -17,7 +17,6 @@ train svr --method svr
 train ls --method ls --inputs T
 train squares --method stepwise --slope least_squares
 train response --method stepwise --response 900
-train lag --method stepwise --inputs T,dTdt,lag1 --lag 1800
 prismsim --rate 20 --profile fast --seed 3 --hours 3 --out short.pcap 2>/dev/null
 jq '.rate_hz = 20' g.json >g20.json
 prismd g20.json --replay short.pcap --out short >/dev/null || fail "the replay"
@@ -52,7 +51,7 @@ compare() { # MODEL POLICY
   prismd served.json --model "./$1.json" --replay b.pcap --replay c.pcap --out "log-$1-$2" >/dev/null 2>replay.err || fail "$1: $(cat replay.err)"
   /usr/bin/python3 compare.py "$1.json" "log-$1-$2" "$2" || fail "$1, $2"
 }
-for model in lssvm ir-lssvm svr ls squares response lag composite; do compare "$model" preset; done
+for model in lssvm ir-lssvm svr ls squares response composite; do compare "$model" preset; done
 for policy in flag clamp shrink; do compare composite "$policy"; compare lssvm "$policy"; done
 
 # Many samples, of which some are centres: the models keep a matrix instead of their samples.
@@ -73,7 +72,7 @@ sed 's/^\( *"rate_hz": \)[0-9.]*/\110/' "$PRISM_SOURCE/config/frames/stim300.jso
 echo '{"name": "imu", "frames": "frames.json", "clock": "device", "site": {"latitude_deg": 34.25}, "axes": {"x": {"elevation_deg": 90}}}' >imu.json
 prismsim --frames frames.json --axis x --gradient 0.004 --smooth --hours 6 --profile fast --seed 1 --out imu.pcap 2>/dev/null
 prismd imu.json --replay imu.pcap --out imu >/dev/null || fail "the replay"
-train_imu() { prismcal train imu --inputs T,dTdt,acc_temp_x-T,dacc_temp_x/dt,lag1:acc_temp_x --lag 900 --method stepwise --quiet --out sensors.json >/dev/null 2>sensors.err || fail "training: $(cat sensors.err)"; }
+train_imu() { prismcal train imu --inputs T,dTdt,acc_temp_x-T,dacc_temp_x/dt --method stepwise --quiet --out sensors.json >/dev/null 2>sensors.err || fail "training: $(cat sensors.err)"; }
 train_imu
 jq '.axes.x.model = "./sensors.json"' imu.json >served.json
 prismd served.json --replay imu.pcap --out log-imu >/dev/null || fail "the replay"
@@ -104,3 +103,4 @@ wrong "'beta' is missing" 'del(.beta)'
 wrong "'variances' is missing" 'del(.variances)'
 wrong "alpha: found a number that is not finite" '.alpha[0] = null'
 wrong "kind: found forest" '.kind = "forest"'
+wrong "features: found lagged inputs, which were removed: train again, with --response" '.features.lag_time_constants_s = [600]'

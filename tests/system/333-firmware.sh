@@ -8,14 +8,14 @@ for seed in 1 2; do
   prismd gyro.json --replay $seed.pcap --out $seed >/dev/null || fail "the replay"
 done
 prismcal train 1 --out composite.json --quiet >/dev/null || fail "training"
-prismcal train 1 --out lags.json --method stepwise --inputs T,dTdt,U,lag1 --lag 600 --quiet >/dev/null || fail "training"
+prismcal train 1 --out response.json --method stepwise --response 600 --quiet >/dev/null || fail "training"
 arm() { arm-none-eabi-gcc -std=c99 -O2 -Wall -Wextra -Werror -Wconversion -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -Ic "$@" || fail "the cross compiler"; }
 run() { # prints what the board prints; its exit code is the self-test's
   arm -c c/prism_predict.c -o predict.o
   arm -DPRISM_NO_MAIN --specs=rdimon.specs -nostartfiles -T "$PRISM_SOURCE/tests/firmware/board.ld" "$PRISM_SOURCE/tests/firmware/board.c" c/prism_predict.c c/prism_selftest.c -lm -o board.elf
   timeout 120 qemu-system-arm -M mps2-an386 -icount shift=0 -nographic -semihosting-config enable=on,target=native -kernel board.elf
 }
-for options in composite.json "composite.json --float" "composite.json --float --max-bytes 1000 --on 2" lags.json "lags.json --float" "$PRISM_SOURCE/config/models/tao2019-model2.json --float"; do
+for options in composite.json "composite.json --float" "composite.json --float --max-bytes 1000 --on 2" response.json "response.json --float" "$PRISM_SOURCE/config/models/tao2019-model2.json --float"; do
   # shellcheck disable=SC2086
   prismcal export $options --c c >export.out 2>&1 || fail "export $options: $(cat export.out)"
   run >board.out || fail "the self-test of $options: $(tail -3 board.out)"

@@ -28,6 +28,8 @@ class Model:
     def _read(self, file):
         if file.get("format") != "prism-model" or file.get("version") not in (1, 2, 3):
             raise ValueError(f'found {file.get("format")} {file.get("version")}, expected prism-model 1 to 3')
+        if file["features"].get("lag_time_constants_s"):
+            raise ValueError("features: found lagged inputs, which were removed: train again, with --response")
         self.kind, self.inputs = file["kind"], [each["name"] for each in file["inputs"]]
         self.features, self.length = file["features"], file["features"]["length_s"]
         self.history = self.length + (self.features["end_mean_s"] if self.features["slope"] == "difference" else 0)
@@ -102,7 +104,7 @@ class Model:
         """Bias, sd and sd_mean (deg/h), and whether it extrapolates, of inputs of shape (rows, inputs)."""
         x, trust, spread = np.asarray(x, float).reshape(-1, len(self.inputs)), self.trust, self.spread
         (bias, variance), drift, drift_variance, lost = self._own(x), 0.0, 0.0, 0.0
-        wide = [name in ("dTdt", "U") or name.startswith("lag") for name in self.inputs]
+        wide = [name in ("dTdt", "U") for name in self.inputs]
         nearest, width = np.clip(x, *self.box), self.box[1] - self.box[0]
         outside = (np.abs(x - nearest) > (np.where(wide, 0.2, 0.02) if self.stated else 0.0) * width).any(axis=1)
         outside |= variance > (trust["guard"] if trust else 0)
@@ -165,9 +167,7 @@ class Model:
         in_run[at] = 1
         full = np.convolve(in_run, np.ones(self.history, int))[at] == self.history
         mean_rate, _ = self._window(at, in_run, np.where(partial, np.nan, rate), self.history)
-        time = second + 10**9 * np.cumsum(partial)
-        body_settling = self._respond(time, values)
-        known, settling = self._lags(time, values)
+        settling, known = self._respond(second + 10**9 * np.cumsum(partial), values), {}
         for name, series in values.items():
             known[name], known[f"d{name}/dt"] = self._window(at, in_run, series, gap)
         known["dTdt"] = np.where(full, known["dT/dt"], np.nan)
@@ -180,7 +180,7 @@ class Model:
         out[:, over] = np.nan
         limited = self._limit(out[0], second, max_bias_deg_per_h) if slew_limit else full & False
         words = dict(warming=~full, input_missing=full & ~usable, extrapolating=outside & ~over, over_limit=over,
-                     settling=full & (settling | body_settling), rate_invalid=~np.isfinite(column("rate_deg_per_h")), implausible=bad,
+                     settling=full & settling, rate_invalid=~np.isfinite(column("rate_deg_per_h")), implausible=bad,
                      slew_limited=limited)
         quality = np.full(len(second), "", object)
         for word, rows in words.items():
@@ -227,24 +227,6 @@ class Model:
                     body += (body - now) * np.expm1(-step / tau)
                 values[name][row], settling[row] = body, last - since < 3 * tau
         return settling
-
-    def _lags(self, time, values):
-        """Value minus EMA of each quantity and time constant, by names of inputs; and the rows before they settle."""
-        constants, names = np.array(self.features.get("lag_time_constants_s", []), float), [*values]
-        series = np.array([*values.values()])[:, :, None]  # T first
-        lag, settling = np.full((*series.shape[:2], len(constants)), np.nan), np.zeros(len(time), bool)
-        mean, age, last = np.nan, 0, -np.inf
-        for row in np.flatnonzero(np.isfinite(values["T"])) if len(constants) else []:
-            step, last, now = time[row] - last, time[row], series[:, row]
-            keep = np.exp(-step / constants)
-            if not 0 < step <= max(self.features["max_gap_s"] + 1, constants.min() / 10):
-                mean = np.nan * mean
-            begins = np.isnan(mean) & np.isfinite(now)
-            age = 0 if np.delete(begins, 1, axis=0).any() else age + step  # U, the second, has no lags
-            mean = np.where(np.isnan(mean), now, keep * mean + (1 - keep) * now)
-            lag[:, row], settling[row] = now - mean, age < 3 * constants.max()
-        return {f"lag{i + 1}:{name}".removesuffix(":T"): lag[k, :, i]
-                for k, name in enumerate(names) for i in range(len(constants))}, settling
 
     def _limit(self, bias, second, max_bias):
         """Limits the change of the bias, in place; returns where."""

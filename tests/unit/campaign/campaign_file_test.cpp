@@ -23,7 +23,7 @@ const std::filesystem::path kSource = PRISM_SOURCE_DIR;
 constexpr const char* kAllKeys = R"({
   "$schema": "campaign.schema.json", "name": "lot", "asked_by": "J. Smith",
   "recordings": [{"role": "train", "paths": "lot/*/a", "serial": "*"}, {"role": "repeat", "paths": ["lot/*/b", "/x/c"]}],
-  "models": {"kernel": {"method": "ir-lssvm", "folds": 10, "no-earth-rate": true, "force": false, "lag": [600, 1800]}},
+  "models": {"kernel": {"method": "ir-lssvm", "folds": 10, "no-earth-rate": true, "force": false, "inputs": ["T", "dTdt"]}},
   "judging": {"max-bias": 50}, "reading": {"decimal": ","},
   "limits": {"data_quality": {"verdict": "pass", "findings": {"disturbed": {"max": 0.05}}},
              "repeat": {"improvement_percent": {"min": 30}}, "other": {"rms_deg_per_h": {"max": 1}}},
@@ -45,7 +45,7 @@ TEST(CampaignFile, ResolvesPathsRelativeToItself) {
   EXPECT_THAT(file.recordings.at(1).patterns, ElementsAre("/lab/lot/*/b", "/x/c"));
   EXPECT_EQ(file.recordings.at(1).role, Role::kRepeat);
   EXPECT_THAT(file.models.at(0).words,
-              ElementsAre("--decimal=,", "--method=ir-lssvm", "--folds=10", "--no-earth-rate", "--lag=600,1800"));
+              ElementsAre("--decimal=,", "--method=ir-lssvm", "--folds=10", "--no-earth-rate", "--inputs=T,dTdt"));
   EXPECT_THAT(file.judging, ElementsAre("--decimal=,", "--max-bias=50"));
   EXPECT_FALSE(file.limits.warnings_pass);
   EXPECT_EQ(file.limits.quality.at(0).max, 0.05);

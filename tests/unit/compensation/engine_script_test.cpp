@@ -45,7 +45,7 @@ std::string shown(const CompensatedWindow& row) {
   return text;
 }
 
-/// "T:0.01 U:0.1", with "length 9", "lag 10", "box -30 70" (of each input) or "offset 1"; "none". Up to a slash.
+/// "T:0.01 U:0.1", with "length 9", "response 10", "box -30 70" (of each input) or "offset 1"; "none". Up to a slash.
 ModelPtr model_of(std::istream& words) {
   std::vector<std::string> inputs;
   std::vector<double> gains;
@@ -55,8 +55,8 @@ ModelPtr model_of(std::istream& words) {
   for (std::string word; words >> word && word != "/";) {
     if (word == "length")
       words >> features.length_s;
-    else if (word == "lag")
-      features.lag_time_constants_s.push_back(next<double>(words));
+    else if (word == "response")
+      words >> features.response_s[kInputTemperature];
     else if (word == "offset")
       words >> offset;
     else if (word == "box")

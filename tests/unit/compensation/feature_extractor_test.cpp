@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// FeatureExtractor: slopes, responses and lags of known histories, and a simple reference over random ones.
+// FeatureExtractor: slopes and responses of known histories, and a simple reference over random ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,22 +42,6 @@ TEST(FeatureExtractor, TheMethodsDifferOnACurveAccordingToTheirFormulas) {
   EXPECT_NEAR(l.slope_degc_per_s, kA * 2 * (300 - 49.5), kMeanRounding);
 }
 
-// After a step of 30 degC, T − EMA = 30 exp(−n / tau). With k = exp(−1/tau) and T rising by r per second:
-// y_n = k (y_(n−1) + r), so y_n = r k (1 − k^n) / (1 − k).
-TEST(FeatureExtractor, LagsFollowTheirClosedForms) {
-  FeatureDefinition features;
-  features.lag_time_constants_s = {25, 400};
-  FeatureExtractor step(features), ramp(features);
-  const double k = std::exp(-1 / 400.0), r = 0.02;
-  step.push(second_mean_at(0, 20));
-  for (int n = 0; n < 1000; ++n) {
-    const Window stepped = step.push(second_mean_at(n + 1, 50)), rising = ramp.push(second_mean_at(n, 20 + r * n));
-    ASSERT_NEAR(stepped.lag_degc.at(0), 30 * std::exp(-(n + 1) / 25.0), kMeanRounding);
-    ASSERT_NEAR(stepped.lag_degc.at(1), 30 * std::exp(-(n + 1) / 400.0), kMeanRounding);
-    ASSERT_NEAR(rising.lag_degc.at(1), r * k * (1 - std::pow(k, n)) / (1 - k), kMeanRounding) << n;
-  }
-}
-
 // After a step of 30 degC the body is 30 exp(−n / tau) behind, and `settling` for 3 tau.
 TEST(FeatureExtractor, AResponseFollowsItsClosedForm) {
   FeatureDefinition features;
@@ -94,7 +78,6 @@ class Reference {
     const bool goes_on = !kept_.empty() && second_mean.second > last() && window.gap_s <= definition_.max_gap_s;
     if (!goes_on) kept_.clear();
     kept_[second_mean.second] = second_mean;
-    take_lag(second_mean, window);
     const std::int64_t first = std::max(last() - definition_.length_s + 1, kept_.begin()->first);
     window.rate_deg_per_h = mean(&SecondMean::rate_deg_per_h, first, last());
     window.temperature_degc =
@@ -181,26 +164,8 @@ class Reference {
     return second_mean;
   }
 
-  // Of one time constant: the difference decays with the elapsed time.
-  void take_lag(const SecondMean& second_mean, Window& window) {
-    const double degc = second_mean.temperature_degc, tau = definition_.lag_time_constants_s.at(0);
-    if (std::isnan(degc)) return;
-    const std::int64_t step = last_lag_ ? second_mean.second - last_lag_->first : 0;
-    if (step <= 0 || static_cast<double>(step) > std::max<double>(definition_.max_gap_s + 1, tau / 10)) {
-      lag_ = 0, lag_begin_ = second_mean.second;
-    } else {
-      lag_ = (lag_ + degc - last_lag_->second) * std::exp(-static_cast<double>(step) / tau);
-    }
-    last_lag_ = {second_mean.second, degc};
-    window.lag_degc = {lag_};
-    window.lag_settling = static_cast<double>(second_mean.second - lag_begin_) < 3 * tau;
-  }
-
   FeatureDefinition definition_;
   std::map<std::int64_t, SecondMean> kept_;
-  double lag_ = 0;
-  std::optional<std::pair<std::int64_t, double>> last_lag_;
-  std::int64_t lag_begin_ = 0;
   double behind_ = 0;
   std::optional<std::pair<std::int64_t, double>> last_body_;
   std::int64_t body_begin_ = 0;
@@ -224,7 +189,6 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
     definition.length_s = 1 + below(41);
     definition.end_mean_s = trial % 4 < 2 ? 1 : 1 + below(static_cast<unsigned>(definition.length_s));
     definition.max_gap_s = below(8);
-    definition.lag_time_constants_s = {1.0 + below(100)};
     if (trial % 5 < 2) definition.response_s[kInputTemperature] = 1 + below(100);
     const int full = definition.length_s + (trial % 2 ? definition.end_mean_s : 0);
     ASSERT_EQ(history_s(definition), full);
@@ -263,10 +227,7 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
       expect_alike(window.uhfo_v, expected.uhfo_v, "uhfo");
       ASSERT_EQ(window.warm_s, expected.warm_s) << "trial " << trial << ", push " << i;
       ASSERT_EQ(window.gap_s, expected.gap_s);
-      ASSERT_EQ(window.lag_settling, expected.lag_settling);
       ASSERT_EQ(window.settling, expected.settling);
-      ASSERT_EQ(window.lag_degc.size(), expected.lag_degc.size());
-      if (!window.lag_degc.empty()) expect_alike(window.lag_degc[0], expected.lag_degc[0], "lag");
       expect_alike(window.second_mean.temperature_degc, second_mean.temperature_degc, "row");
       if (HasFatalFailure()) FAIL() << "trial " << trial << ", push " << i;
       if (window.state == WindowState::kReady) ++ready;
@@ -275,24 +236,19 @@ TEST(FeatureExtractor, EqualsAReferenceThatKeepsAllSeconds) {
   EXPECT_GT(ready, 10'000);  // most windows were measured, not only warming
 }
 
-TEST(Features, HaveTheThreeInputsOfThePaperAndTheDefinedLags) {
-  FeatureDefinition definition;
-  definition.lag_time_constants_s = {1500, 3900};
+TEST(Features, HaveTheThreeInputsOfThePaper) {
   Window window;
   window.temperature_degc = 1;
   window.slope_degc_per_s = 2;
   window.uhfo_v = 3;
-  window.lag_degc = {4, 5};
   double expected = 0;
-  for (const std::string name : {"T", "dTdt", "U", "lag1", "lag2"}) {
-    EXPECT_TRUE(has_input(definition, name)) << name;
-    EXPECT_EQ(input_value(window, definition, name), ++expected) << name;
-    EXPECT_TRUE(std::isnan(input_value({}, definition, name))) << name;
+  for (const std::string name : {"T", "dTdt", "U"}) {
+    EXPECT_TRUE(has_input({}, name)) << name;
+    EXPECT_EQ(input_value(window, {}, name), ++expected) << name;
+    EXPECT_TRUE(std::isnan(input_value({}, {}, name))) << name;
   }
-  const std::string names[] = {"",      "t",     "u",     "dT/dt", "lag",   "lag0", "lag3",
-                               "lag-1", "lag 1", "lag1 ", "lag01", "lag1x", "Lag1", "lag99999999999999999999"};
-  for (const std::string& name : names) EXPECT_FALSE(has_input(definition, name)) << '"' << name << '"';
-  EXPECT_FALSE(has_input({}, "lag1"));
+  for (const std::string name : {"", "t", "u", "dT/dt", "T ", "T-U"})
+    EXPECT_FALSE(has_input({}, name)) << '"' << name << '"';
 }
 
 }  // namespace

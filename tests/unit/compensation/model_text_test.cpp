@@ -136,10 +136,9 @@ TEST(ModelText, RandomModelsReadBackToTheLastBit) {
     info.features.end_mean_s = 1 + static_cast<int>(random() % static_cast<unsigned>(info.features.length_s));
     info.features.max_gap_s = static_cast<int>(random() % 3601);
     info.features.slope = i % 4 ? SlopeMethod::kDifference : SlopeMethod::kLeastSquares;
-    info.features.lag_time_constants_s = {1 + 1e-3 * static_cast<double>(random() % 1'000'000), 1e7};
     if (i % 3 == 1) info.features.sensors = {{"case", "degC"}};
     if (i % 3 == 1) info.features.response_s = {{"T", 1 + static_cast<int>(random() % 1'000'000)}, {"case", 1'000'000}};
-    info.inputs = {"U", "lag2", "T"};
+    info.inputs = {"U", "dTdt", "T"};
     if (i % 5) info.domain = {{-1e300, number(), -0.0}, {number(), 0, 0}};
     for (std::size_t k = 0; k < info.domain.min.size(); ++k) {
       if (info.domain.min[k] > info.domain.max[k]) std::swap(info.domain.min[k], info.domain.max[k]);
@@ -189,7 +188,6 @@ ModelInfo base_info() {
   info.kind = "polynomial";
   info.inputs = {"T", "U"};
   info.domain = {{-40, 5}, {70, 6}};
-  info.features.lag_time_constants_s = {1500};
   return info;
 }
 
@@ -243,8 +241,6 @@ TEST(ModelId, ChangesWithEveryNumber) {
       [](ModelInfo& i) { i.features.slope = SlopeMethod::kLeastSquares; },
       [](ModelInfo& i) { i.features.end_mean_s = 9; },
       [](ModelInfo& i) { i.features.max_gap_s = 4; },
-      [](ModelInfo& i) { i.features.lag_time_constants_s = {1500.0000000000002}; },
-      [](ModelInfo& i) { i.features.lag_time_constants_s = {}; },
       [](ModelInfo& i) {
         i.features.response_s = {{"T", 900}};
       },

@@ -28,28 +28,26 @@ SensorList list_of(std::vector<SensorName> sensors) {
 FeatureDefinition with_case() {
   FeatureDefinition features = test::short_features();
   features.sensors = {{"case", "degC"}, {"anode", "V"}};
-  features.lag_time_constants_s = {20};
   return features;
 }
 
 TEST(Sensors, TheNamesOfInputsStateSensorAndFeature) {
   const FeatureDefinition features = with_case();
-  for (const char* name :
-       {"T", "dTdt", "U", "lag1", "case", "dcase/dt", "lag1:case", "case-T", "T-case", "anode", "anode-U"})
+  for (const char* name : {"T", "dTdt", "U", "case", "dcase/dt", "case-T", "T-case", "anode", "anode-U"})
     EXPECT_TRUE(has_input(features, name)) << name;
-  for (const char* name : {"", "d/dt", "dT/dt", "lag2:case", "lag1:T", "case-case", "case-anode", "case-", "-T",
-                           "shell", "dshell/dt", "lag1:", "case-T-T", "dcase/dt-T"})
+  for (const char* name : {"", "d/dt", "dT/dt", "lag1", "lag1:case", "case-case", "case-anode", "case-", "-T", "shell",
+                           "dshell/dt", "case-T-T", "dcase/dt-T"})
     EXPECT_FALSE(has_input(features, name)) << name;
-  EXPECT_THAT(sensors_of({"T", "case-T", "dcase/dt", "anode", "lag1"}), ElementsAre("case", "anode"));
+  EXPECT_THAT(sensors_of({"T", "case-T", "dcase/dt", "anode"}), ElementsAre("case", "anode"));
   EXPECT_EQ(unit_of_input(features, "dcase/dt"), "degC/s");
   EXPECT_EQ(unit_of_input(features, "anode"), "V");
   EXPECT_EQ(unit_of_input(features, "case-T"), "degC");
 }
 
 TEST(Sensors, ANameMustNotBeAReservedInput) {
-  for (const char* name : {"case", "gyro_temp_x", "chamber.temperature", "lag", "lagoon", "t"})
+  for (const char* name : {"case", "gyro_temp_x", "chamber.temperature", "t"})
     EXPECT_TRUE(is_sensor_name(name)) << name;
-  for (const char* name : {"", "T", "U", "dTdt", "lag1", "case-T", "a b", "1st", "dcase/dt", "x:y"})
+  for (const char* name : {"", "T", "U", "dTdt", "case-T", "a b", "1st", "dcase/dt", "x:y"})
     EXPECT_FALSE(is_sensor_name(name)) << name;
   EXPECT_EQ(sensor_column({"case", "degC"}), "case_degc");
   EXPECT_EQ(sensor_of_column("anode_ma")->unit, "mA");
@@ -69,7 +67,7 @@ SecondMean second_mean_at(std::int64_t second, const SensorList& list, std::vect
 }
 
 // The case warms by 0.1 degC/s while T is constant, and fails; later the stream has its sensors in another order.
-TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
+TEST(Sensors, AWindowHasTheirMeanSlopeAndDifference) {
   const FeatureDefinition features = with_case();
   FeatureExtractor extractor(features);
   SensorList list = list_of({{"anode", "V"}, {"case", "degC"}});
@@ -81,11 +79,10 @@ TEST(Sensors, AWindowHasTheirMeanSlopeLagAndDifference) {
   EXPECT_NEAR(value("dcase/dt"), 0.1, 1e-12);
   EXPECT_NEAR(value("case-T"), value("case") - 25, 1e-12);
   EXPECT_NEAR(value("T-case"), 25 - value("case"), 1e-12);
-  EXPECT_NEAR(value("lag1:case"), 2, 0.1) << "20 s behind at 0.1 degC/s";
   EXPECT_EQ(value("anode"), 5);
   for (int second = 100; second < 108; ++second) window = extractor.push(second_mean_at(second, list, {5, kUnknown}));
   EXPECT_EQ(window.state, WindowState::kReady) << "T is always known";
-  for (const char* name : {"case", "dcase/dt", "lag1:case", "case-T"}) EXPECT_TRUE(std::isnan(value(name))) << name;
+  for (const char* name : {"case", "dcase/dt", "case-T"}) EXPECT_TRUE(std::isnan(value(name))) << name;
   EXPECT_EQ(value("T"), 25);
   list = list_of({{"case", "degC"}, {"anode", "V"}});
   for (int second = 108; second < 130; ++second) window = extractor.push(second_mean_at(second, list, {30, 5}));
@@ -132,7 +129,7 @@ TEST(Sensors, AModelFileListsThemWithTheirUnits) {
   std::string lost = text;
   lost.replace(lost.find("\"case\": \"degC\", "), 16, "");
   EXPECT_EQ(parse_model(lost, "m.json").error().text(),
-            "m.json:/inputs/0/name: found \"case-T\", expected T, dTdt, U, a lag or a sensor's that features define");
+            "m.json:/inputs/0/name: found \"case-T\", expected T, dTdt, U or a sensor's that features define");
 }
 
 }  // namespace

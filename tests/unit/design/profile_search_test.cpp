@@ -122,25 +122,18 @@ TEST(ChamberProfiles, AreWrittenAsSetPoints) {
 const simulation::ChamberProfile kProfile{"test", 25, {{3600, -40}, {7200, -40}, {3600, 60}, {3600, 60}}};
 
 TEST(GyroInputs, FollowTheSimulatedGyro) {
-  compensation::FeatureDefinition features;
-  features.lag_time_constants_s = {1800};
-  const auto inputs = GyroInputs::make({"T", "dTdt", "lag1"}, features, {}, {});
+  const auto inputs = GyroInputs::make({"T", "dTdt"}, {}, {}, {});
   ASSERT_TRUE(inputs) << inputs.error().text();
   const RecordedInputs recorded = inputs->on(kProfile);
   ASSERT_EQ(recorded.inputs.cols(), 180);
   simulation::SimulatedGyro gyro(kProfile, 1);
-  double mean = 0, before = gyro.truth().body_degc, lagged = before;
+  double mean = 0, before = gyro.truth().body_degc;
   for (Eigen::Index i = 0; i < recorded.inputs.cols(); ++i) {
     mean = 0;
-    for (int s = 0; s < 100; ++s) {
-      const double body = gyro.step(1).body_degc;
-      mean += body / 100;
-      lagged -= (body - lagged) * std::expm1(-1.0 / 1800);
-    }
+    for (int s = 0; s < 100; ++s) mean += gyro.step(1).body_degc / 100;
     const double body = gyro.truth().body_degc;
     EXPECT_NEAR(recorded.inputs(0, i), mean, 0.1) << i;  // the mean of both ends, in steps of 10 s
     EXPECT_NEAR(recorded.inputs(1, i), (body - before) / 100, 2e-4) << i;
-    EXPECT_NEAR(recorded.inputs(2, i), body - lagged, 0.1) << i;
     EXPECT_NEAR(recorded.time_h[i], static_cast<double>(i + 1) / 36, 1e-9);
     before = body;
   }

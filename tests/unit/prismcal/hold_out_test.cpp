@@ -74,14 +74,6 @@ TEST(HoldOut, CopiesOnlyTheSecondsOfItsBlocks) {
   EXPECT_GE(split->held_out.seconds[0].start_s, split->training.seconds.back().end_s() + 99);
 }
 
-TEST(HoldOut, ALagIncreasesTheDistance) {
-  compensation::FeatureDefinition features;
-  features.lag_time_constants_s = {1500};
-  const auto split = split_blocks(day(features), {0.5, 0});
-  ASSERT_TRUE(split);
-  EXPECT_GE(nearest(*split), 1500);
-}
-
 TEST(HoldOut, RejectsShortSegmentsAndPartsWithoutBlocks) {
   const auto narrow = split_blocks(day(), {0, 299});
   ASSERT_FALSE(narrow);

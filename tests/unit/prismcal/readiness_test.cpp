@@ -218,7 +218,7 @@ TEST(Meanings, OfTheLoop) {
   EXPECT_THAT(analysis::loop_meaning(before, after), HasSubstr("up to 0.1 deg/h before and 0.02 deg/h after"));
   EXPECT_THAT(analysis::hysteresis_meaning(before, after, true), HasSubstr("removes 80 % of the largest difference"));
   EXPECT_THAT(analysis::hysteresis_meaning(before, after, true), HasSubstr("70 % of the area"));
-  EXPECT_THAT(analysis::hysteresis_meaning(after, before, false), HasSubstr("it needs dTdt or a lag"));
+  EXPECT_THAT(analysis::hysteresis_meaning(after, before, false), HasSubstr("it needs dTdt as input, or a response"));
   EXPECT_THAT(analysis::hysteresis_meaning(after, before, true),
               HasSubstr("in the training they differed in another way"));
 }

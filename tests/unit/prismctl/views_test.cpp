@@ -129,12 +129,12 @@ TEST(BiasView, ShowsMeansAndNotOneFrame) {
 TEST(BiasView, ShowsTheOtherInputsOfTheModel) {
   const json bias = json::parse(R"({"temperature_degc": 25, "slope_degc_per_s": 0.0001, "uhfo_v": 5, "inputs": {
     "T": {"value": 25, "unit": "degC"}, "case-T": {"value": 0.41, "unit": "degC"},
-    "dcase/dt": {"value": 0.000125, "unit": "degC/s"}, "lag1": {"value": null, "unit": "degC"}}})");
+    "dcase/dt": {"value": 0.000125, "unit": "degC/s"}, "anode": {"value": null, "unit": "degC"}}})");
   EXPECT_THAT(bias_view({{"axes", {{"z", bias}}}}),
               HasSubstr("temperature  25.000 degC, slope 0.000100 degC/s\n"
                         "UHFO         5.0000 V\n"
                         "model        none\n"
-                        "inputs       case-T 0.410 degC, dcase/dt 0.000125 degC/s, lag1 -\n"));
+                        "inputs       case-T 0.410 degC, dcase/dt 0.000125 degC/s, anode -\n"));
 }
 
 TEST(Words, ATimeIsSaidInTheTwoUnitsThatTell) {

@@ -52,11 +52,11 @@ TEST(Response, IsUnknownOfARecordThatCannotTell) {
   TrainingData passage = record(900, 1800);
   passage.inputs.row(0) = Eigen::RowVectorXd::LinSpaced(900, -30, 30);
   EXPECT_FALSE(find_response(passage, {}, kBlock_s));
-  TrainingData lagged = record(900, 1800);
-  lagged.names[1] = "lag1";
-  EXPECT_FALSE(find_response(lagged, {}, kBlock_s));
-  lagged.names = {"U", "dTdt"};
-  EXPECT_FALSE(find_response(lagged, {}, kBlock_s));
+  TrainingData other = record(900, 1800);
+  other.names[1] = "case-T";
+  EXPECT_FALSE(find_response(other, {}, kBlock_s));
+  other.names = {"U", "dTdt"};
+  EXPECT_FALSE(find_response(other, {}, kBlock_s));
   const std::atomic<bool> stop = true;
   TrainingSettings stopped;
   stopped.stop = &stop;

@@ -25,7 +25,7 @@ struct CorrectionSettings {
 };
 
 struct ModelEvaluation {
-  bool knows_slope = false;             ///< the model has the slope of a temperature or a lag as input
+  bool knows_slope = false;             ///< the model has the slope of a temperature as input
   evaluation::BiasStability stability;  ///< over blocks with a correction
   /// 95 % prediction interval of the improvement in another recording; nullopt if these blocks do not determine it.
   std::optional<evaluation::PredictionInterval> improvement_interval;

@@ -692,9 +692,9 @@ std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evalu
   const double removed = 100 * (1 - after.max_gap_deg_per_h / before.max_gap_deg_per_h);
   if (removed <= 0)
     return knows_slope ? "The model does not reduce the difference between heating and cooling, although it has the "
-                         "slope of temperature or a lag as input: in the training they differed in another way."
-                       : "The model does not reduce the difference between heating and cooling: it needs dTdt or a lag "
-                         "as input.";
+                         "slope of temperature as input: in the training they differed in another way."
+                       : "The model does not reduce the difference between heating and cooling: it needs dTdt as "
+                         "input, or a response (train --response).";
   return fmt::format(
       "The model removes {:.0f} % of the largest difference between heating and cooling, and {:.0f} % of "
       "the area of the loop.",

@@ -75,7 +75,7 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
 /// The differences between heating and cooling before and after.
 std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
 /// The part of the largest difference and of the loop's area that is removed. `knows_slope`: the model has the slope of
-/// a temperature or a lag as input.
+/// a temperature as input.
 std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
                                bool knows_slope);
 /// The averaging times at which the correction helps or harms. Deviations at the same increasing averaging times.

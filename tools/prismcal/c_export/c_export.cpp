@@ -131,9 +131,7 @@ Result<ModelPtr> fewer_centres(const Model& model, int most) {
 /// Codes of the inputs in prism_predict.c.
 int input_code(const std::string& name) {
   if (name == compensation::kInputTemperature) return 0;
-  if (name == compensation::kInputUhfo) return 1;
-  if (name == compensation::kInputSlope) return 2;
-  return 2 + std::stoi(name.substr(3));  // "lag1"
+  return name == compensation::kInputUhfo ? 1 : 2;  // slope
 }
 
 double rounded(double value, const COptions& options) { return options.single ? static_cast<float>(value) : value; }
@@ -164,7 +162,7 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
   const compensation::Domain none{std::vector(inputs, -1e30), std::vector(inputs, 1e30)};
   const compensation::Domain& box = info.domain.min.empty() ? none : info.domain;
   std::vector<int> codes, powers;
-  std::vector<double> margins, coefficients, lags = f.lag_time_constants_s;
+  std::vector<double> margins, coefficients;
   for (std::size_t i = 0; i < inputs; ++i) {
     codes.push_back(input_code(info.inputs[i]));
     margins.push_back(compensation::margin_of(info, i));
@@ -173,7 +171,6 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
     powers.insert(powers.end(), term.powers.begin(), term.powers.end());
     coefficients.push_back(term.coefficient);
   }
-  const auto [shortest, longest] = std::minmax_element(lags.begin(), lags.end());
   const compensation::CompensationSettings settings;
   define("PRISM_EXP", options.single ? "expf" : "exp");
   define("PRISM_CLAMP", options.policy == Extrapolation::kClamp ? 1 : 0);
@@ -189,17 +186,12 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
   define("PRISM_RESPONSE_S", response_s);
   define("PRISM_RESPONSE_BRIDGE_S", std::max(f.max_gap_s + 1, response_s / 10));
   define("PRISM_RESPONSE_SETTLED_S", 3 * response_s);
-  define("PRISM_LAGS", lags.size());
-  define("PRISM_LAG_BRIDGE_S", lags.empty() ? 0 : std::max(f.max_gap_s + 1, static_cast<int>(*shortest / 10)));
-  define("PRISM_LAG_SETTLED_S", lags.empty() ? 0 : static_cast<int>(std::ceil(3 * *longest)));
   define("PRISM_MAX_BIAS", settings.max_bias_deg_per_h);
   define("PRISM_MAX_SLEW",
          compensation::greatest_slew_deg_per_h_per_s(model, settings.slew, settings.max_bias_deg_per_h));
   define("PRISM_CENTRES", sum.weight.size());
   define("PRISM_TERMS", coefficients.size());
   table("prism_input", "PRISM_INPUTS", codes);
-  lags.push_back(0);
-  table("prism_lag_s", "PRISM_LAGS + 1", lags);
   table("prism_min", "PRISM_INPUTS", box.min);
   table("prism_max", "PRISM_INPUTS", box.max);
   table("prism_margin", "PRISM_INPUTS", margins);
@@ -316,8 +308,7 @@ Result<CExport> export_c(const ModelPtr& model, const std::string& where, const 
   const ModelInfo& info = model->info();
   if (info.table) return make_error(where, "trained on a CSV table, expected a model that prismd can use");
   if (!info.features.sensors.empty())
-    return make_error(where,
-                      "has inputs of sensors, expected T, dTdt, U and lags only: the C evaluator knows no other");
+    return make_error(where, "has inputs of sensors, expected T, dTdt and U only: the C evaluator knows no other");
   const auto* composite = dynamic_cast<const CompositeModel*>(model.get());
   if (composite && composite->parameters().prior)
     return make_error(where,

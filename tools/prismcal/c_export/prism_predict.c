@@ -73,19 +73,6 @@ static int is_body_settling(const prism_state *state) {
   return PRISM_RESPONSE_S > 0 && state->body_history_s <= PRISM_RESPONSE_SETTLED_S;
 }
 
-// T - EMA(T). The filters restart after a gap that hides the past.
-static void update_lags(prism_state *state, const prism_second *means, prism_number degc) {
-  const int64_t step = means->second - state->lag_second;
-  const int restart = state->lag_history_s == 0 || step <= 0 || step > PRISM_LAG_BRIDGE_S;
-  int i;
-  for (i = 0; i < PRISM_LAGS; ++i) {
-    const double keep = restart ? 0 : exp(-(double)step / (double)prism_lag_s[i]);
-    state->lag_mean_degc[i] = keep * state->lag_mean_degc[i] + (1 - keep) * (double)degc;
-  }
-  state->lag_history_s = restart ? 1 : state->lag_history_s + step;
-  state->lag_second = means->second;
-}
-
 // Stores the second. A gap above PRISM_MAX_GAP_S or a step back empties the window. Returns the step from the last one.
 static int64_t store(prism_state *state, const prism_second *means) {
   const prism_number now[2] = {body_degc(state, means), means->uhfo_v};
@@ -101,15 +88,13 @@ static int64_t store(prism_state *state, const prism_second *means) {
   if (restart) state->published_deg_per_h = (prism_number)NAN;
   state->history_s = restart ? 1 : state->history_s + step;
   state->second = means->second;
-  if (is_known(means->temperature_degc)) update_lags(state, means, now[0]);
   return step;
 }
 
-// The input of a code of prism_input: means of temperature and UHFO voltage, slope, lags.
+// The input of a code of prism_input: means of temperature and UHFO voltage, slope.
 static prism_number input_of(const prism_state *state, int code) {
-  if (code < PRISM_QUANTITIES) return mean_of(state->value[code], 0, PRISM_LENGTH_S).value + origin_of(state->value[code]);
-  if (code == 2) return slope_of(state->value[0]);
-  return (prism_number)((double)state->value[0][0] - state->lag_mean_degc[code - 3]);
+  if (code >= PRISM_QUANTITIES) return slope_of(state->value[0]);
+  return mean_of(state->value[code], 0, PRISM_LENGTH_S).value + origin_of(state->value[code]);
 }
 
 // (sum of weight exp(-|z - centre|^2)) + (sum of coefficient times the product of z ^ power), with
@@ -157,8 +142,7 @@ static prism_number window_bias(const prism_state *state, unsigned *flags) {
     *flags |= PRISM_WARMING;
     return (prism_number)NAN;
   }
-  if (is_known(state->value[0][0]) && (state->lag_history_s <= PRISM_LAG_SETTLED_S || is_body_settling(state)))
-    *flags |= PRISM_SETTLING;
+  if (is_known(state->value[0][0]) && is_body_settling(state)) *flags |= PRISM_SETTLING;
   for (i = 0; i < PRISM_INPUTS; ++i) {
     inputs[i] = input_of(state, prism_input[i]);
     if (is_known(inputs[i])) continue;

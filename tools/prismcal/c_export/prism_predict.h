@@ -17,7 +17,7 @@
 #define PRISM_INPUT_MISSING 4u   // an input is unknown: no bias
 #define PRISM_EXTRAPOLATING 8u   // an input is outside the training range
 #define PRISM_OVER_LIMIT 32u     // the bias was above PRISM_MAX_BIAS: no bias
-#define PRISM_SETTLING 64u       // the body's temperature or the lags have not settled since the start
+#define PRISM_SETTLING 64u       // the body's temperature has not settled since the start
 #define PRISM_RATE_INVALID 128u  // the rate is unknown: no corrected rate
 #define PRISM_SLEW_LIMITED 1024u // the change since the last second was limited
 
@@ -37,11 +37,9 @@ typedef struct {
 // Of one gyro. Only for the functions below.
 typedef struct {
   prism_number value[PRISM_QUANTITIES][PRISM_HISTORY_S];  // temperature, UHFO voltage; by age, s; NAN: unknown
-  double lag_mean_degc[PRISM_LAGS + 1];                   // double: a float would lose steps below its last bit
   int64_t second, history_s;                              // of the last push, and seconds of the window until then
-  double body_degc;                                       // temperature after the response
+  double body_degc;                                       // after the response; a float would lose small steps
   int64_t body_second, body_history_s;                    // of the response, as for the window; 0: not started
-  int64_t lag_second, lag_history_s;                      // the same of the lag filters; 0: not started
   prism_number published_deg_per_h;                       // NAN: the next bias is not limited
 } prism_state;
 

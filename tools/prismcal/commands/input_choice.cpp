@@ -14,9 +14,26 @@ namespace {
 
 using training::Rows;
 
-/// Candidate inputs of a recording: T, dTdt, U, the lags, and for each sensor its difference to T (if in degC, else its
-/// value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
-Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
+/// Inputs in standard deviations. `moves`: whether each is not constant.
+Eigen::MatrixXd in_deviations(const Eigen::MatrixXd& inputs, std::vector<bool>& moves) {
+  Eigen::MatrixXd scaled = inputs.transpose();
+  for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
+    const double mean = scaled.col(i).mean();
+    scaled.col(i).array() -= mean;
+    const double sd = std::sqrt(scaled.col(i).squaredNorm() / static_cast<double>(scaled.rows()));
+    moves.push_back(sd > 1e-9 * (1 + std::abs(mean)));
+    if (moves.back()) scaled.col(i) /= sd;
+  }
+  return scaled.transpose();
+}
+
+double gain_percent(const InputSearch& search, const InputSet& set) {
+  return 100 * (1 - set.error_deg_per_h / search.without_deg_per_h);
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> candidate_inputs(const TrainChoice& choice) {
   constexpr double kSame_degc = 0.02;  // of the thermometer of T itself: their difference would only be rounding
   struct Sensor {
     std::size_t known = 0;
@@ -44,8 +61,6 @@ Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   const auto often = [&](std::size_t known) { return 10 * known > 9 * seconds; };
   std::vector<std::string> names = {"T", "dTdt"};
   if (often(uhfo)) names.emplace_back("U");
-  const std::size_t lags = choice.recordings.features.lag_time_constants_s.size();
-  for (std::size_t i = 1; i <= lags; ++i) names.push_back(fmt::format("lag{}", i));
   const std::vector<SensorName> sensors = recording->sensors();
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const SensorName& sensor = sensors[i];
@@ -55,25 +70,6 @@ Result<std::vector<std::string>> candidates_of(const TrainChoice& choice) {
   }
   return names;
 }
-
-/// Inputs in standard deviations. `moves`: whether each is not constant.
-Eigen::MatrixXd in_deviations(const Eigen::MatrixXd& inputs, std::vector<bool>& moves) {
-  Eigen::MatrixXd scaled = inputs.transpose();
-  for (Eigen::Index i = 0; i < scaled.cols(); ++i) {
-    const double mean = scaled.col(i).mean();
-    scaled.col(i).array() -= mean;
-    const double sd = std::sqrt(scaled.col(i).squaredNorm() / static_cast<double>(scaled.rows()));
-    moves.push_back(sd > 1e-9 * (1 + std::abs(mean)));
-    if (moves.back()) scaled.col(i) /= sd;
-  }
-  return scaled.transpose();
-}
-
-double gain_percent(const InputSearch& search, const InputSet& set) {
-  return 100 * (1 - set.error_deg_per_h / search.without_deg_per_h);
-}
-
-}  // namespace
 
 Result<InputSearch> search_inputs(const training::TrainingData& data) {
   constexpr Eigen::Index kFewestToChoose = 40;
@@ -136,14 +132,6 @@ Result<InputSearch> search_inputs(const training::TrainingData& data) {
   const double enough = best->error_deg_per_h + best->standard_error_deg_per_h;
   while (search.path[search.chosen].error_deg_per_h > enough) ++search.chosen;
   return search;
-}
-
-Result<InputSearch> choose_inputs(const TrainChoice& choice) {
-  const auto candidates = candidates_of(choice);
-  if (!candidates) return tl::unexpected<Error>(candidates.error());
-  const auto set = recordings::read_training_set(choice.files, *candidates, choice.recordings);
-  if (!set) return tl::unexpected<Error>(set.error());
-  return search_inputs(set->data);
 }
 
 std::string search_text(const InputSearch& search) {

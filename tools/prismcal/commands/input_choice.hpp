@@ -27,12 +27,13 @@ struct InputSearch {
   const InputSet& best() const { return path[chosen]; }
 };
 
+/// The possible inputs of the first recording: T, dTdt, U, and for each sensor its difference to T (if in degC, else
+/// its value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
+Result<std::vector<std::string>> candidate_inputs(const TrainChoice& choice);
+
 /// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
 /// constant, or fewer than 40 samples.
 Result<InputSearch> search_inputs(const training::TrainingData& data);
-
-/// The candidates are the inputs of the first recording. Errors: those of read_training_set() and search_inputs().
-Result<InputSearch> choose_inputs(const TrainChoice& choice);
 
 /// The result as a readable table and as JSON.
 std::string search_text(const InputSearch& search);

@@ -18,17 +18,14 @@ namespace prism::commands {
 
 namespace {
 
-/// Options of 0.3, without help.
-void refuse_removed_options(CLI::App& command) {
-  for (const char* name : {"--separator", "--encoding", "--header-row", "--time-format"}) {
-    command
-        .add_option_function<std::string>(
-            name,
-            [name](const std::string&) {
-              throw CLI::ValidationError(name, "was removed: prismcal reads plain tables; prism-import reads others");
-            })
-        ->group("");
-  }
+/// Refuses an option of an earlier version, which has no help.
+void refuse_removed(CLI::App& command, const char* name, const char* instead) {
+  command
+      .add_option_function<std::string>(name,
+                                        [name, instead](const std::string&) {
+                                          throw CLI::ValidationError(name, std::string("was removed: ") + instead);
+                                        })
+      ->group("");
 }
 
 }  // namespace
@@ -39,7 +36,8 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
                {"--time-unit", &options.time_unit,
                 "of a table's time that is a number: s, ms, us, ns, min, h or d (default: by its header)",
                 one_of({"s", "ms", "us", "ns", "min", "h", "d"})}});
-  refuse_removed_options(command);
+  for (const char* name : {"--separator", "--encoding", "--header-row", "--time-format"})
+    refuse_removed(command, name, "prismcal reads plain tables; prism-import reads others");
   options.progress = read_progress();
   // Each file once, also if a command reads it several times.
   options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
@@ -96,10 +94,7 @@ void add_window_options(CLI::App& command, recordings::TrainingSetOptions& o) {
        {"--max-gap", &o.features.max_gap_s, "longest gap in a window, s; a longer one restarts it",
         tools::within(0, 3600)}},
       Need::kFew);
-  command.add_option("--lag", o.features.lag_time_constants_s, "time constants of lag1, lag2, …, s")
-      ->delimiter(',')
-      ->check(tools::within(1, 1e7))
-      ->group("Further options");
+  refuse_removed(command, "--lag", "a gyro that follows its thermometer slowly has --response");
 }
 
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {

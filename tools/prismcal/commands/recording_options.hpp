@@ -22,7 +22,7 @@ void add_site_options(CLI::App& command, recordings::SiteOptions& options);
 /// the same for all commands.
 void accept_site_options(CLI::App& command);
 
-/// --window, --slope, --end-mean, --max-gap, --lag.
+/// --window, --slope, --end-mean, --max-gap.
 void add_window_options(CLI::App& command, recordings::TrainingSetOptions& options);
 
 /// All above, and --hold-out.

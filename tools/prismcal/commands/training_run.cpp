@@ -108,20 +108,13 @@ std::string check_response(std::string& word) {
   return fmt::format("found \"{}\", expected auto or whole seconds within 0 to 1000000", word);
 }
 
-/// The response of T that --response leaves open: that of the models of --prior, or the one that the samples show,
-/// which is returned. Sets it.
-Result<std::optional<training::ResponseSearch>> choose_response(TrainChoice& choice, const training::TrainingData& data,
-                                                                const training::TrainingSettings& settings) {
-  compensation::FeatureDefinition& features = choice.recordings.features;
-  if (!choice.prior.empty()) {
-    const auto models = read_population_models(choice.prior, "");
-    if (!models) return tl::unexpected<Error>(models.error());
-    features.response_s = models->front()->info().features.response_s;
-    return std::nullopt;
-  }
-  const auto found = training::find_response(data, settings, features.length_s);
-  if (found && found->tau_s > 0) features.response_s[compensation::kInputTemperature] = found->tau_s;
-  return found;
+/// The samples with T and dTdt alone, the first two candidates.
+training::TrainingData by_temperature(const training::TrainingData& data) {
+  return {{compensation::kInputTemperature, compensation::kInputSlope},
+          data.inputs.topRows(2),
+          data.target,
+          data.runs,
+          data.time_s};
 }
 
 std::string response_text(const training::ResponseSearch& found) {
@@ -188,20 +181,33 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     }
     return set;
   };
-  // Reads the recordings; the first time once more, if they show a response.
+  // Reads the recordings, and the models of --prior for their gyro. If the response is open, it is that of these
+  // models, or the one by which T and dTdt predict the bias best: the recordings are read once more with it.
   const auto read = [&](const std::vector<std::string>& inputs) -> Result<recordings::TrainingSet> {
     auto set = read_once(inputs);
-    if (!set || !std::exchange(open, false)) return set;
-    auto found = choose_response(choice, set->data, *settings);
-    if (!found) return tl::unexpected<Error>(found.error());
-    response = *found;
+    if (!set) return set;
+    if (!choice.prior.empty() && settings->siblings.empty()) {
+      auto models = read_population_models(choice.prior, choice.serial.empty() ? set->serial : choice.serial);
+      if (!models) return tl::unexpected<Error>(models.error());
+      settings->siblings = std::move(*models);
+    }
+    if (!std::exchange(open, false)) return set;
+    if (!settings->siblings.empty()) {
+      response_s = settings->siblings.front()->info().features.response_s;
+    } else {
+      response = training::find_response(choice.inputs == "auto" ? by_temperature(set->data) : set->data, *settings,
+                                         choice.recordings.features.length_s);
+      if (response && response->tau_s > 0) response_s[compensation::kInputTemperature] = response->tau_s;
+    }
     return response_s.empty() ? std::move(set) : read_once(inputs);
   };
   std::optional<InputSearch> search;
   if (choice.inputs == "auto") {
-    if (auto set = read({compensation::kInputTemperature, compensation::kInputSlope}); !set)
-      return tl::unexpected<Error>(set.error());
-    auto found = choose_inputs(choice);
+    const auto candidates = candidate_inputs(choice);
+    if (!candidates) return tl::unexpected<Error>(candidates.error());
+    const auto all = read(*candidates);
+    if (!all) return tl::unexpected<Error>(all.error());
+    auto found = search_inputs(all->data);
     if (!found) return tl::unexpected<Error>(found.error());
     choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
     search = std::move(*found);
@@ -241,11 +247,6 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   info.features = set->features;
   if (info.gyro_serial.empty() && !choice.method.quiet)
     fmt::print(stderr, "the recordings name no gyro: the model is for any; --serial NAME binds it to one\n");
-  if (!choice.prior.empty()) {
-    auto models = read_population_models(choice.prior, info.gyro_serial);
-    if (!models) return tl::unexpected<Error>(models.error());
-    settings->siblings = std::move(*models);
-  }
   settings->progress = progress_bar(choice.method.quiet);
   auto trained = training::train(set->data, std::move(info), *settings);
   end_progress();
@@ -277,7 +278,7 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
   add_options(
       command,
       {{"--inputs", &choice.inputs,
-        "T, dTdt, U, lag1, lag2, …; for a sensor NAME, dNAME/dt, lag1:NAME, NAME-T; or auto"},
+        "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
        {"--response", &choice.response,
         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
         "the recordings",

@@ -5,10 +5,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "tools/prismsim/simulation/random_source.hpp"
@@ -25,18 +23,8 @@ Eigen::Index place_of(const std::vector<std::string>& names, const std::string& 
   return at == names.end() ? -1 : at - names.begin();
 }
 
-// "lag2" → 1, a lag of T.
-std::optional<std::size_t> lag_number(const std::string& name) {
-  if (name.rfind("lag", 0) != 0) return std::nullopt;
-  std::size_t number = 0;
-  const char* const end = name.data() + name.size();
-  const auto [read, error] = std::from_chars(name.data() + 3, end, number);
-  if (error != std::errc() || read != end || number == 0) return std::nullopt;
-  return number - 1;
-}
-
 bool follows_from_temperature(const std::string& name) {
-  return name == compensation::kInputTemperature || name == compensation::kInputSlope || lag_number(name);
+  return name == compensation::kInputTemperature || name == compensation::kInputSlope;
 }
 
 // T minus its exponential mean over kSlowTime_s, at each row.
@@ -113,8 +101,8 @@ Result<GyroInputs> GyroInputs::make(std::vector<std::string> names, const compen
   return made;
 }
 
-Eigen::VectorXd GyroInputs::row(double t_degc, double slope_degc_per_s, const std::vector<double>& lags,
-                                double slow_degc, const std::vector<double>& noise) const {
+Eigen::VectorXd GyroInputs::row(double t_degc, double slope_degc_per_s, double slow_degc,
+                                const std::vector<double>& noise) const {
   Eigen::VectorXd x(static_cast<Eigen::Index>(names_.size()));
   for (std::size_t j = 0; j < names_.size(); ++j) {
     double& value = x[static_cast<Eigen::Index>(j)];
@@ -122,8 +110,6 @@ Eigen::VectorXd GyroInputs::row(double t_degc, double slope_degc_per_s, const st
       value = t_degc;
     } else if (names_[j] == compensation::kInputSlope) {
       value = slope_degc_per_s;
-    } else if (const auto lag = lag_number(names_[j])) {
-      value = *lag < lags.size() ? lags[*lag] : 0;
     } else {
       value = lines_[j].slope.dot(Eigen::Vector4d(1, t_degc, slope_degc_per_s, slow_degc)) + lines_[j].sd * noise[j];
     }
@@ -134,9 +120,8 @@ Eigen::VectorXd GyroInputs::row(double t_degc, double slope_degc_per_s, const st
 RecordedInputs GyroInputs::on(const simulation::ChamberProfile& profile, int windows) const {
   const double window_s = features_.length_s, row_s = window_s * windows;
   const double share = response_.lag_s > 0 ? -std::expm1(-kStep_s / response_.lag_s) : 1;
-  const auto& taus = features_.lag_time_constants_s;
   double body = profile.start_degc + (response_.lag_s > 0 ? 0 : response_.self_heating_degc), slow = body;
-  std::vector<double> before{body}, lagged(taus.size(), body);  // temperatures of the last window
+  std::vector<double> before{body};  // temperatures of the last window
   std::vector<simulation::RandomSource> random;
   std::vector<double> noise;
   for (std::size_t j = 0; j < names_.size(); ++j) noise.push_back(random.emplace_back(kSeed, j).normal());
@@ -148,20 +133,16 @@ RecordedInputs GyroInputs::on(const simulation::ChamberProfile& profile, int win
   for (double time_s = kStep_s; time_s <= profile.duration_s() + 1e-6; time_s += kStep_s) {
     body += (profile.temperature_degc(time_s - kStep_s / 2) + response_.self_heating_degc - body) * share;
     slow -= (body - slow) * std::expm1(-kStep_s / kSlowTime_s);
-    for (std::size_t k = 0; k < taus.size(); ++k) lagged[k] -= (body - lagged[k]) * std::expm1(-kStep_s / taus[k]);
     before.push_back(body);
     if (time_s + 1e-6 < next_s) continue;
     next_s += row_s;
     const std::size_t count = std::min(back, before.size() - 1);
     const double from = before[before.size() - 1 - count];
-    std::vector<double> lags;
-    for (const double mean : lagged) lags.push_back(body - mean);
     for (std::size_t j = 0; j < noise.size(); ++j) {
       const double kept = std::pow(lines_[j].kept, windows);
       noise[j] = kept * noise[j] + std::sqrt(1 - kept * kept) * random[j].normal();
     }
-    rows.push_back(
-        row((body + from) / 2, (body - from) / (static_cast<double>(count) * kStep_s), lags, body - slow, noise));
+    rows.push_back(row((body + from) / 2, (body - from) / (static_cast<double>(count) * kStep_s), body - slow, noise));
     time_h.push_back(time_s / 3600);
   }
   recorded.inputs.resize(static_cast<Eigen::Index>(names_.size()), static_cast<Eigen::Index>(rows.size()));
@@ -189,7 +170,7 @@ Result<Eigen::MatrixXd> GyroInputs::over(const std::vector<InputRange>& domain, 
     };
     std::vector<double> noise(names_.size());
     for (double& value : noise) value = random.normal();
-    points.col(i) = row(within(*t), slope == domain.end() ? 0 : within(*slope), {}, 0, noise);
+    points.col(i) = row(within(*t), slope == domain.end() ? 0 : within(*slope), 0, noise);
     for (const InputRange& range : domain) points(place_of(names_, range.input), i) = within(range);
   }
   return points;

@@ -52,13 +52,12 @@ class GyroInputs {
     double sd = 0, kept = 0;
   };
   GyroInputs() = default;
-  Eigen::VectorXd row(double t_degc, double slope_degc_per_s, const std::vector<double>& lags, double slow_degc,
-                      const std::vector<double>& noise) const;
+  Eigen::VectorXd row(double t_degc, double slope_degc_per_s, double slow_degc, const std::vector<double>& noise) const;
 
   std::vector<std::string> names_;
   compensation::FeatureDefinition features_;
   ThermalResponse response_;
-  std::vector<Line> lines_;  ///< one per input; unused for T, its slope and its lags
+  std::vector<Line> lines_;  ///< one per input; unused for T and its slope
 };
 
 }  // namespace prism::design

@@ -36,7 +36,7 @@ struct BlockTable {
   std::size_t size() const { return blocks.size(); }
   std::int64_t second(std::size_t block) const { return blocks[block].second_mean.second; }  ///< its last one
   std::vector<double> column(
-      const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", "lag1", …), one per block
+      const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", …), one per block
   std::vector<double> hours() const;    ///< end of each block since the start of the first, h
   double mean_rate_deg_per_h() const;   ///< over the blocks, with the Earth rate
 };

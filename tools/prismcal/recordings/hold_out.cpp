@@ -15,13 +15,6 @@ namespace {
 
 constexpr std::string_view kSegments = "blocks:";
 
-/// Minimum distance of training and held-out blocks, s.
-std::int64_t gap_of(const compensation::FeatureDefinition& features) {
-  double gap_s = features.length_s;
-  for (const double lag_s : features.lag_time_constants_s) gap_s = std::max(gap_s, lag_s);
-  return static_cast<std::int64_t>(std::ceil(gap_s));
-}
-
 enum class Side { kTraining, kHeldOut, kNeither };
 
 /// The side of the block [begin, end) of a recording of this length; times are s since its start.
@@ -75,7 +68,7 @@ Result<HoldOut> parse_hold_out(const std::string& text) {
 }
 
 Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out) {
-  const std::int64_t gap_s = gap_of(table.features), shortest_s = 2 * gap_s + table.features.length_s;
+  const std::int64_t gap_s = table.features.length_s, shortest_s = 3 * gap_s;
   if (hold_out.segment_s > 0 && hold_out.segment_s < shortest_s) {
     return make_error("--hold-out", fmt::format("found segments of {} s, expected {} s or more: held-out and training "
                                                 "blocks must be {} s apart",

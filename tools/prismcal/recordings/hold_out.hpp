@@ -26,9 +26,8 @@ struct Split {
   std::size_t between = 0;  ///< number of unused blocks between them
 };
 
-/// Training and held-out blocks are at least a window, or the longest lag, apart: neighbouring blocks share slow noise,
-/// and a lag depends on earlier data. BlockTable::gaps and missing_s of the parts are 0. Errors: segments too short for
-/// that, fewer than two training or held-out blocks.
+/// Training and held-out blocks are at least a window apart: neighbouring blocks share slow noise. BlockTable::gaps and
+/// missing_s of the parts are 0. Errors: segments too short for that, fewer than two training or held-out blocks.
 Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out);
 
 }  // namespace prism::recordings

@@ -32,10 +32,11 @@ Result<void> check_source(const Recording& recording, const char* key, const cha
 }
 
 tl::unexpected<Error> no_input(const std::string& name) {
-  return make_error("--inputs",
-                    fmt::format("found \"{}\", expected T, dTdt, U, a lag defined by --lag, or for a sensor "
-                                "NAME, dNAME/dt, lagN:NAME or NAME-T (same unit)",
-                                name));
+  return make_error(
+      "--inputs",
+      fmt::format("found \"{}\", expected T, dTdt, U, or for a sensor NAME, dNAME/dt or NAME-T (same unit); "
+                  "a gyro that follows its thermometer slowly has --response",
+                  name));
 }
 
 /// Checks that a recording has all sensors of the inputs, with the units of the first recording.
@@ -81,13 +82,9 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
   return facts;
 }
 
-/// Why no block has all inputs: an input that no recording contains, or lags that never settle.
+/// Why no block has all inputs.
 tl::unexpected<Error> missing_input(const TrainingSet& set) {
   std::vector<std::string> known, missing;
-  bool settled = false;
-  for (const BlockTable& table : set.tables) {
-    for (std::size_t i = 0; i < table.size(); ++i) settled = settled || !table.blocks[i].lag_settling;
-  }
   for (const std::string& name : set.data.names) {
     const bool found = std::any_of(set.tables.begin(), set.tables.end(), [&](const BlockTable& table) {
       const std::vector<double> column = table.column(name);
@@ -101,10 +98,6 @@ tl::unexpected<Error> missing_input(const TrainingSet& set) {
                                                                   ? "the recording contains no oscillator voltage"
                                                                   : "it is unknown in all blocks",
                                                               fmt::join(known, ",")));
-  if (!settled)
-    return make_error("--lag",
-                      "the recording ends before the lags have settled; expected shorter time constants, or a "
-                      "longer recording");
   return make_error("recordings", "found no block in which every input is known");
 }
 
@@ -141,7 +134,7 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   std::vector<std::vector<double>> columns;
   for (const std::string& name : data.names) columns.push_back(table.column(name));
   for (std::size_t i = 0; i < table.size(); ++i) {
-    bool known = std::isfinite(table.bias_deg_per_h[i]) && !table.blocks[i].lag_settling;
+    bool known = std::isfinite(table.bias_deg_per_h[i]);
     for (const auto& column : columns) known = known && std::isfinite(column[i]);
     if (known) good.push_back(i);
   }
@@ -217,8 +210,8 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     append_second_sds(table, second_sds);
     table.seconds = {};  // not needed for training
     set.notes.push_back(
-        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input, or lags not settled); mean bias "
-                    "{:.4g} deg/h, without the Earth rate on the axis, {:.4g} deg/h",
+        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input); mean bias {:.4g} deg/h, "
+                    "without the Earth rate on the axis, {:.4g} deg/h",
                     recording.name, counted(table.size() - *left_out, "block"), set.features.length_s,
                     counted(table.gaps, "gap"), table.missing_s, counted(*left_out, "block"),
                     mean_deg_per_h - table.earth_rate_deg_per_h, table.earth_rate_deg_per_h));

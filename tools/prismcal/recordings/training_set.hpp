@@ -50,8 +50,8 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
                                       const TrainingSetOptions& options,
                                       const std::function<Result<void>(const Loaded&)>& usable = {});
 
-/// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, or with settling
-/// lags, and returns their number.
+/// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, and returns
+/// their number.
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data);
 
 }  // namespace prism::recordings

@@ -9,7 +9,7 @@ const kReasons = {
   no_model: ["care", "no model", "no model loaded; rates are not corrected"],
   extrapolating: ["care", "outside training range", "an input is outside the model's training range"],
   fallback: ["care", "fallback model", "an input of the main model is unknown; the fallback model corrects"],
-  settling: ["care", "settling", "the lag filters have not settled after the start"],
+  settling: ["care", "settling", "the gyro's body may still differ from the start's temperature"],
   slew_limited: ["care", "slew limited", "the applied bias is moving to the model's value (slew limit)"],
   clocks_differ: ["bad", "wrong frame rate", "frames arrive at another rate than the description says; times and slopes are wrong"],
   no_data: ["bad", "no data", "no current measurement"],
