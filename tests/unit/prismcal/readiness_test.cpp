@@ -77,9 +77,10 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   trained.samples.fitted = data.target;
   evaluation::DataQuality quality;
   std::vector<std::string> questions;
+  Attempts tried{.method = "composite", .inputs = "T, dTdt", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
   const auto sentence = [&](bool held_out = false) {
-    return first_sentence(judge(trained, expected, quality, held_out, questions), expected, quality,
-                          "prismcal evaluate m.json ANOTHER-RECORDING --out report");
+    return first_sentence(judge(trained, expected, quality, held_out, questions, [&] { return tried; }), expected,
+                          quality, "prismcal evaluate m.json ANOTHER-RECORDING --out report");
   };
   EXPECT_THAT(sentence(), StartsWith("ready: explains 75 % of held-out variation, expected improvement 50 % ("));
   EXPECT_THAT(sentence(),
@@ -98,7 +99,15 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   expected->improvement->low = -0.1;
   EXPECT_THAT(sentence(), StartsWith("doubtful: it may also be no improvement: "));
   expected->explained = -0.05;
-  EXPECT_THAT(sentence(), StartsWith("not ready: held-out parts of the recording get worse with it: "));
+  EXPECT_THAT(sentence(), StartsWith("not ready: held-out parts of the recording get worse with it: tried composite, "
+                                     "stepwise, ir-lssvm with T, dTdt; a longer cycle would not help: add inputs"));
+  tried.longer_helps = true;
+  tried.response = "a response of 63 min";
+  EXPECT_THAT(sentence(), HasSubstr("with T, dTdt and a response of 63 min; record a longer or wider cycle; "));
+  tried.longer_helps = false;
+  tried.others[0].second = 0.36;
+  EXPECT_THAT(sentence(), HasSubstr("stepwise predicts held-out parts better and explains 36 % of them (composite: -5 %"
+                                    "): train with --method stepwise; "));
   EXPECT_THAT(sentence(), Not(HasSubstr("next:")));
   expected.reset();
   EXPECT_THAT(sentence(),

@@ -63,8 +63,33 @@ struct ModelJudgement {
   std::string reason, advice;  // empty if ready
 };
 
+/// Names the methods that predict better, else what was tried; asks for a longer cycle only where it can help.
+std::string advice_of(const Attempts& tried, double explained) {
+  constexpr double kBetter = 0.05;  // of the explained variance: less may be chance
+  std::string text, methods = tried.method;
+  const std::pair<std::string, double>* best = nullptr;
+  for (const auto& other : tried.others) {
+    methods += ", " + other.first;
+    if (other.second > explained + kBetter && (best == nullptr || other.second > best->second)) best = &other;
+  }
+  if (best != nullptr) {
+    text = fmt::format(
+        "{0} predicts held-out parts better and explains {1:.0f} % of them ({2}: {3:.0f} %): train with "
+        "--method {0}",
+        best->first, 100 * best->second, tried.method, 100 * explained);
+  } else {
+    text = fmt::format("tried {} with {}{}", methods, tried.inputs,
+                       tried.response.empty() ? "" : " and " + tried.response);
+  }
+  if (tried.longer_helps) return text + "; record a longer or wider cycle";
+  if (best != nullptr) return text;
+  return text + (tried.all_inputs ? "; a longer cycle would not help: the bias follows something that is not recorded"
+                                  : "; a longer cycle would not help: add inputs (--inputs auto)");
+}
+
 ModelJudgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                           const evaluation::DataQuality& quality, bool held_out) {
+                           const evaluation::DataQuality& quality, bool held_out,
+                           const std::function<Attempts()>& attempts) {
   if (held_out) return {Readiness::kNotReady, "trained without the held-out part", "train again without --hold-out"};
   if (quality.nothing_to_compensate)
     return {Readiness::kNotReady, "the bias changes with temperature by less than its noise",
@@ -76,17 +101,17 @@ ModelJudgement judge_model(const training::TrainedModel& trained, const std::opt
             fmt::format("{} samples are too few to test the model on parts of the recording",
                         trained.samples.fitted.size()),
             "record a longer cycle"};
-  if (serves_the_mean(trained))
-    return {Readiness::kNotReady,
-            "the halves of the recording contradict each other, so prismd would correct only the mean",
-            "record a longer or wider cycle"};
-  if (expected->explained <= 0)
-    return {Readiness::kNotReady, "held-out parts of the recording get worse with it",
-            "record a longer or wider cycle, or add inputs (--inputs auto)"};
-  if (expected->improvement && expected->improvement->low < 0.005)  // printed as 0 %
-    return {Readiness::kDoubtful, "it may also be no improvement",
-            "judge it on another recording, or record a longer or wider cycle"};
-  return {};
+  ModelJudgement found;
+  if (serves_the_mean(trained)) {
+    found = {Readiness::kNotReady,
+             "the halves of the recording contradict each other, so prismd would correct only the mean", ""};
+  } else if (expected->explained <= 0) {
+    found = {Readiness::kNotReady, "held-out parts of the recording get worse with it", ""};
+  } else if (expected->improvement && expected->improvement->low < 0.005) {  // printed as 0 %
+    found = {Readiness::kDoubtful, "it may also be no improvement", ""};
+  }
+  if (!found.reason.empty()) found.advice = advice_of(attempts(), expected->explained);
+  return found;
 }
 
 }  // namespace
@@ -127,8 +152,9 @@ const char* readiness_text(Readiness readiness) {
 }
 
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions) {
-  const ModelJudgement model = judge_model(trained, expected, quality, held_out);
+                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions,
+                const std::function<Attempts()>& attempts) {
+  const ModelJudgement model = judge_model(trained, expected, quality, held_out, attempts);
   std::string reason = model.reason;
   // Another cycle does not help against a fault of the data, which comes with its own advice.
   if (!model.advice.empty() && (questions.empty() || held_out)) reason += ": " + model.advice;

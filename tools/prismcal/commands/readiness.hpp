@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compensation/evaluation/data_quality.hpp"
@@ -43,10 +45,21 @@ struct Judgement {
   std::string reason;  ///< and what to do; empty if ready
 };
 
+/// The attempts of a training, for the advice if its model predicts badly.
+struct Attempts {
+  std::string method, inputs;  ///< "composite", "T, dTdt, U"
+  std::string response;        ///< "a response of 63 min", "no response"; empty: not searched
+  bool all_inputs = false;     ///< the inputs were chosen among all that the recordings have
+  bool longer_helps = false;   ///< the recordings are short, or of one passage through the temperatures
+  /// Other methods on the same samples, and how much of the held-out parts they explain.
+  std::vector<std::pair<std::string, double>> others;
+};
+
 /// `held_out`: a part of the recordings was left out of the training, so that the model is for tests only. `questions`:
-/// on the data that was used (Recording::questions).
+/// on the data that was used (Recording::questions). `attempts` is called only if the model predicts badly.
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions);
+                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions,
+                const std::function<Attempts()>& attempts);
 
 /// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:
 /// prismcal evaluate …". One line with its end. `next`: the command that tests the model.

@@ -17,6 +17,7 @@
 #include "base/text_number.hpp"
 #include "compensation/evaluation/allan.hpp"
 #include "compensation/model_text.hpp"
+#include "compensation/training/composite.hpp"
 #include "compensation/training/response.hpp"
 #include "compensation/training/trainer.hpp"
 #include "config/version.hpp"
@@ -146,6 +147,49 @@ std::optional<compensation::RateNoise> rate_noise_of(const training::TrainedMode
   return noise;
 }
 
+/// The attempts that the advice names if the model predicts badly. The paper's other methods are tried only against the
+/// composite kernel: they take about as long as it does.
+Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& set,
+                     const training::TrainingSettings& settings, const evaluation::DataQuality& quality,
+                     const std::optional<training::ResponseSearch>& response) {
+  constexpr double kLong_h = 8;
+  const bool narrow = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& finding) {
+    return finding.name == std::string("temperature_span") && finding.verdict != evaluation::Verdict::kPass;
+  });
+  const double hours = static_cast<double>(set.data.target.size()) * set.features.length_s / 3600;
+  Attempts tried{.method = settings.method->name,
+                 .inputs = fmt::format("{}", fmt::join(set.data.names, ", ")),
+                 .response = "",
+                 .all_inputs = choice.inputs == "auto",
+                 .longer_helps = hours < kLong_h || narrow || training::one_passage(set.data),
+                 .others = {}};
+  if (const auto found = set.features.response_s.find(compensation::kInputTemperature);
+      found != set.features.response_s.end()) {
+    tried.response = fmt::format("a response of {:.0f} min", found->second / 60.0);
+  } else if (response) {
+    tried.response = "no response, which fits best";
+  }
+  if (!settings.method->has(training::kOwnSearch) || !settings.siblings.empty()) return tried;
+  for (const char* const name : {"stepwise", "ir-lssvm"}) {
+    MethodOptions options;
+    options.method = name;
+    options.threads = choice.method.threads;
+    options.memory_mb = choice.method.memory_mb;
+    auto other = settings_of(options);
+    if (!other || !set_terms(options, set.data.names, training::second_order_terms(set.data.names.size()),
+                             {"T", "T^2", "dTdt"}, *other))
+      continue;
+    other->stop = settings.stop;
+    compensation::ModelInfo info;
+    info.features = set.features;
+    const auto trained = training::train(set.data, std::move(info), *other);
+    if (!trained) continue;
+    if (const auto expected = expectation_of(trained->held_out, set.data))
+      tried.others.emplace_back(name, expected->explained);
+  }
+  return tried;
+}
+
 }  // namespace
 
 std::string TrainingRun::model_text() const {
@@ -254,7 +298,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
   auto summary = summary_json(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
-  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions);
+  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions,
+                              [&] { return attempts_of(requested, *set, *settings, *quality, response); });
   summary["stopped_early"] = stopped && *stopped;
   summary["readiness"] = readiness_text(judgement.readiness);
   summary["expected"] = expectation_json(expected);
