@@ -2,6 +2,7 @@
 // Output of the compensation: raw rate, bias and corrected rate with their quality flags.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -45,11 +46,17 @@ struct Correction {
   double sd_deg_per_h = kUnknown;       ///< of the true bias minus this one, in a new run (Prediction)
   double sd_mean_deg_per_h = kUnknown;  ///< with the noise of the window's mean rate
   std::uint32_t quality = kNoModel;
+  double offset_deg_per_h = kUnknown;  ///< by command, subtracted besides the bias; kUnknown: none
+
+  /// The value that is subtracted from a rate.
+  double sum_deg_per_h() const {
+    return std::isnan(offset_deg_per_h) ? bias_deg_per_h : bias_deg_per_h + offset_deg_per_h;
+  }
 };
 
 /// The only place where a bias is subtracted. Returns kUnknown if either is unknown: never a silently uncorrected rate.
 inline double corrected_rate(double rate_deg_per_h, const Correction& correction) {
-  return rate_deg_per_h - correction.bias_deg_per_h;
+  return rate_deg_per_h - correction.sum_deg_per_h();
 }
 
 /// One sample, corrected with the bias of the last complete second before it.
@@ -63,8 +70,8 @@ struct Compensated {
 struct CompensatedWindow {
   Window window;
   Correction correction;
-  double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias
-  double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias
+  double corrected_deg_per_h = kUnknown;       ///< the second's mean rate − bias − offset
+  double corrected_mean_deg_per_h = kUnknown;  ///< the window's mean rate − bias − offset
   double sent_deg_per_h = kUnknown;            ///< mean of the rates that the first output sent in the second
   Rejections rejections;                       ///< of the first implausible sample of each quantity
 };

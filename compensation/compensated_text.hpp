@@ -140,13 +140,14 @@ inline constexpr std::array kLogColumns = [] {
       of_window<kUhfoDecimals, &Window::uhfo_v>("mean_uhfo_v", "V", "mean of the window", 10, kNo),
       of_correction<&Correction::bias_deg_per_h>("bias_deg_per_h", "deg/h", "bias of the model", 12, kSame),
       of_correction<&Correction::sd_deg_per_h>("sd_deg_per_h", "deg/h", "standard deviation of the bias", 13, kSame),
-      of_row<&Row::corrected_deg_per_h>("corrected_deg_per_h", "deg/h", "rate - bias", 15, kSame),
-      of_row<&Row::corrected_mean_deg_per_h>("corrected_mean_deg_per_h", "deg/h", "mean rate of the window - bias", 11, kNo),
+      of_row<&Row::corrected_deg_per_h>("corrected_deg_per_h", "deg/h", "rate - bias - offset", 15, kSame),
+      of_row<&Row::corrected_mean_deg_per_h>("corrected_mean_deg_per_h", "deg/h", "mean rate of the window - bias - offset", 11, kNo),
       LogColumn{{"quality", "", "good, or reasons separated by +", kText, 16, kSame}, append_quality, column::parse_quality},
       of_correction<&Correction::sd_mean_deg_per_h>(
           "sd_mean_deg_per_h", "deg/h", "standard deviation including the noise of the window's mean rate", 14, kSame),
       LogColumn{{"arrival_s", "s", "", kTime, 0, kNo}, append_arrival, parse_arrival},
       of_row<&Row::sent_deg_per_h>("sent_deg_per_h", "deg/h", "mean of the rates that the first output sent", 17, kNo),
+      of_correction<&Correction::offset_deg_per_h>("offset_deg_per_h", "deg/h", "offset by command", 18, kNo),
       // New columns here.
       LogColumn{{"partial", "", "", kFlag, 0, kNo}, append_partial, parse_partial}};
   // clang-format on

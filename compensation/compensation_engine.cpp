@@ -97,6 +97,7 @@ Correction CompensationEngine::follow(const Window& window) {
     break_off();
     return correction;
   }
+  correction.offset_deg_per_h = offset_deg_per_h_;
   const Model& by = correction.quality & kFallback ? *fallback_ : *model_;
   const double most = greatest_slew_deg_per_h_per_s(by, settings_.slew, settings_.max_bias_deg_per_h);
   if (slew_.follow(correction.bias_deg_per_h, window.second_mean.second, by, most)) correction.quality |= kSlewLimited;

@@ -51,10 +51,15 @@ class CompensationEngine {
   /// gap above max_gap_s, or after the clock was set back, has no bias, never an old one. `values`: of the sensors at
   /// that time, kUnknown if unknown; empty: not read with this sample.
   std::optional<CompensatedWindow> push(const Sample& sample, Compensated& out, std::span<const double> values = {});
+  /// Takes a one-second mean instead of its samples: for recordings.
+  CompensatedWindow push(const SecondMean& second_mean) { return complete(second_mean); }
   /// Closes the open second at the end of a session or of a replay. No bias is in force afterwards.
   std::optional<CompensatedWindow> finish();
   /// Starts a new session of the device: clears all state.
   void reset();
+
+  /// An offset by command, subtracted besides the bias of the next windows; kUnknown: none.
+  void set_offset(double deg_per_h) { offset_deg_per_h_ = deg_per_h; }
 
   /// The prediction of the model, or of its fallback, for this window. Does not change the state.
   Correction correct(const Window& window) const;
@@ -82,6 +87,7 @@ class CompensationEngine {
   FeatureExtractor extractor_;
   std::optional<Window> window_;  ///< the source of correction_; none: no bias in force
   Correction correction_;
+  double offset_deg_per_h_ = kUnknown;
 };
 
 }  // namespace prism::compensation

@@ -51,7 +51,7 @@ CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
     sensors_.push_back(sensor_index(sensors_of_list(setup.sensors), rule.sensor.name));
 }
 
-void CorrectedFrames::model_changed() {
+void CorrectedFrames::correction_changed() {
   for (AxisState& axis : axes_) axis.fading = axis.source.has_value();
 }
 
@@ -123,7 +123,7 @@ Form CorrectedFrames::follow(AxisState& axis, const compensation::Compensated& r
   Form form = Form::kRaw;
   if (std::isfinite(row.corrected_deg_per_h)) {
     form = Form::kCorrected;
-    target = axis.known = row.correction.bias_deg_per_h;
+    target = axis.known = row.correction.sum_deg_per_h();
     axis.known_ns = measured.time_ns;
   } else {
     const double age_s = static_cast<double>(measured.time_ns - axis.known_ns) / 1e9;

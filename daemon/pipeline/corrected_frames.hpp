@@ -37,9 +37,9 @@ struct OutputCounters {
 void append_message(const Rows::Sample& sample, std::uint32_t number, double correction_deg_per_h, Form form,
                     std::vector<std::uint8_t>& out);
 
-/// Corrects the frames of one output. The correction is the engine's. When it begins, ends or comes from another model,
-/// the sent one moves there by at most fade_deg_per_h_per_s. Numbers are rounded to the field's unit, and what rounding
-/// adds is taken back from the next frame, so that means and sums are right.
+/// Corrects the frames of one output. The correction is the engine's, with an offset by command. When it begins, ends,
+/// or comes from another model or offset, the sent one moves there by at most fade_deg_per_h_per_s. Numbers are rounded
+/// to the field's unit, and what rounding adds is taken back from the next frame, so that means and sums are right.
 class CorrectedFrames {
  public:
   /// `index`: into Setup::outputs.
@@ -51,8 +51,8 @@ class CorrectedFrames {
   /// finish(), after which none wait. The result is valid until the next call.
   const std::vector<std::uint8_t>& push(std::span<const std::uint8_t> bytes, Rows& rows,
                                         const wire::FrameDecoder& decoder);
-  /// Another model may be in use: a switch.
-  void model_changed();
+  /// Another model or offset may be in use: a switch.
+  void correction_changed();
   const OutputCounters& counters() const { return counters_; }
 
  private:

@@ -273,7 +273,7 @@ Result<bool> Device::reconfigure(Setup next) {
   const bool same_outputs = stream && next.config.outputs == setup.config.outputs;
   setup = std::move(next);
   if (!same_outputs) make_outputs();
-  for (CorrectedFrames& output : outputs) output.model_changed();
+  for (CorrectedFrames& output : outputs) output.correction_changed();
   for (const char* kind : {"question", kEarthRate, kDrifted}) problems.clear_all(kind, "ended by the reload: ");
   for (std::size_t i = 0; i < axes.size(); ++i) {
     axes[i].name = setup.frames->axes[i].name;
@@ -282,6 +282,10 @@ Result<bool> Device::reconfigure(Setup next) {
     axes[i].at_rest = at_rest_of(setup, i);
     axes[i].verdict.reset();
     if (axes[i].log) axes[i].log->set_metadata(log_metadata(setup, i));
+    if (!axes[i].offset) continue;
+    pipeline->set_offset(i, axes[i].offset->deg_per_h);
+    const compensation::ModelPtr& model = setup.axes[i].model;
+    if (!model || model->info().id != axes[i].offset->model) use_offset(i, {}, "ended by the reload: another model");
   }
   return reopen;
 }
@@ -298,6 +302,26 @@ void Device::take_verdicts(const config::ModelVerdicts& verdicts) {
       problems.set(key, {.kind = kDrifted, .text = axis.prefix + "model: " + axis.verdict->text});
     else
       problems.clear(key, axis.prefix + "model: " + (current ? axis.verdict->text : "no verdict"));
+  }
+}
+
+void Device::use_offset(std::size_t axis, std::optional<Offset> offset, const std::string& how) {
+  AxisRecord& record = axes[axis];
+  if (!offset && !record.offset) return;
+  tell_(Severity::kWarning, "offset",
+        fmt::format("{}offset {}: {}", record.prefix, how, offset_text(offset ? *offset : *record.offset)));
+  record.offset = std::move(offset);
+  pipeline->set_offset(axis, record.offset ? record.offset->deg_per_h : kUnknown);
+  for (CorrectedFrames& output : outputs) output.correction_changed();
+  record.stability.reset();
+  record.at_rest = at_rest_of(setup, axis);
+  problems.clear(record.prefix + kEarthRate, record.prefix + "the offset changed: the comparison starts again");
+}
+
+void Device::end_offsets(std::int64_t now_s) {
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const std::optional<Offset>& offset = axes[i].offset;
+    if (offset && offset->expires_s > 0 && offset->expires_s <= now_s) use_offset(i, {}, "expired");
   }
 }
 

@@ -19,6 +19,7 @@
 #include "config/monitor_file.hpp"
 #include "daemon/pipeline/corrected_frames.hpp"
 #include "daemon/pipeline/interfaces.hpp"
+#include "daemon/pipeline/offset.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/stream_watch.hpp"
 #include "drivers/commands.hpp"
@@ -76,6 +77,7 @@ struct AxisRecord {
   compensation::BlockStability stability;
   compensation::AtRest at_rest;
   std::optional<config::ModelVerdict> verdict;  ///< the last one of prismcal monitor on the model in use
+  std::optional<Offset> offset;                 ///< in use
   std::uint64_t seconds = 0;                    ///< rows since the start
   std::uint64_t windows = 0;                    ///< of these: with a full window
   std::uint64_t corrected = 0;                  ///< of these: with a corrected rate
@@ -137,6 +139,11 @@ class Device {
 
   /// The verdicts of prismcal monitor, by axis. Ignores those on another model than that in use.
   void take_verdicts(const config::ModelVerdicts& verdicts);
+  /// Sets the offset of an axis, or ends it (nullopt); `how` is for the event. The comparison at rest and the stability
+  /// begin again.
+  void use_offset(std::size_t axis, std::optional<Offset> offset, const std::string& how);
+  /// Ends the offsets that have expired. Call once a second.
+  void end_offsets(std::int64_t now_s);
 
   /// Applies a new set-up completely, or not at all. Another frame description, axis or clock starts a new pipeline.
   /// Returns true if the lines must be reopened. Errors: a changed socket, directory or number of logs (needs a

@@ -117,6 +117,9 @@ class Pipeline {
   /// Applies the models of `setup`. On error, the models are unchanged.
   Result<void> use_models(const Setup& setup);
 
+  /// An offset by command of an axis; kUnknown: none.
+  void set_offset(std::size_t axis, double deg_per_h) { axes_[axis].engine.set_offset(deg_per_h); }
+
   const wire::FrameDecoder& decoder() const { return decoder_; }
   const drivers::Clock& clock() const { return clock_; }
   /// Arrival of the last frame with gyro data; 0: none yet.

@@ -358,6 +358,7 @@ ordered_json axis_json(const State& state, std::size_t axis) {
                        {"sample", row_json(now.sample, now, record.name)},
                        {"window", row_json(now.window, now, record.name)},
                        {"at_rest", at_rest_json(record.at_rest)},
+                       {"offset", record.offset ? pipeline::offset_keys().print(*record.offset) : ordered_json()},
                        {"monitor", verdict_json(record.verdict)}};
   put_window_length(json, state, axis);
   if (const auto status = record.log ? record.log->retention() : std::nullopt)
@@ -430,6 +431,7 @@ ordered_json bias_answer(const State& state, std::size_t axis) {
                        {"bias_deg_per_h", known(correction.bias_deg_per_h)},
                        {"sd_deg_per_h", known(correction.sd_deg_per_h)},
                        {"sd_mean_deg_per_h", known(correction.sd_mean_deg_per_h)},
+                       {"offset_deg_per_h", known(correction.offset_deg_per_h)},
                        {"corrected_deg_per_h", known(sample ? sample->corrected_deg_per_h : kUnknown)}};
   json["second_rate_deg_per_h"] = known(window ? window->window.second_mean.rate_deg_per_h : kUnknown);
   json["second_corrected_deg_per_h"] = known(window ? window->corrected_deg_per_h : kUnknown);

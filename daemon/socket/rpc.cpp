@@ -19,8 +19,10 @@
 
 #include "base/escape.hpp"
 #include "base/hex_bytes.hpp"
+#include "base/host_time.hpp"
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
+#include "base/outside_text.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/socket/answers.hpp"
@@ -214,6 +216,7 @@ void Rpc::dispatch(Call call) {
       {"subscribe", &Rpc::change_subscription},
       {"unsubscribe", &Rpc::change_subscription},
       {"reload", &Rpc::reload},
+      {"offset", &Rpc::offset},
       {"send", &Rpc::send}};
   if (const auto own = kOwn.find(call.method->name); own != kOwn.end()) return (this->*own->second)(call);
   call.reply(answer(sources_, call.method->name, call.axes));
@@ -397,6 +400,35 @@ void Rpc::reload(const Call& call) {
   if (!call.client->privileged()) return call.fail(kNotPermitted, "reload needs root or the user that prismd runs as");
   reload_([call](Result<std::string> outcome) {
     outcome ? call.reply({{"reloaded", *outcome}}) : call.fail(kFailed, outcome.error().text());
+  });
+}
+
+void Rpc::offset(const Call& call) {
+  constexpr std::int64_t kLongest_s = 366 * 86'400;
+  if (!call.client->privileged()) return call.fail(kNotPermitted, "offset needs root or the user that prismd runs as");
+  if (call.axes.size() != 1)
+    return call.fail(kInvalidParams,
+                     fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
+  bool clear = false;
+  std::int64_t for_s = 0;
+  pipeline::Offset offset;
+  Params params(call.params);
+  params.value("clear", clear);
+  params.value("deg_per_h", offset.deg_per_h);
+  params.read("reason", [&](const json& reason) {
+    if (reason.is_string()) offset.reason = reason.get<std::string>();
+    return follows(TextRule::kText, offset.reason);
+  });
+  params.count("expires_s", kLongest_s, for_s);
+  if (!params.good() || clear == call.params.contains("deg_per_h") || clear != offset.reason.empty())
+    return call.refuse(fmt::format(
+        R"({{"deg_per_h": VALUE, "reason": TEXT, "expires_s": 1 to {}}} or {{"clear": true}})", kLongest_s));
+  if (!set_offset_) return call.fail(kFailed, "offset: a replay has none");
+  offset.set_s = host_time_ns() / 1'000'000'000;
+  offset.expires_s = for_s > 0 ? offset.set_s + for_s : 0;
+  const std::size_t axis = call.axes.front();
+  set_offset_(axis, clear ? std::nullopt : std::optional(std::move(offset)), [call](Result<std::string> outcome) {
+    outcome ? call.reply({{"offset", *outcome}}) : call.fail(kFailed, outcome.error().text());
   });
 }
 

@@ -19,6 +19,7 @@
 #include "base/result.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/pipeline/interfaces.hpp"
+#include "daemon/pipeline/offset.hpp"
 #include "daemon/pipeline/setup.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"
@@ -35,10 +36,14 @@ std::string rpc_error(const nlohmann::json& id, int code, const std::string& mes
 /// Handles requests. `reload` starts a reload and calls back with its result.
 class Rpc {
  public:
-  using Reload = std::function<void(std::function<void(Result<std::string>)>)>;
+  using Done = std::function<void(Result<std::string>)>;
+  using Reload = std::function<void(Done)>;
 
   /// Sends bytes to the device of a line (0: the gyro's). Errors: not allowed, or not possible now.
   using Send = std::function<Result<void>(std::size_t line, std::span<const std::uint8_t> bytes)>;
+
+  /// Sets the offset of an axis, or ends it (nullopt), and calls back with its text.
+  using SetOffset = std::function<void(std::size_t axis, std::optional<pipeline::Offset>, Done)>;
 
   /// `publisher`: the one of `sources`; subscriptions change it.
   Rpc(const Sources& sources, Publisher& publisher, Reload reload)
@@ -46,6 +51,8 @@ class Rpc {
 
   /// Without this call, "send" fails: a replay has no device.
   void send_by(Send send) { send_ = std::move(send); }
+  /// The same of "offset".
+  void offset_by(SetOffset set) { set_offset_ = std::move(set); }
   /// Call after a sync of the log: new rows may be on the disk.
   void synced();
 
@@ -68,12 +75,14 @@ class Rpc {
   void rows(const Call& call);
   boost::asio::awaitable<void> answer_rows(Call call, pipeline::RowQuery query, double wait_s);
   void reload(const Call& call);
+  void offset(const Call& call);
   void send(const Call& call);
 
   const Sources sources_;
   Publisher& publisher_;
   Reload reload_;
   Send send_;
+  SetOffset set_offset_;
   std::vector<std::weak_ptr<boost::asio::steady_timer>> waiting_;  ///< requests at the end of the log
   std::uint64_t syncs_ = 0;
 };

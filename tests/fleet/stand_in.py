@@ -12,7 +12,7 @@ import uuid
 
 COLUMNS = ("time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,mean_temperature_degc,"
            "slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,corrected_mean_deg_per_h,quality,"
-           "sd_mean_deg_per_h,arrival_s,sent_deg_per_h,partial")
+           "sd_mean_deg_per_h,arrival_s,sent_deg_per_h,offset_deg_per_h,partial")
 PAGE_BYTES = 256 << 10
 
 

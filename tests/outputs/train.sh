@@ -12,3 +12,10 @@ train ir-lssvm a --c 20 --sigma2 1.5 --weight hampel --scale iqr --reweight 1 --
 train svr a --c 5 --sigma2 2 --epsilon 0.2 --no-earth-rate
 train stepwise a --hold-out blocks:1800 --leave-out 3600..7200 --response 600 --inputs T,dTdt --json
 train lssvm a.pcap --config g.json --c 10 --sigma2 3 --end-mean 20
+# A new constant: of polynomials, of kernels, and of a model without a standard deviation.
+log moved 1 3 --profile steady --turn-on 0.1
+for model in ls stepwise lssvm ir-lssvm svr; do
+  echo "== from $model.json"
+  prismcal train moved --from $model.json --out moved.json --quiet --force || continue
+  jq -c '[.normalisation.target_shift, (.terms[0] // empty), .provenance.constant, [.provenance.recordings[].name]]' moved.json $model.json
+done

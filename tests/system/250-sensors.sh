@@ -24,7 +24,7 @@ done
 prismcal train one --inputs auto --method stepwise --out auto.json 2>auto.err >/dev/null || fail "training with --inputs auto: $(cat auto.err)"
 contains "the chosen inputs" "$(jq -r '[.inputs[].name] | join(" ")' auto.json)" "_temp_"
 same "reports of the chosen set" "$(grep -c 'chosen: the smallest set' auto.err)" 1
-contains "the log's columns" "$(grep -h '^time_utc' one/*.csv)" "arrival_s,sent_deg_per_h,gyro_temp_x_degc,"
+contains "the log's columns" "$(grep -h '^time_utc' one/*.csv)" "arrival_s,sent_deg_per_h,offset_deg_per_h,gyro_temp_x_degc,"
 contains "the model" "$(jq -c .features.sensors model.json)" '{"acc_temp_x":"degC"}'
 
 ! prismcal export model.json --c c 2>export.err || fail "a model of sensors became C"

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -273,6 +274,29 @@ int run(int argc, char** argv) {
     if (!line.empty()) params["line"] = line;
     code = ask(choice, "send", params,
                [](const json& r) { return fmt::format("sent {} bytes\n", json_text(at(r, "sent"))); });
+  });
+  double offset = 0, expires_s = 0;
+  bool clears = false;
+  std::string reason;
+  auto* changed = app.add_subcommand("offset", help_of("offset") + ": for root or the user that prismd runs as");
+  auto* value = changed->add_option("--set", offset, "deg/h, subtracted besides the model's bias");
+  auto* why = changed->add_option("--reason", reason, "text for the event and status")
+                  ->check(tools::following(TextRule::kText));
+  changed->add_option("--expires", expires_s, "time until it ends, such as 8h or 2d (default: until --clear)")
+      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}},
+                                        CLI::AsNumberWithUnit::UNIT_REQUIRED))
+      ->type_name("TIME")
+      ->needs(value);
+  auto* clear = changed->add_flag("--clear", clears, "end it")->excludes(value);
+  value->needs(why);
+  tools::add_examples(*changed, {"prismctl --name gyro1 offset --set 0.002 --reason 'turn-on of 29 Nov' --expires 8h",
+                                 "prismctl --name gyro1 offset --clear"});
+  changed->callback([&] {
+    if (value->empty() && clear->empty()) throw CLI::RequiredError("--set or --clear");
+    json params = {{"clear", true}};
+    if (!value->empty()) params = {{"deg_per_h", offset}, {"reason", reason}};
+    if (expires_s > 0) params["expires_s"] = std::llround(expires_s);
+    code = ask(choice, "offset", params, [](const json& r) { return text_of(at(r, "offset"), "") + "\n"; });
   });
   WatchSettings watched;
   auto* live = app.add_subcommand("watch", "live screen on a terminal; otherwise lines or, with --json, JSON");

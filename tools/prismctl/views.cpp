@@ -112,6 +112,14 @@ std::string monitor_line(const json& monitor) {
   return labelled("monitor", "{} ({})", text_of(at(monitor, "text")), utc_of(at(monitor, "at_s")));
 }
 
+// "0.00200 deg/h by command until 2026-11-29T20:00:00Z: REASON"; empty without an offset.
+std::string offset_line(const json& offset) {
+  if (!offset.is_object()) return {};
+  const json& expires_s = at(offset, "expires_s");
+  return labelled("offset", "{} by command{}: {}", value_text(at(offset, "deg_per_h"), 5, " deg/h"),
+                  integer_of(expires_s) > 0 ? " until " + utc_of(expires_s) : "", text_of(at(offset, "reason")));
+}
+
 // Current values of one axis: `s` has its quality, window and model.
 std::string measured(const json& s) {
   std::string text = labelled("quality", "{}, {}", quality_words(s), age_text(at(s, "age_s")));
@@ -120,6 +128,7 @@ std::string measured(const json& s) {
   text += labelled("rate", means_text(at(w, "rate_deg_per_h"), at(w, "mean_rate_deg_per_h"), window_s));
   text += labelled("bias", bias_text(w));
   text += labelled("corrected", means_text(at(w, "corrected_deg_per_h"), at(w, "corrected_mean_deg_per_h"), window_s));
+  text += offset_line(at(s, "offset"));
   text += rest_line(at(s, "at_rest"));
   text += monitor_line(at(s, "monitor"));
   text += labelled("temperature", "{}, slope {}",

@@ -34,6 +34,7 @@ class Window:
     sd_deg_per_h: Optional[float]  # of (true bias - this bias)
     sd_mean_deg_per_h: Optional[float]  # with the noise of the mean rate; None for models of version 0.1
     sent_deg_per_h: Optional[float]  # mean of the rates that the first output sent in the second
+    offset_deg_per_h: Optional[float]  # by command, subtracted besides the bias; None: none
     quality: str
     sensors: Optional[Dict[str, Optional[float]]]  # means of the second by name; None: without sensors
 

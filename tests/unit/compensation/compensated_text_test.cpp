@@ -32,6 +32,7 @@ CompensatedWindow full_row() {
   row.corrected_deg_per_h = 8.4769795;
   row.corrected_mean_deg_per_h = 8.477017;
   row.sent_deg_per_h = 8.476979;
+  row.correction.offset_deg_per_h = 0.0005;
   return row;
 }
 
@@ -43,7 +44,7 @@ std::string csv(const CompensatedWindow& row) {
 
 const std::string kFullLine =
     "2026-11-23T09:11:00Z,1795425060,200,3,8.465213,25.03750,5.251000,33,8.465250,25.01000,-0.01666667,5.250500,"
-    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,8.476979,0";
+    "-0.011767,0.008400,8.476980,8.477017,extrapolating+settling,0.010200,1795425060.004,8.476979,0.000500,0";
 
 TEST(Csv, ARowHasTheEndOfItsSecondAsTimeAndAnUnknownQuantityIsAnEmptyField) {
   std::string text = "before\n";
@@ -51,7 +52,7 @@ TEST(Csv, ARowHasTheEndOfItsSecondAsTimeAndAnUnknownQuantityIsAnEmptyField) {
   EXPECT_EQ(text, "before\n" + kFullLine + "\n");
   CompensatedWindow row;
   row.window.second_mean.second = -1;
-  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,,0\n");
+  EXPECT_EQ(csv(row), "1970-01-01T00:00:00Z,0,0,0,,,,0,,,,,,,,,no_model,,,,,0\n");
 }
 
 TEST(Csv, ReadsARowBackAndAnIncompleteWindowAsNotReady) {
@@ -116,7 +117,7 @@ TEST(Csv, EveryReaderFindsTheSameValuesAndErrors) {
   CsvLayout layout, only_means;
   only_means.use_second_means(12);
   CompensatedWindow row, means;
-  for (std::size_t field = 0; field < 21; ++field) {
+  for (std::size_t field = 0; field < 22; ++field) {
     for (const char* text : {"", "0", "1", "1.5", "-0.016667", "-0.01666667", "12.34567", "nan", "1.2.3", "0.00-100",
                              "1e3", "1e999", " 1", "-", "1795425060.004", "good", "goo", "implausible+clocks_differ"}) {
       for (const std::string& line : {with_field(field, text), csv(CompensatedWindow{})}) {
@@ -154,9 +155,9 @@ TEST(Csv, ALogOfFormat1HasNoPartialSecondsAndNoNoise) {
   const std::string columns(csv_columns().substr(0, csv_columns().rfind(",sd_mean")));
   const auto row = parse_csv(kFullLine.substr(0, kFullLine.rfind(",0.0102")), "g.csv:7", layout_of(columns));
   ASSERT_TRUE(row) << row.error().text();
-  EXPECT_EQ(csv(*row), with_field(17, "", with_field(18, "", with_field(19, ""))) + "\n");
+  EXPECT_EQ(csv(*row), with_field(17, "", with_field(18, "", with_field(19, "", with_field(20, "")))) + "\n");
   EXPECT_EQ(parse_csv(kFullLine, "g.csv:7", layout_of(columns)).error().text(),
-            "g.csv:7: found 21 columns, expected 17");
+            "g.csv:7: found 22 columns, expected 17");
 }
 
 TEST(Csv, ReadsColumnsByNameAndSkipsUnknownOnes) {
@@ -185,7 +186,7 @@ TEST(Csv, RejectsEveryTruncatedRow) {
       ASSERT_FALSE(read) << line.substr(0, length);
     }
   }
-  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 21");
+  EXPECT_EQ(parse_csv("", "g.csv:7").error().text(), "g.csv:7: found 1 columns, expected 22");
 }
 
 TEST(Json, AWindowContainsItsValues) {
@@ -197,7 +198,7 @@ TEST(Json, AWindowContainsItsValues) {
       R"("mean_rate_deg_per_h":8.465250,)"
       R"("mean_temperature_degc":25.01000,"slope_degc_per_s":-0.01666667,"mean_uhfo_v":5.250500,)"
       R"("corrected_mean_deg_per_h":8.477017,"bias_deg_per_h":-0.011767,"sd_deg_per_h":0.008400,"sd_mean_deg_per_h":0.010200,)"
-      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling","sent_deg_per_h":8.476979})");
+      R"("corrected_deg_per_h":8.476980,"quality":"extrapolating+settling","sent_deg_per_h":8.476979,"offset_deg_per_h":0.000500})");
   EXPECT_TRUE(json::accept(text));
 }
 

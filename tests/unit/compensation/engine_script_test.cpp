@@ -103,6 +103,8 @@ class EnginePlayer {
       sample_.uhfo_v = number_of(next<std::string>(words));
     } else if (command == "case") {
       case_degc_ = number_of(next<std::string>(words));
+    } else if (command == "offset") {
+      engine_.set_offset(number_of(next<std::string>(words)));
     } else if (command == "rate") {
       sample_.rate_deg_per_h = number_of(next<std::string>(words));
     } else if (command == "s") {

@@ -33,7 +33,7 @@ TEST(FormatsDocument, ListsTheColumnsOfTheLogTheirUnitsAndDecimals) {
   row.window.second_mean.arrival_ns = 1'234'567'891;
   row.window.rate_deg_per_h = row.window.temperature_degc = row.window.slope_degc_per_s = row.window.uhfo_v = value;
   row.correction = {value, value, kGood};
-  row.corrected_deg_per_h = row.corrected_mean_deg_per_h = row.sent_deg_per_h = value;
+  row.corrected_deg_per_h = row.corrected_mean_deg_per_h = row.sent_deg_per_h = row.correction.offset_deg_per_h = value;
   std::string text, columns;
   append_csv(text, row);
   std::istringstream fields(text);

@@ -94,7 +94,8 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   const std::vector<SensorName> sensors = {{"case", "degC"}, {"anode", "V"}};
   const std::string metadata = "# axis: x\n" + sensors_line(sensors) + "# session: …\n", columns = csv_columns(sensors);
   EXPECT_EQ(sensors_in(metadata), sensors);
-  EXPECT_THAT(columns, HasSubstr(",sd_mean_deg_per_h,arrival_s,sent_deg_per_h,case_degc,anode_v,partial"));
+  EXPECT_THAT(columns,
+              HasSubstr(",sd_mean_deg_per_h,arrival_s,sent_deg_per_h,offset_deg_per_h,case_degc,anode_v,partial"));
   CompensatedWindow row;
   row.window.second_mean = second_mean_at(1'700'000'000, list_of(sensors), {21.5, kUnknown});
   std::string line;

@@ -115,7 +115,7 @@ TEST(CorrectedFrames, FadesASwitchAndFollowsTheEngineOtherwise) {
   EXPECT_NEAR(sent(3 * step), 2 * step, 1e-12);
   EXPECT_NEAR(sent(3 * step), 3 * step, 1e-12);
   EXPECT_EQ(sent(0.5), 0.5) << "the engine's change is the engine's";
-  line.output().model_changed();
+  line.output().correction_changed();
   EXPECT_NEAR(sent(0.1), 0.5 - step, 1e-12) << "another model";
   EXPECT_EQ(line.count(Form::kRaw), 1u);
   EXPECT_EQ(line.count(Form::kFading), 3u);

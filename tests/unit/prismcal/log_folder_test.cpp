@@ -248,7 +248,7 @@ TEST_F(LogFolderTest, ADamagedRowOrFileAffectsOnlyItself) {
   write("gyro1-20261121T120100Z.csv", "a,b\n1,2\n");
   EXPECT_EQ(joined().rows.size(), 4u);
   EXPECT_THAT(joined().left_out.lines(),
-              testing::IsSupersetOf({HasSubstr("000Z.csv:8: found 1 columns, expected 21; 1 row not used"),
+              testing::IsSupersetOf({HasSubstr("000Z.csv:8: found 1 columns, expected 22; 1 row not used"),
                                      HasSubstr("100Z.csv:1: not a log of prismd")}));
 }
 
@@ -262,7 +262,7 @@ TEST_F(LogFolderTest, SalvageReadsAllGoodRows) {
   EXPECT_THAT(ends_of(rows), ElementsAre(0, 1, 2, 3));
   ASSERT_EQ(salvaged.segments[0].damaged.size(), 1u);
   EXPECT_EQ(salvaged.segments[0].damaged[0].line, 8u);
-  EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 21");
+  EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 22");
   EXPECT_EQ(rows.rows[2].number, 4u) << "counts the damaged row, as end lines and superseding segments do";
   ASSERT_EQ(salvaged.rejected.size(), 1u);
   EXPECT_EQ(salvaged.rejected[0].path, log + "/table.csv");

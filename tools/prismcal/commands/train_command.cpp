@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -95,6 +96,12 @@ int run_all(const TrainChoice& choice, const std::vector<std::string>& axes) {
 }
 
 Result<int> run(const TrainChoice& choice) {
+  if (!choice.from.empty()) {
+    const auto done = train_from(choice);
+    if (!done) return tl::unexpected<Error>(done.error());
+    if (choice.method.json) fmt::print("{}\n", done->dump(2));
+    return 0;
+  }
   if (choice.recordings.source.axis.empty()) {
     const auto axes = recordings::axes_of(choice.files.front(), choice.recordings.source);
     if (!axes) return tl::unexpected<Error>(axes.error());
@@ -116,6 +123,16 @@ void add_train_command(CLI::App& app, int& code) {
                {"--out", &choice->out, "model file to write; NAME-AXIS.json for each of several axes"}},
               Need::kRequired);
   add_train_options(*command, *choice);
+  CLI::Option* from = command->add_option(
+      "--from", choice->from, "keep the shape of this model; only its constant is determined again, from time at rest");
+  // The model determines everything else.
+  const std::set<std::string> with_from = {"recordings", "--out",       "--from",     "--name",      "--force",
+                                           "--map",      "--interval",  "--decimal",  "--time-unit", "--config",
+                                           "--axis",     "--leave-out", "--latitude", "--elevation", "--azimuth",
+                                           "--json",     "--quiet"};
+  for (CLI::Option* option : command->get_options()) {
+    if (option != command->get_help_ptr() && !with_from.contains(option->get_name())) from->excludes(option);
+  }
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
       "--latitude 48.1 --elevation 90 --inputs T,dTdt --out model.json";
@@ -123,7 +140,8 @@ void add_train_command(CLI::App& app, int& code) {
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
                        kMapped, "prismcal train logs/ --hold-out blocks:600 --out model.json",
-                       "prismcal train four-hours.csv --prior models/ --out model.json"});
+                       "prismcal train four-hours.csv --prior models/ --out model.json",
+                       "prismcal train --from model.json logs/ --out moved.json"});
   command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }
 

@@ -322,8 +322,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
 void add_train_options(CLI::App& command, TrainChoice& choice) {
   add_options(
       command,
-      {{"--inputs", &choice.inputs,
-        "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
+      {{"--inputs", &choice.inputs, "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
        {"--response", &choice.response,
         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
         "the recordings",

@@ -17,7 +17,7 @@ namespace prism::commands {
 
 struct TrainChoice {
   std::vector<std::string> files;
-  std::string inputs = "T,dTdt,U", response = "auto", out, serial, name, prior;
+  std::string inputs = "T,dTdt,U", response = "auto", out, serial, name, prior, from;
   recordings::TrainingSetOptions recordings;
   MethodOptions method;
   bool force = false;
@@ -48,5 +48,9 @@ void add_train_options(CLI::App& command, TrainChoice& choice);
 /// Reads the recordings, checks their quality and trains. Ignores choice.out. Errors: those of `prismcal train`. `stop`
 /// is called when training begins; if the flag it returns is set, tuning ends early with the best result so far.
 Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)() = nullptr);
+
+/// A new constant for the model `choice.from`, from the time at rest in the only recording; writes choice.out. The
+/// result is what --json prints. Errors: no half hour at rest; a shift within its interval, unless forced.
+Result<nlohmann::ordered_json> train_from(const TrainChoice& choice);
 
 }  // namespace prism::commands

@@ -73,8 +73,8 @@ export class Steps {
 
   /**
    * Sets the running means of raw and corrected rate over the last `length_s` of each row; unknown if less than half of the seconds are
-   * known. Without means, minimum and maximum are copied. The corrected rate of a window is its mean minus the bias at its end, as in
-   * prismd; if the bias has no mean, as in long steps, it is the mean of the corrected rates.
+   * known. Without means, minimum and maximum are copied. The corrected rate of a window is its mean minus the bias (and the offset by
+   * command, which only the corrected second has) at its end, as in prismd; if the bias has no mean, as in long steps, it is the mean of the corrected rates.
    */
   run(length_s) {
     if (!this.hasMeans) {
@@ -93,7 +93,10 @@ export class Steps {
         row[name] = row[of] && 2 * known >= Math.min(width_s, length_s) ? [mean, mean, mean] : undefined;
       });
     }
-    if (hasBias) for (const row of this.rows) row.corrected = row.raw && row.bias && row.raw.map((rate) => rate - row.bias[1]);
+    if (hasBias) for (const row of this.rows) {
+      const off = row.raw_1s && row.corrected_1s ? row.raw_1s[1] - row.corrected_1s[1] : row.bias?.[1];
+      row.corrected = row.raw && row.bias && row.raw.map((rate) => rate - off);
+    }
   }
 }
 

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "daemon/pipeline/offset.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
+#include "base/json_document.hpp"
+#include "base/text_number.hpp"
+
+namespace prism::pipeline {
+
+JsonTable<Offset> offset_keys() {
+  constexpr Range kTimes{0, 1e12};
+  return JsonTable<Offset>()
+      .number("deg_per_h", kAnyNumber, &Offset::deg_per_h, kRequired)
+      .text("reason", &Offset::reason, kRequired)
+      .text("model", &Offset::model, kRequired)
+      .integer("set_s", kTimes, &Offset::set_s, kRequired)
+      .integer("expires_s", kTimes, &Offset::expires_s, "");
+}
+
+std::string offset_text(const Offset& offset) {
+  const std::string until = offset.expires_s > 0 ? " until " + utc_text(offset.expires_s) : "";
+  return fmt::format("{:+.5f} deg/h{}: {}", offset.deg_per_h, until, offset.reason);
+}
+
+Result<void> check_offset(const compensation::ModelPtr& model, double deg_per_h) {
+  constexpr double kMost = 3;  // standard deviations
+  if (!model) return make_error("offset", "found no model, expected one: the offset is a part of its bias");
+  const auto& spread = model->info().spread;
+  if (!spread) return make_error("offset", "the model does not state how runs differ: train it again");
+  const double sd = spread->factor * std::hypot(spread->offset_deg_per_h, spread->nuisance_deg_per_h);
+  if (std::abs(deg_per_h) <= kMost * sd) return {};
+  return make_error("offset",
+                    fmt::format("found {:g} deg/h, expected at most {:.3g}: {:g} times the {:.3g} deg/h by which "
+                                "runs differ in the model; for a larger shift: prismcal train --from",
+                                deg_per_h, kMost * sd, kMost, sd));
+}
+
+std::string offset_path(const Setup& setup, std::size_t axis) {
+  const auto& log = setup.config.log;
+  return log ? log->directory + "/" + log_name(setup, axis) + ".offset.json" : "";
+}
+
+Result<std::optional<Offset>> load_offset(const std::string& path) {
+  if (!FileId::of(path)) return std::nullopt;
+  const auto text = read_text_file(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  const auto document = parse_json_object(*text, path);
+  if (!document) return tl::unexpected<Error>(document.error());
+  Section top(*document);
+  Offset offset;
+  offset_keys().read(top, offset);
+  if (auto good = top.finish(); !good) return tl::unexpected<Error>(good.error());
+  return offset;
+}
+
+Result<void> store_offset(const std::string& path, const std::optional<Offset>& offset) {
+  if (offset) return write_text_file(path, json_text(offset_keys().print(*offset), 2) + "\n");
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (error) return make_error(path, "cannot be removed: " + error.message());
+  sync_directory(std::filesystem::path(path).parent_path().string());
+  return {};
+}
+
+}  // namespace prism::pipeline

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// An offset by command: a constant that a person subtracts besides the model's bias, recorded and for a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/json_table.hpp"
+#include "base/result.hpp"
+#include "compensation/model.hpp"
+#include "daemon/pipeline/setup.hpp"
+
+namespace prism::pipeline {
+
+struct Offset {
+  double deg_per_h = 0;
+  std::string reason;          ///< stated by the person
+  std::string model;           ///< id of the model whose error it is
+  std::int64_t set_s = 0;      ///< host time
+  std::int64_t expires_s = 0;  ///< host time; 0: never
+};
+
+JsonTable<Offset> offset_keys();
+
+/// "+0.00200 deg/h until 2026-11-29T20:00:00Z: REASON"
+std::string offset_text(const Offset& offset);
+
+/// Errors: no model, or one that does not state how runs differ; an offset beyond 3 standard deviations of the error
+/// that it states for another run. A larger shift has another cause: the gyro or its mount has changed.
+Result<void> check_offset(const compensation::ModelPtr& model, double deg_per_h);
+
+/// The file that keeps the offset of an axis over a restart, in the directory of its log; empty without a log.
+std::string offset_path(const Setup& setup, std::size_t axis);
+/// Nullopt if the file does not exist. Errors: it cannot be read, or was changed to something else.
+Result<std::optional<Offset>> load_offset(const std::string& path);
+/// Without an offset, removes the file.
+Result<void> store_offset(const std::string& path, const std::optional<Offset>& offset);
+
+}  // namespace prism::pipeline
