@@ -2,27 +2,15 @@
 #include "config/monitor_file.hpp"
 
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
-#include "base/json_table.hpp"
+#include "base/json_member.hpp"
 
 namespace prism::config {
-namespace {
 
-constexpr const char* kFormat = "prism-monitor";
-constexpr std::size_t kMostBytes = 1 << 16;
-
-JsonTable<ModelVerdict> verdict_keys() {
-  using V = ModelVerdict;
-  return JsonTable<V>()
-      .text("verdict", &V::verdict, kRequired)
-      .text("text", &V::text, kRequired)
-      .text("model", &V::model, kRequired)
-      .integer("at_s", kAnyNumber, &V::at_s, kRequired);
-}
-
-}  // namespace
+constexpr const char* kMonitorFormat = "prism-monitor";
 
 std::string monitor_file(const Config& config) {
   const char* const state = std::getenv("STATE_DIRECTORY");
@@ -30,23 +18,22 @@ std::string monitor_file(const Config& config) {
   return config.log ? config.log->directory + "/monitor.json" : "";
 }
 
-Result<ModelVerdicts> read_verdicts(const std::string& path) {
+ModelVerdicts read_verdicts(const std::string& path) {
+  constexpr std::size_t kMostBytes = 1 << 16;
   const auto text = read_text_file(path, kMostBytes);
-  if (!text) return tl::unexpected<Error>(text.error());
-  const auto document = parse_json_object(*text, path);
-  if (!document) return tl::unexpected<Error>(document.error());
-  const Section top(*document);
-  if (top.text("format") != kFormat) top.fail("format", std::string("expected \"") + kFormat + "\"");
+  const nlohmann::json json = text ? parse_json_line(*text).value_or(nullptr) : nullptr;
   ModelVerdicts verdicts;
-  const Section axes = top.object("axes");
-  for (const std::string& axis : axes.names(TextRule::kText)) verdict_keys().read(axes.object(axis), verdicts[axis]);
-  if (auto good = top.finish(); !good) return tl::unexpected<Error>(good.error());
+  if (text_member(json, "format") != kMonitorFormat) return verdicts;
+  for (const auto& [axis, own] : member(json, "axes").items())
+    verdicts[axis] = {text_member(own, "verdict"), printable(text_member(own, "text")), text_member(own, "model"),
+                      static_cast<std::int64_t>(count_member(own, "at_s"))};
   return verdicts;
 }
 
 Result<void> write_verdicts(const std::string& path, const ModelVerdicts& verdicts) {
-  Json json = {{"format", kFormat}, {"axes", Json::object()}};
-  for (const auto& [axis, verdict] : verdicts) json["axes"][axis] = verdict_keys().print(verdict);
+  nlohmann::ordered_json json = {{"format", kMonitorFormat}, {"axes", nlohmann::ordered_json::object()}};
+  for (const auto& [axis, own] : verdicts)
+    json["axes"][axis] = {{"verdict", own.verdict}, {"text", own.text}, {"model", own.model}, {"at_s", own.at_s}};
   return write_text_file(path, json_text(json, 2) + "\n");
 }
 

@@ -132,8 +132,7 @@ class Live {
     const std::string path = config::monitor_file(setup().config);
     if (path.empty() || ticks_++ % kTicks != 0 || loader_.busy_for().count() > 0) return;
     loader_.post(0, [this, path] {
-      const auto found = config::read_verdicts(path);
-      asio::post(io_, [this, verdicts = found.value_or(config::ModelVerdicts())] { device_.take_verdicts(verdicts); });
+      asio::post(io_, [this, verdicts = config::read_verdicts(path)] { device_.take_verdicts(verdicts); });
     });
   }
 

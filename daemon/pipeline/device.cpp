@@ -299,7 +299,7 @@ void Device::take_verdicts(const config::ModelVerdicts& verdicts) {
     axis.verdict = current ? std::optional(found->second) : std::nullopt;
     const std::string key = axis.prefix + kDrifted;
     if (current && axis.verdict->verdict == "drifted")
-      problems.set(key, {.kind = kDrifted, .text = axis.prefix + "model: " + axis.verdict->text});
+      problems.set(key, {.kind = kDrifted, .part = axis.name, .text = axis.prefix + "model: " + axis.verdict->text});
     else
       problems.clear(key, axis.prefix + "model: " + (current ? axis.verdict->text : "no verdict"));
   }
