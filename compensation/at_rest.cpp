@@ -18,7 +18,8 @@ double noise_variance(const RateNoise& noise, double length_s) {
          kFlicker * noise.b_deg_per_h * noise.b_deg_per_h;
 }
 
-// A model without its own noise states that of a window's mean, taken as white.
+}  // namespace
+
 std::optional<RateNoise> noise_of(const ModelInfo& info) {
   if (info.noise) return info.noise;
   if (!info.spread || !(info.spread->noise_deg_per_h > 0)) return std::nullopt;
@@ -26,7 +27,10 @@ std::optional<RateNoise> noise_of(const ModelInfo& info) {
   return RateNoise{of_second / std::sqrt(kSecondsPerHour), 0, of_second};
 }
 
-}  // namespace
+RestLimits rest_limits(const RateNoise& noise, double window_s) {
+  return {kVaries * noise.second_deg_per_h, kStep * std::sqrt(2 * noise_variance(noise, window_s)),
+          2 * kEarthRateDegPerH};
+}
 
 AtRest::AtRest(const std::optional<AxisPlacement>& placement, double direction_rad, const ModelPtr& model) {
   if (!placement) return;
@@ -37,6 +41,7 @@ AtRest::AtRest(const std::optional<AxisPlacement>& placement, double direction_r
   if (!noise) return;
   noise_ = *noise;
   length_s_ = model->info().features.length_s;
+  limits_ = rest_limits(noise_, static_cast<double>(length_s_));
   most_ = std::max(kFewestBlocks, static_cast<std::size_t>((kSeenS + length_s_ - 1) / length_s_));
 }
 
@@ -70,13 +75,12 @@ void AtRest::take(const Block& block, double second_sd_deg_per_h) {
   const auto oldest = block.second - 2 * static_cast<std::int64_t>(most_) * length_s_;
   while (!blocks_.empty() && (blocks_.size() == most_ || blocks_.front().second <= oldest)) blocks_.pop_front();
   const double difference = block.difference_deg_per_h;
-  if (!(second_sd_deg_per_h <= kVaries * noise_.second_deg_per_h && std::abs(difference) <= 2 * kEarthRateDegPerH)) {
+  if (!(second_sd_deg_per_h <= limits_.second_sd_deg_per_h && std::abs(difference) <= limits_.difference_deg_per_h)) {
     reason_ = NoDifference::kMoving;
     in_a_row_ = 0;
     return;
   }
-  const double step = kStep * std::sqrt(2 * noise_variance(noise_, static_cast<double>(length_s_)));
-  if (!blocks_.empty() && std::abs(difference - blocks_.back().difference_deg_per_h) > step) {
+  if (!blocks_.empty() && std::abs(difference - blocks_.back().difference_deg_per_h) > limits_.step_deg_per_h) {
     blocks_.clear();
     reason_ = NoDifference::kMoving;
     in_a_row_ = beyond_ = 0;

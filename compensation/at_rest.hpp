@@ -25,6 +25,17 @@ enum class NoDifference {
 };
 inline constexpr std::array kNoDifferenceNames = {"", "no_site", "no_noise", "quality", "moving", "too_little"};
 
+/// The noise that a model states; one without states that of a window's mean, taken as white.
+std::optional<RateNoise> noise_of(const ModelInfo& info);
+
+/// Limits of a gyro at rest, deg/h.
+struct RestLimits {
+  double second_sd_deg_per_h;   ///< of one-second means within a window
+  double step_deg_per_h;        ///< between the means of neighbouring windows
+  double difference_deg_per_h;  ///< of a mean from the Earth rate
+};
+RestLimits rest_limits(const RateNoise& noise, double window_s);
+
 /// Takes the rows of one axis and keeps the last half hour at rest, in blocks of a window's length.
 ///
 /// At rest: the one-second means of the block vary at most 1.5 times as much as in the training, and its mean differs
@@ -70,6 +81,7 @@ class AtRest {
   NoDifference reason_ = NoDifference::kNoSite;
   double earth_rate_deg_per_h_ = kUnknown, mount_sd_deg_per_h_ = 0;
   RateNoise noise_;
+  RestLimits limits_{};
   std::int64_t length_s_ = 0;
   std::size_t most_ = 0;
   RunningVariance seconds_;   ///< of the open block

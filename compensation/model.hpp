@@ -33,6 +33,17 @@ struct RateNoise {
   bool operator==(const RateNoise&) const = default;
 };
 
+/// Settings of the test that finds a drift of the bias (evaluation/drift_test.hpp).
+struct MonitorSettings {
+  int every = 1;                ///< windows per value
+  double sd_deg_per_h = 0;      ///< of the values, in held-out blocks
+  double offset_deg_per_h = 0;  ///< sd between switch-ons
+  double correlation = 0;       ///< of neighbouring values
+  double threshold = 0;         ///< of the sums, in sd: one false alarm in a year at rest
+  double delay_h = 0;           ///< a shift of 1 sd is found within twice this time at rest in 95 % of all cases
+  bool operator==(const MonitorSettings&) const = default;
+};
+
 /// The assumed offset between two runs of a gyro with one recording, in standard deviations of its bias: its cycles
 /// differ by a tenth (docs/benchmarks.md).
 inline constexpr double kAssumedOffset = 0.1;
@@ -82,11 +93,12 @@ struct ModelInfo {
   Domain domain;
   /// None in models of version 0.1: their standard deviation is the model's own.
   std::optional<BetweenRunError> spread;
-  std::optional<RateNoise> noise;  ///< not part of the id; none in models of version 0.4 and earlier
-  std::string gyro_serial;         ///< empty: any gyro
-  std::string gyro_axis;           ///< of that gyro; empty: any axis
-  bool id_has_serial = true;       ///< false: of a file of version 1, whose id does not depend on the serial number
-  std::string provenance_json;     ///< the file's "provenance" object as text; "{}" if absent
+  std::optional<RateNoise> noise;          ///< not part of the id; none in models of version 0.4 and earlier
+  std::optional<MonitorSettings> monitor;  ///< as noise
+  std::string gyro_serial;                 ///< empty: any gyro
+  std::string gyro_axis;                   ///< of that gyro; empty: any axis
+  bool id_has_serial = true;    ///< false: of a file of version 1, whose id does not depend on the serial number
+  std::string provenance_json;  ///< the file's "provenance" object as text; "{}" if absent
 };
 
 class Model {

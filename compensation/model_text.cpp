@@ -241,6 +241,31 @@ std::string noise_text(const RateNoise& n) {
                      exact_text(n.n_deg_per_sqrt_h), exact_text(n.b_deg_per_h), exact_text(n.second_deg_per_h));
 }
 
+JsonTable<MonitorSettings> monitor_keys() {
+  using M = MonitorSettings;
+  return JsonTable<M>()
+      .integer("every", {1, 1e6}, &M::every, "windows per value")
+      .required()
+      .number("sd_deg_per_h", kPositive, &M::sd_deg_per_h, "of the values")
+      .required()
+      .number("offset_deg_per_h", {0, 1e9}, &M::offset_deg_per_h, "sd between switch-ons")
+      .required()
+      .number("correlation", {-1, 1}, &M::correlation, "of neighbouring values")
+      .required()
+      .number("threshold", kPositive, &M::threshold, "of the sums, in sd")
+      .required()
+      .number("delay_h", kPositive, &M::delay_h, "time at rest that finds a shift of 1 sd")
+      .required();
+}
+
+std::string monitor_text(const MonitorSettings& m) {
+  return fmt::format(
+      "  \"monitor\": {{\"every\": {}, \"sd_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"correlation\": {}, "
+      "\"threshold\": {}, \"delay_h\": {}}},\n",
+      m.every, exact_text(m.sd_deg_per_h), exact_text(m.offset_deg_per_h), exact_text(m.correlation),
+      exact_text(m.threshold), exact_text(m.delay_h));
+}
+
 std::string spread_text(const BetweenRunError& s) {
   return fmt::format(
       "  \"spread\": {{\"nuisance_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"noise_deg_per_h\": {}, \"factor\": {}, "
@@ -305,6 +330,7 @@ const JsonTable<ModelInfo>& model_keys() {
           .then(check_inputs)
           .object("spread", spread_keys(), &M::spread, "error of the model in an unseen run")
           .object("rate_noise", noise_keys(), &M::noise, "of the corrected rate in the training; not part of the id")
+          .object("monitor", monitor_keys(), &M::monitor, "for prismcal monitor; not part of the id")
           .custom("provenance", {{"type", "object"}}, "", read_provenance, nullptr);
   return keys;
 }
@@ -372,11 +398,11 @@ Result<ModelPtr> parse_model(std::string_view text, std::string_view where) {
 }
 
 std::string format_model(const Model& model) {
-  return format_model(model, model.info().provenance_json, model.info().noise);
+  return format_model(model, model.info().provenance_json, model.info().noise, model.info().monitor);
 }
 
-std::string format_model(const Model& model, const std::string& provenance_json,
-                         const std::optional<RateNoise>& noise) {
+std::string format_model(const Model& model, const std::string& provenance_json, const std::optional<RateNoise>& noise,
+                         const std::optional<MonitorSettings>& monitor) {
   const ModelInfo& info = model.info();
   const auto quoted = [](const std::string& text) { return json_text(nlohmann::json(text)); };
   std::string text = fmt::format(
@@ -399,6 +425,7 @@ std::string format_model(const Model& model, const std::string& provenance_json,
   if (info.spread) text += spread_text(*info.spread);
   text += find_model_kind(info.kind)->content(model);
   if (noise) text += noise_text(*noise);
+  if (monitor) text += monitor_text(*monitor);
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 

@@ -82,8 +82,9 @@ Json model_schema();
 
 /// The file's text: every number exact (up to 17 digits), with a new id. parse_model(format_model(m)) equals m.
 std::string format_model(const Model& model);
-/// The same with another provenance (a JSON object as text) and noise, which are not part of the id.
+/// The same with another provenance (a JSON object as text), noise and monitor, which are not part of the id.
 std::string format_model(const Model& model, const std::string& provenance_json,
-                         const std::optional<RateNoise>& noise = {});
+                         const std::optional<RateNoise>& noise = {},
+                         const std::optional<MonitorSettings>& monitor = {});
 
 }  // namespace prism::compensation

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <random>
 
+#include "compensation/evaluation/drift_test.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/extrapolation.hpp"
 #include "compensation/training/robust.hpp"
@@ -184,6 +185,19 @@ std::optional<compensation::BetweenRunError> between_run_error_of(const HeldOutE
   }
   spread.nuisance_deg_per_h = high;
   return spread;
+}
+
+std::optional<compensation::MonitorSettings> monitor_of(const HeldOutErrors& held,
+                                                        const compensation::BetweenRunError& spread,
+                                                        const std::vector<int>& recordings,
+                                                        const Eigen::VectorXd& time_s, double window_s) {
+  if (held.error.size() < 2 || !held.error.allFinite()) return std::nullopt;
+  evaluation::Residuals residuals{{held.error.begin(), held.error.end()}, taken(recordings, held.samples), 1, window_s};
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < held.samples.size(); ++i)
+    steps_s.push_back(time_s[held.samples[i]] - time_s[held.samples[i - 1]]);
+  residuals.every = std::max(1, static_cast<int>(std::lround(evaluation::median_of(steps_s) / window_s)));
+  return evaluation::monitor_settings(std::move(residuals), spread.factor * spread.offset_deg_per_h, 0);
 }
 
 }  // namespace prism::training

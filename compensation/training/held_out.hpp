@@ -91,4 +91,10 @@ std::optional<compensation::BetweenRunError> between_run_error_of(const HeldOutE
                                                                   const Eigen::VectorXd& residual, double target_sd,
                                                                   const std::vector<int>& recordings);
 
+/// The settings of the model's monitor by its held-out errors; nullopt: too few. `time_s`: of the training samples.
+std::optional<compensation::MonitorSettings> monitor_of(const HeldOutErrors& held,
+                                                        const compensation::BetweenRunError& spread,
+                                                        const std::vector<int>& recordings,
+                                                        const Eigen::VectorXd& time_s, double window_s);
+
 }  // namespace prism::training

@@ -193,7 +193,12 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
 }  // namespace
 
 std::string TrainingRun::model_text() const {
-  return compensation::format_model(*trained.model, provenance(set, summary), rate_noise_of(trained, set));
+  const auto& spread = trained.model->info().spread;
+  return compensation::format_model(*trained.model, provenance(set, summary), rate_noise_of(trained, set),
+                                    spread
+                                        ? training::monitor_of(trained.held_out, *spread, training::runs_of(set.data),
+                                                               set.data.time_s, set.features.length_s)
+                                        : std::nullopt);
 }
 
 Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {

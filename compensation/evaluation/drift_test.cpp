@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include "compensation/evaluation/drift_test.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <random>
+
+#include "compensation/evaluation/statistics.hpp"
+
+namespace prism::evaluation {
+namespace {
+
+constexpr double kYear_h = 8766, kMostOfNeighbours = 0.8;
+constexpr std::size_t kFewest = 100, kMostStep = 300;
+constexpr int kParts = 10, kYears = 40, kShifts = 500, kLongest = 20'000;
+
+/// The residuals without the mean of their recording.
+void centre(Residuals& residuals) {
+  std::vector<double>& values = residuals.deg_per_h;
+  for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+    double sum = 0;
+    while (end < values.size() && residuals.recordings[end] == residuals.recordings[begin]) sum += values[end++];
+    for (std::size_t i = begin; i < end; ++i) values[i] -= sum / static_cast<double>(end - begin);
+  }
+}
+
+/// The standard deviation of the means of its parts: as much may a switch-on differ, too.
+double part_sd(const std::vector<double>& record) {
+  std::vector<double> means;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto begin = record.begin() + static_cast<std::ptrdiff_t>(part * record.size() / kParts),
+               end = record.begin() + static_cast<std::ptrdiff_t>((part + 1) * record.size() / kParts);
+    means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
+  }
+  return summarise(means, Divisor::kNMinus1, "").value().sd;
+}
+
+/// Every n-th, so that neighbours correlate by at most kMostOfNeighbours.
+void decimate(Residuals& residuals) {
+  const auto found = autocorrelate(residuals.deg_per_h, std::min(kMostStep, residuals.deg_per_h.size() / 10), "");
+  if (!found) return;
+  std::size_t step = 1;
+  while (step + 1 < found->coefficient.size() && found->coefficient[step] > kMostOfNeighbours) ++step;
+  for (std::size_t i = 0; i * step < residuals.deg_per_h.size(); ++i) {
+    residuals.deg_per_h[i] = residuals.deg_per_h[i * step];
+    residuals.recordings[i] = residuals.recordings[i * step];
+  }
+  residuals.deg_per_h.resize((residuals.deg_per_h.size() + step - 1) / step);
+  residuals.recordings.resize(residuals.deg_per_h.size());
+  residuals.every *= static_cast<int>(step);
+}
+
+/// An endless quiet log: moving blocks of a record, with a switch-on and its offset each day.
+class Quiet {
+ public:
+  Quiet(const std::vector<double>& record, double block, long long day, double offset_sd)
+      : record_(record), block_(static_cast<std::size_t>(block)), day_(day), offset_(0, offset_sd) {}
+
+  long long day() const { return day_; }
+  /// Pushes the next value.
+  int feed(DriftTest& test, double shift) {
+    if (count_++ % day_ == 0) {
+      now_ = offset_(random_);
+      test.switch_on();
+    }
+    if (left_-- == 0) {
+      at_ = random_() % record_.size();
+      left_ = block_ - 1;
+    }
+    at_ = at_ == record_.size() ? 0 : at_;
+    return test.push(now_ + record_[at_++] + shift);
+  }
+
+ private:
+  const std::vector<double>& record_;
+  std::size_t block_, at_ = 0, left_ = 0;
+  long long day_, count_ = 0;
+  double now_ = 0;
+  std::normal_distribution<double> offset_;
+  std::mt19937_64 random_;
+};
+
+/// The threshold with one alarm a year: as many excursions of the sums are larger as years are simulated.
+double threshold_of(compensation::MonitorSettings settings, Quiet quiet, double values_per_h) {
+  settings.threshold = std::numeric_limits<double>::infinity();
+  DriftTest test(settings, 0, values_per_h);
+  std::priority_queue<double, std::vector<double>, std::greater<>> largest;
+  const auto keep = [&](double& excursion, double sum) {
+    if (sum == 0 && (largest.size() < kYears || excursion > largest.top())) {
+      largest.push(excursion);
+      if (largest.size() > kYears) largest.pop();
+    }
+    excursion = sum == 0 ? 0 : std::max(excursion, sum);
+  };
+  double up = 0, down = 0;
+  for (long long left = std::llround(kYears * kYear_h * values_per_h); left > 0; --left) {
+    (void)quiet.feed(test, 0);
+    keep(up, test.up());
+    keep(down, test.down());
+  }
+  return largest.top();
+}
+
+/// Values after which a shift of 1 sd is found in the mean, with a switch-on a day; at least half of what 97 % need.
+double delay_of(const compensation::MonitorSettings& settings, const Quiet& quiet, double values_per_h) {
+  std::vector<int> delays;
+  double sum = 0;
+  Quiet log = quiet;
+  for (int shift = 0; shift < kShifts; ++shift) {
+    DriftTest test(settings, 0, values_per_h);
+    for (long long before = quiet.day() + shift * quiet.day() / kShifts; before > 0; --before) (void)log.feed(test, 0);
+    int delay = 1;
+    while (log.feed(test, settings.sd_deg_per_h) <= 0 && delay < kLongest) ++delay;
+    delays.push_back(delay);
+    sum += delay;
+  }
+  std::sort(delays.begin(), delays.end());
+  return std::max(sum / kShifts, 0.5 * delays[kShifts * 97 / 100]);
+}
+
+}  // namespace
+
+DriftTest::DriftTest(const compensation::MonitorSettings& settings, double mount_sd_deg_per_h, double values_per_h)
+    : settings_(settings),
+      most_offset_(std::min(kOffsets * settings.offset_deg_per_h, kMostOffset * settings.sd_deg_per_h)),
+      most_mount_(2 * mount_sd_deg_per_h),
+      prior_(values_per_h) {}
+
+double DriftTest::offset() const {
+  const double most = most_offset_ + most_mount_;
+  return std::clamp(sum_ / (count_ + prior_), -most, most);
+}
+
+void DriftTest::switch_on() {
+  if (count_ > 0 && most_mount_ > 0) {
+    const double first = offset();
+    level_ = first - std::clamp(first, -most_offset_, most_offset_);
+    most_mount_ = 0;
+  }
+  sum_ = count_ = 0;
+}
+
+int DriftTest::push(double difference_deg_per_h) {
+  const double difference = difference_deg_per_h - level_;
+  const double z = (difference - offset()) / settings_.sd_deg_per_h;
+  sum_ += difference;
+  ++count_;
+  up_.add(z - kAllowance);
+  down_.add(-z - kAllowance);
+  const bool is_up = up_.sum > settings_.threshold;
+  if (!is_up && down_.sum <= settings_.threshold) return 0;
+  const int length = is_up ? up_.length : -down_.length;
+  up_ = down_ = {};
+  return length;
+}
+
+std::optional<compensation::MonitorSettings> monitor_settings(Residuals residuals, double offset_sd_deg_per_h,
+                                                              double least_sd_deg_per_h) {
+  if (residuals.deg_per_h.size() < kFewest) return std::nullopt;
+  centre(residuals);
+  decimate(residuals);
+  const std::vector<double>& record = residuals.deg_per_h;
+  const auto summary = summarise(record, Divisor::kN, "");
+  if (!summary || !(summary->sd > 0)) return std::nullopt;
+  compensation::MonitorSettings settings;
+  settings.every = residuals.every;
+  settings.sd_deg_per_h = std::max(summary->sd, least_sd_deg_per_h);
+  settings.offset_deg_per_h = std::hypot(offset_sd_deg_per_h, part_sd(record));
+  if (const auto found = autocorrelate(record, 1, "")) settings.correlation = found->coefficient[1];
+  const double values_per_h = 3600 / (residuals.window_s * residuals.every), day = 24 * values_per_h;
+  const auto n = static_cast<double>(record.size());
+  const double block = std::max(1.0, std::min(day, n / kParts));
+  const Quiet quiet(record, block, std::max(1LL, std::llround(day)), settings.offset_deg_per_h);
+  // The variance of a block's mean has the relative variance 4/3 of block / n, and the rate of alarms falls by exp(−8)
+  // up to the threshold: of many records the mean rate is that of this larger threshold.
+  settings.threshold = (1 + 4 * block / n) * threshold_of(settings, quiet, values_per_h);
+  settings.delay_h = delay_of(settings, quiet, values_per_h) / values_per_h;
+  return settings;
+}
+
+}  // namespace prism::evaluation
