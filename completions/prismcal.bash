@@ -3,10 +3,10 @@
 _prismcal() {
   local word words command= current=${COMP_WORDS[COMP_CWORD]}
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case $word in train|fit|cv|predict|evaluate|compare|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
+    case $word in train|fit|cv|predict|evaluate|compare|monitor|history|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'monitor --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --slope') words='difference least_squares' ;;
     'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
@@ -30,6 +30,8 @@ _prismcal() {
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
     evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
     compare) words='-h --help --on --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
+    monitor) words='-h --help --training --out --instance --any-gyro --json --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit' ;;
+    history) words='-h --help --axis' ;;
     inspect) words='-h --help --interval --decimal --time-unit --json' ;;
     allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
@@ -37,7 +39,7 @@ _prismcal() {
     export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;
-    *) words='-h --help --version train fit cv predict evaluate compare inspect allan convert design export verify campaign' ;;
+    *) words='-h --help --version train fit cv predict evaluate compare monitor history inspect allan convert design export verify campaign' ;;
   esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
   [ -n "$current" ] || [ -z "$command" ] || COMPREPLY=()

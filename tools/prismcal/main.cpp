@@ -20,9 +20,10 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   tools::add_examples(
       app, {"prismcal train logs/ --out model.json", "prismcal evaluate model.json repeat.csv --out report"});
-  for (const auto add : {add_train_command, add_fit_command, add_cv_command, add_predict_command, add_evaluate_command,
-                         add_compare_command, add_inspect_command, add_allan_command, add_convert_command,
-                         add_design_command, add_export_command, add_verify_command, add_campaign_command})
+  for (const auto add :
+       {add_train_command, add_fit_command, add_cv_command, add_predict_command, add_evaluate_command,
+        add_compare_command, add_monitor_command, add_history_command, add_inspect_command, add_allan_command,
+        add_convert_command, add_design_command, add_export_command, add_verify_command, add_campaign_command})
     add(app, code);
   try {
     app.parse(argc, argv);

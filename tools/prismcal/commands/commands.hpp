@@ -19,6 +19,8 @@ void add_cv_command(CLI::App& app, int& code);        ///< cross-validation erro
 void add_predict_command(CLI::App& app, int& code);   ///< applies a model to the rows of a table
 void add_evaluate_command(CLI::App& app, int& code);  ///< evaluates one model on recordings
 void add_compare_command(CLI::App& app, int& code);   ///< compares models on recordings
+void add_monitor_command(CLI::App& app, int& code);   ///< does a model still hold in a log?
+void add_history_command(CLI::App& app, int& code);   ///< which model corrected the rows of a log
 void add_inspect_command(CLI::App& app, int& code);   ///< shows how a file of another program is understood
 void add_allan_command(CLI::App& app, int& code);     ///< Allan deviation of a recorded rate
 void add_convert_command(CLI::App& app, int& code);   ///< converts a recording to a capture

@@ -58,6 +58,7 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
   if (std::exchange(session_begins_, false)) {
     constexpr std::int64_t kGap = 1;  // the real time between two sessions is unknown
     shift_s_ = last_ && second_mean.second <= *last_ ? *last_ + 1 + kGap - second_mean.second : 0;
+    if (shift_s_ != 0) table_.restarts.push_back(second_mean.second + shift_s_);
   }
   second_mean.second += shift_s_;
   if (last_ && second_mean.second <= *last_)

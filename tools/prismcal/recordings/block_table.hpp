@@ -24,6 +24,7 @@ struct BlockTable {
   std::vector<bool> follows;                  ///< block i starts at the end of block i − 1
   std::vector<double> bias_deg_per_h;         ///< block mean of the rate − Earth rate, one per block
   std::vector<Series> seconds;                ///< rate with Earth rate
+  std::vector<std::int64_t> restarts;         ///< first seconds of the sessions whose time went back
   std::int64_t first_s = 0, last_s = 0;       ///< first and last second, also without a rate
   /// Seconds without a row or without a rate, and those without a temperature for longer than max_gap_s.
   std::size_t missing_s = 0;
