@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The tables of docs/benchmarks.md: simulated truths × profiles × methods, and the splits of a real recording.
-// usage: bench_science simulated|passes|outliers|cycles|designs|intervals|siblings|cost|lag|rest FIRST-SEED COUNT |
-// real RECORDING
+// usage: bench_science simulated|passes|outliers|cycles|designs|intervals|siblings|cost|lag|rest|monitor FIRST-SEED
+// COUNT | real RECORDING
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -11,16 +11,11 @@
 
 int main(int argc, char** argv) {
   using namespace prism::science;
-  constexpr std::pair<const char*, int (*)(std::uint64_t, int)> kTables[] = {{"simulated", simulated},
-                                                                             {"passes", passes},
-                                                                             {"outliers", outliers},
-                                                                             {"cycles", cycles},
-                                                                             {"designs", designs},
-                                                                             {"intervals", intervals},
-                                                                             {"siblings", siblings},
-                                                                             {"cost", cost},
-                                                                             {"lag", lag},
-                                                                             {"rest", rest}};
+  constexpr std::pair<const char*, int (*)(std::uint64_t, int)> kTables[] = {
+      {"simulated", simulated}, {"passes", passes},   {"outliers", outliers},
+      {"cycles", cycles},       {"designs", designs}, {"intervals", intervals},
+      {"siblings", siblings},   {"cost", cost},       {"lag", lag},
+      {"rest", rest},           {"monitor", monitor}};
   for (const auto& [name, table] : kTables) {
     if (argc != 4 || std::strcmp(argv[1], name) != 0) continue;
     const int count = std::atoi(argv[3]);
@@ -28,7 +23,7 @@ int main(int argc, char** argv) {
   }
   if (argc == 3 && std::strcmp(argv[1], "real") == 0) return real(argv[2]);
   fmt::print(stderr,
-             "usage: bench_science simulated|passes|outliers|cycles|designs|intervals|siblings|cost|lag|rest "
+             "usage: bench_science simulated|passes|outliers|cycles|designs|intervals|siblings|cost|lag|rest|monitor "
              "FIRST-SEED COUNT | "
              "real RECORDING\n");
   return 64;

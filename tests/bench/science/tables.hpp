@@ -52,6 +52,10 @@ int lag(std::uint64_t first_seed, int count);
 /// Earth rate, with good models and with a bias that moved by 0.1 deg/h; and gyros that are not at rest.
 int rest(std::uint64_t first_seed, int count);
 
+/// The monitor of a model in 200 quiet years of `count` gyros, of residuals with a known correlation and of each truth:
+/// false alarms, and when shifts and ageing are found.
+int monitor(std::uint64_t first_seed, int count);
+
 /// The splits of a real chamber recording (three axes), by heating and cooling and by thirds.
 int real(const std::string& path);
 
