@@ -88,6 +88,22 @@ def prismd_restarted(browser, world):
     browser.wait("good again", lambda: browser.all(".numbers.good:not(.old)"), 30)
 
 
+def last_row_of_the_log(browser, world):
+    """A gyro without a row since prismd started shows the time of the log's last row."""
+    world.end("prismd", signal.SIGTERM)
+    world.unplug()
+    world.start_prismd()
+    browser.run("location.hash = '#/'")
+    browser.driver.refresh()
+    browser.wait("the time of the last row", lambda: browser.text(".tile .age").startswith("last row of 20"), 20)
+    assert browser.text(".tile .word") == "unplugged" and browser.text(".tile .big") == "–", browser.text(".tile")
+    browser.picture("real-last-row")
+    world.plug()
+    browser.wait("a good tile", lambda: browser.all(".tile.good:not(.old)"), 30)
+    open_gyro(browser, "gyro1", "z")
+    browser.one(".spans button").click()
+
+
 def prismweb_stalls(browser, world):
     """The page shows an alarm, and afterwards fills the gap in its charts from `range`."""
     browser.allowed.append("WebSocket")  # the browser's message about the closed connection
@@ -149,5 +165,5 @@ def three_axes(browser, world):
     browser.wait("a rate of z", lambda: "." in browser.text(".hero .big"))
 
 
-TESTS = [live_overview, gyro_view, rows_of_log, unplugged, prismd_restarted, prismweb_stalls, prismweb_restarted, used_address_is_rejected]
+TESTS = [live_overview, gyro_view, rows_of_log, unplugged, prismd_restarted, last_row_of_the_log, prismweb_stalls, prismweb_restarted, used_address_is_rejected]
 AXES_TESTS = [three_axes]
