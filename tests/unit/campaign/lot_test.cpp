@@ -52,8 +52,8 @@ TEST(Violations, NameTheLimitAndTheValue) {
   refused.refused = "no thermometer";
   EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
   TaskResult same = result("S1", "a", 50);
-  same.evaluations[0].trained_on = "/lot/cycle1.csv";
-  EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on /lot")));
+  same.evaluations[0].trained_on = "the model was trained on this file";
+  EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on this")));
 }
 
 TEST(Violations, IncludeDataQuality) {

@@ -130,6 +130,14 @@ TEST_F(Fingerprint, DetectsTheSameDataOfAnotherProgram) {
   EXPECT_EQ(overlap_text(provenance, files({"bb"}), exported(day(8000, 2), 1e-3, 3600, 3)), "");
   // Equal by chance: rates that are coarser than their noise.
   EXPECT_EQ(overlap_text(provenance, files({"bb"}), exported(day(8000, 2), 0.2, 0, 0)), "");
+  const std::string coarse =
+      nlohmann::ordered_json({{"recordings",
+                               {{{"files", {{{"path", "a.csv"}, {"sha256", "aa"}}}},
+                                 {"fingerprint", fingerprint_json(exported(day(8000, 1), 0.2, 0, 0))}}}}})
+          .dump();
+  for (const std::uint64_t seed : {1, 2})
+    EXPECT_EQ(overlap_text(coarse, files({"bb"}), exported(day(8000, seed), 0.2, 0, 0)), "");
+  EXPECT_THAT(overlap_text(coarse, files({"aa"}), exported(day(8000, 1), 0.2, 0, 0)), HasSubstr("this file"));
 }
 
 // All simulated captures start in the same second.

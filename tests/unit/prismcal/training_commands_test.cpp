@@ -29,7 +29,6 @@
 #include "tools/prismcal/commands/common_options.hpp"
 #include "tools/prismcal/commands/method_options.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/csv_table.hpp"
 #include "tools/prismcal/recordings/recording.hpp"
 
 namespace prism::commands {
@@ -67,9 +66,14 @@ struct Prismcal : testing::Test {
 };
 
 Result<std::vector<double>> column_of(const std::string& path, const std::string& name) {
-  const auto read = recordings::read_csv_columns(path, {name});
-  if (!read) return tl::unexpected<Error>(read.error());
-  return std::vector<double>(read->values.data(), read->values.data() + read->values.size());
+  auto table = tables::PlainTable::open(path, {});
+  if (!table) return tl::unexpected<Error>(table.error());
+  const auto index = table->find(name);
+  if (!index) return tl::unexpected<Error>(index.error());
+  if (auto good = table->select({{*index}, {}}); !good) return tl::unexpected<Error>(good.error());
+  std::vector<double> values;
+  for (tables::Row row; table->next(row).value_or(false);) values.push_back(row.values[0]);
+  return values;
 }
 
 TEST_F(Prismcal, FitAndPredictMatchTheReference) {

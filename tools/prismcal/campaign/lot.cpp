@@ -439,8 +439,7 @@ std::vector<std::string> find_violations(const TaskResult& result, const LotLimi
   for (const RecordingResult& recording : result.evaluations) {
     const std::string where = recording.role + " " + recording.recording;
     add_violations(where, recording.role == "repeat" ? limits.repeat : limits.other, recording.measured, violations);
-    if (!recording.trained_on.empty())
-      violations.push_back(where + ": not a test: the model was trained on " + recording.trained_on);
+    if (!recording.trained_on.empty()) violations.push_back(where + ": not a test: " + recording.trained_on);
   }
   return violations;
 }

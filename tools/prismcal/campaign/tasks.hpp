@@ -53,7 +53,7 @@ Result<Plan> make_plan(const LotFile& file);
 
 struct RecordingResult {
   std::string role, recording;
-  std::string trained_on;                    ///< a file that it shares with the training data; empty: none
+  std::string trained_on;                    ///< overlap_text(); empty: not on data of this recording
   std::vector<analysis::Measured> measured;  ///< without units; before_deg_per_h: 1 sigma before compensation
 };
 

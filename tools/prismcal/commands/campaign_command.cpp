@@ -101,19 +101,6 @@ void set_curve(const std::vector<TrainingRun::Curve>& curves, TaskResult& result
     result.curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
 }
 
-/// Returns a file of the recording that was also used for training; empty: none. Compares SHA-256, since equal seconds
-/// of a coarse rate may be chance.
-std::string shared_file(const RecordingEvaluation& evaluated, const Task& task) {
-  for (const campaign::TaskInput& input : task.inputs) {
-    for (const campaign::InputFile& file : input.files) {
-      const auto same = [&](const recordings::SourceFile& source) { return source.sha256 == file.sha256; };
-      const auto& files = evaluated.loaded.recording.files;
-      if (input.role == Role::kTrain && std::any_of(files.begin(), files.end(), same)) return file.path;
-    }
-  }
-  return {};
-}
-
 /// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
 std::string loaded_level() {
   Dl_info found{};
@@ -171,7 +158,7 @@ Result<TaskResult> run_work(const Task& task, const std::string& folder) {
     const RecordingEvaluation& one = evaluated->cases[i];
     campaign::RecordingResult& stored = result.evaluations[i];
     stored.recording = one.loaded.table.name;
-    stored.trained_on = shared_file(one, task);
+    stored.trained_on = one.overlap;
     stored.measured = one.measured;
     stored.measured.push_back({"before_deg_per_h", "", one.evaluation.stability.before.sd});
   }

@@ -24,7 +24,7 @@
 #include "tools/prismcal/commands/option_table.hpp"
 #include "tools/prismcal/commands/progress_bars.hpp"
 #include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/csv_table.hpp"
+#include "tools/prismcal/tables/plain_table.hpp"
 
 namespace prism::commands {
 namespace {
@@ -40,6 +40,66 @@ struct TableData {
   std::optional<training::Folds> folds;  ///< of the fold column
 };
 
+/// Values of several columns.
+struct CsvColumns {
+  Eigen::MatrixXd values;         ///< one row per column of the table (d × N); a hole is kUnknown
+  std::vector<std::string> text;  ///< the rows as in the file; only if asked for
+  std::string header;             ///< the names as in the file, with its separator
+  char separator = ',', decimal = '.';
+};
+
+/// Reads columns by name or number. A column whose header states a unit in brackets or in a row of units is converted
+/// to deg/h, degC, V or s. Announces how the table was understood. `time`: the one of `names` that is a time, in
+/// seconds; empty: none. Errors, with line and column: those of PlainTable.
+Result<CsvColumns> read_csv_columns(const std::string& path, const std::vector<std::string>& names,
+                                    const tables::TableOptions& options, bool keep_text, const std::string& time = {}) {
+  auto table = tables::PlainTable::open(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
+  tables::Selection selection;
+  selection.keep_text = keep_text;
+  std::size_t time_place = names.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto index = table->find(names[i]);
+    if (!index) return tl::unexpected<Error>(index.error());
+    if (names[i] == time && !selection.time) {
+      time_place = i;
+      const bool has_unit = table->columns()[*index].unit || !options.time_unit.empty();
+      selection.time = tables::TimeSelection{*index, has_unit ? "" : "s"};
+    } else {
+      selection.numbers.push_back(*index);
+    }
+  }
+  if (auto good = table->select(selection); !good) return tl::unexpected<Error>(good.error());
+  std::vector<double> values;
+  CsvColumns columns;
+  tables::Row row;
+  while (true) {
+    const auto more = table->next(row);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    auto value = row.values.begin();
+    auto column = selection.numbers.begin();
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const tables::Header& header = table->columns()[i == time_place ? 0 : *column];
+      if (i == time_place)
+        values.push_back(static_cast<double>(row.time_ns) / 1e9);
+      else if (++column; header.stated)
+        values.push_back(*value++ * header.unit->factor + header.unit->offset);
+      else
+        values.push_back(*value++);
+    }
+    if (keep_text) columns.text.push_back(row.text);
+  }
+  columns.values = Eigen::Map<const Eigen::MatrixXd>(values.data(), static_cast<Eigen::Index>(names.size()),
+                                                     static_cast<Eigen::Index>(table->rows()));
+  columns.separator = table->separator();
+  columns.decimal = table->decimal();
+  for (const tables::Header& header : table->columns())
+    columns.header += (columns.header.empty() ? "" : std::string(1, columns.separator)) + header.text;
+  if (options.announce) options.announce(table->understood());
+  return columns;
+}
+
 /// The columns of a choice, without the rows that have a hole.
 Result<TableData> read_table(const TableChoice& choice) {
   tables::TableOptions options = choice.table;
@@ -51,15 +111,20 @@ Result<TableData> read_table(const TableChoice& choice) {
   for (const std::string& name : {choice.target, choice.time, choice.fold_column}) {
     if (!name.empty()) names.push_back(name);
   }
-  auto columns = recordings::read_csv_columns(choice.file, names, options, false, choice.time);
+  const auto columns = read_csv_columns(choice.file, names, options, false, choice.time);
   if (!columns) return tl::unexpected<Error>(columns.error());
-  if (const std::size_t dropped = columns->drop_holes(); dropped > 0 && !choice.method.quiet)
-    fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(dropped, "row"));
-  read.data.inputs = columns->values.topRows(d);
-  read.data.target = columns->values.row(d).transpose();
-  if (!choice.time.empty()) read.data.time_s = columns->values.row(d + 1).transpose();
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index i = 0; i < columns->values.cols(); ++i) {
+    if (columns->values.col(i).allFinite()) known.push_back(i);
+  }
+  const Eigen::MatrixXd values = columns->values(Eigen::all, known);
+  if (const Eigen::Index dropped = columns->values.cols() - values.cols(); dropped > 0 && !choice.method.quiet)
+    fmt::print(stderr, "{}: {} with a hole left out\n", choice.file, counted(static_cast<std::size_t>(dropped), "row"));
+  read.data.inputs = values.topRows(d);
+  read.data.target = values.row(d).transpose();
+  if (!choice.time.empty()) read.data.time_s = values.row(d + 1).transpose();
   if (choice.fold_column.empty()) return read;
-  const Eigen::VectorXd column = columns->values.bottomRows(1).transpose();
+  const Eigen::VectorXd column = values.bottomRows(1).transpose();
   auto folds = training::folds_from({column.begin(), column.end()});
   if (!folds) return tl::unexpected<Error>(folds.error());
   read.folds = std::move(*folds);
@@ -237,7 +302,7 @@ struct PredictChoice {
 };
 
 /// With the decimal sign of the table.
-std::string number(double value, const recordings::CsvColumns& columns) {
+std::string number(double value, const CsvColumns& columns) {
   std::string text = std::isfinite(value) ? fmt::format("{}", value) : "";
   const std::size_t point = text.find('.');
   if (point != std::string::npos) text[point] = columns.decimal;
@@ -249,7 +314,7 @@ Result<int> predict(const PredictChoice& choice) {
   if (!model) return tl::unexpected<Error>(model.error());
   tables::TableOptions options = choice.table;
   if (choice.quiet) options.silence();
-  const auto columns = recordings::read_csv_columns(choice.file, (*model)->info().inputs, options, true);
+  const auto columns = read_csv_columns(choice.file, (*model)->info().inputs, options, true);
   if (!columns) return tl::unexpected<Error>(columns.error());
   const auto& names = compensation::kExtrapolationNames;
   const auto policy =

@@ -10,6 +10,8 @@
 #include <set>
 #include <vector>
 
+#include "tools/prismcal/recordings/findings.hpp"
+
 namespace prism::recordings {
 namespace {
 
@@ -111,9 +113,11 @@ nlohmann::ordered_json fingerprint_json(const BlockTable& table) {
 
 std::string overlap_text(const std::string& provenance_json, const Recording& recording, const BlockTable& table) {
   const json provenance = json::parse(provenance_json, nullptr, false);
+  const bool coarse = rounding_step(table.seconds) > 0;  // two days with the same profile have equal seconds
   Shared shared;
   for (const json& facts : member(provenance, "recordings")) {
     shared.files += shared_files(facts, recording);
+    if (coarse) continue;
     const Shared same = compare_seconds(points_in(member(facts, "fingerprint")), table);
     shared.seconds += same.seconds;
     shared.compared += same.compared;

@@ -16,8 +16,9 @@ nlohmann::ordered_json fingerprint_json(const BlockTable& table);
 
 /// Returns one line about the data that the recording shares with the training recordings in the model's provenance:
 /// files with the same SHA-256, or seconds with the same rate within 2e-6 deg/h, the resolution of a log, or nearly
-/// all, and eight or more, within a tenth of the noise, also if all times differ by the same number of seconds. Empty
-/// if they share no data. Empty also for a model without a fingerprint (version 0.1), where this is unknown.
+/// all, and eight or more, within a tenth of the noise, also if all times differ by the same number of seconds. Seconds
+/// of a rate whose steps exceed its noise are not compared. Empty if they share no data. Empty also for a model without
+/// a fingerprint (version 0.1), where this is unknown.
 std::string overlap_text(const std::string& provenance_json, const Recording& recording, const BlockTable& table);
 
 }  // namespace prism::recordings

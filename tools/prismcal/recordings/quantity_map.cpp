@@ -67,24 +67,24 @@ std::string known_units(const std::string& quantity) {
   return quantity.empty() ? known + ", a sensor LINE.NAME in " + kOfSensors : known;
 }
 
-/// The first number of this unit.
-std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
-  const auto& columns = table.columns();
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].unit && columns[i].unit->quantity == quantity && table.kind(i) == tables::ColumnKind::kNumber)
-      return i;
+/// The first column of numbers that is one.
+template <class Is>
+std::optional<std::size_t> column_that(const tables::PlainTable& table, const Is& is) {
+  for (std::size_t i = 0; i < table.columns().size(); ++i) {
+    if (table.kind(i) == tables::ColumnKind::kNumber && is(table.columns()[i])) return i;
   }
   return std::nullopt;
 }
 
+/// By its unit.
+std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
+  return column_that(table, [&](const tables::Header& h) { return h.unit && h.unit->quantity == quantity; });
+}
+
 std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
-  const auto& columns = table.columns();
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (tables::lower(columns[i].name).find("uhfo") != std::string::npos && !columns[i].unit &&
-        table.kind(i) == tables::ColumnKind::kNumber)
-      return i;
-  }
-  return std::nullopt;
+  return column_that(table, [](const tables::Header& h) {
+    return !h.unit && tables::lower(h.name).find("uhfo") != std::string::npos;
+  });
 }
 
 /// The options that were stated, as words of a command line.

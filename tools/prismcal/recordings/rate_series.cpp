@@ -119,17 +119,13 @@ void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
 }
 
 /// The rates with gaps in place of the holes.
-std::vector<double> with_gaps(std::vector<double> rates, const SampleGrid& grid) {
-  if (grid.holes.empty()) return rates;
+std::vector<double> with_gaps(const std::vector<double>& rates, const SampleGrid& grid) {
   std::vector<double> all;
-  auto from = rates.begin();
-  for (const SampleHole& hole : grid.holes) {
-    const auto to = rates.begin() + static_cast<std::ptrdiff_t>(hole.row);
-    all.insert(all.end(), from, to);
-    push_gap(all, hole.lost, rates.size());
-    from = to;
+  auto hole = grid.holes.begin();
+  for (std::size_t row = 0; row < rates.size(); ++row) {
+    if (hole != grid.holes.end() && hole->row == row) push_gap(all, hole++->lost, rates.size());
+    all.push_back(rates[row]);
   }
-  all.insert(all.end(), from, rates.end());
   return all;
 }
 
@@ -162,7 +158,7 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
   if (!grid) return tl::unexpected<Error>(grid.error());
   series.interval_s = grid->interval_s;
   series.interval_source = "count over span of " + time_name;
-  series.rate_deg_per_h = with_gaps(std::move(columns.rates), *grid);
+  series.rate_deg_per_h = with_gaps(columns.rates, *grid);
   series.notes = grid->notes();
   return {};
 }
