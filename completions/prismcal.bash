@@ -8,13 +8,13 @@ _prismcal() {
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
     'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'monitor --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
-    'train --slope') words='difference least_squares' ;;
-    'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
+    'train --slope'|'compare --slope'|'inspect --slope') words='difference least_squares' ;;
     'train --tune'|'fit --tune'|'cv --tune') words='blocked shuffled loo reml' ;;
     'train --reweight'|'fit --reweight'|'cv --reweight') words='1 converge' ;;
     'train --scale'|'fit --scale'|'cv --scale') words='mad iqr' ;;
-    'train --drift'|'fit --drift'|'cv --drift') words='thermal open none' ;;
     'train --normalise'|'fit --normalise'|'cv --normalise') words='zscore auto none' ;;
+    'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
+    'fit --drift'|'cv --drift') words='thermal open none' ;;
     'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
@@ -24,15 +24,15 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --response --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --hold-out --method --json --quiet --window --slope --end-mean --max-gap --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
+    train) words='-h --help --out --inputs --response --serial --name --prior --strict --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --hold-out --method --json --quiet --from --window --slope --end-mean --max-gap --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     fit) words='-h --help --inputs --target --fold-column --decimal --time-unit --time --out --diagnostics --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
     evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
-    compare) words='-h --help --on --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
+    compare) words='-h --help --on --leave-one-out --inputs --strict --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated --window --slope --end-mean --max-gap' ;;
     monitor) words='-h --help --training --out --instance --any-gyro --json --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit' ;;
     history) words='-h --help --axis' ;;
-    inspect) words='-h --help --interval --decimal --time-unit --json' ;;
+    inspect) words='-h --help --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --json --window --slope --end-mean --max-gap' ;;
     allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --out --mission --recordings --domain --chamber --hours --prior --bias-sd --noise --start --thermal-lag --self-heating --report --json --quiet --map --interval --decimal --time-unit --config --axis --leave-out' ;;

@@ -84,13 +84,13 @@ void resolve_sensor_lines(const Section& top, const fs::path& base, Config& conf
   for (SensorLineConfig& line : config.sensor_lines) {
     const Section section = lines.object(line.name);
     if (!is_simple_name(line.name))
-      lines.fail(line.name, "invalid name, expected letters, digits and _, not T, U, dTdt or lagN");
+      lines.fail(line.name, "invalid name, expected letters, digits and _, not T, U or dTdt");
     resolve_other_line(section, base, line.line, used);
     line.frames = find_data_file(line.frames, "frames", base);
     for (const TextColumn& column : line.text.columns) {
       if (!is_simple_name(column.sensor.name))
         section.object("columns").fail(column.sensor.name,
-                                       "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
+                                       "invalid sensor name, expected letters, digits and _, not T, U or dTdt");
     }
   }
   if (config.sensor_lines.size() > kMostSensorLines)

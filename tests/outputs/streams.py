@@ -69,5 +69,5 @@ for line in open(sys.argv[1], encoding="utf-8").read().rstrip("\n").split("\n"):
         printed("prismd", "config.json", "--replay", "input.pcap", "--out", "log")
         printed("prismd", "--sniff", "input.pcap", "./base.json")
         rows = [row.rstrip().split(",") for name in sorted(glob.glob("log/*.csv")) for row in open(name, encoding="utf-8") if row[:4].isdigit()]
-        shown = (" ".join([*row[1:6], row[7], row[16], row[20]]).replace(" 0 no_model 0", "").rstrip() for row in rows)
+        shown = (" ".join([*row[1:6], row[7], row[16], row[21]]).replace(" 0 no_model 0", "").rstrip() for row in rows)
         print("  rows: " + " | ".join(shown) if rows else "  no row")

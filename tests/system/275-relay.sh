@@ -32,12 +32,12 @@ start_relay
 wait_for 10 relay_is .targets.postgresql.error 'postgresql: has no schema prism; create it with prismrelay --init'
 kill -STOP "$relay"  # so that it retries only after both changes
 prismrelay --schema | psql -X -q -v ON_ERROR_STOP=1 -h "$dir/pg" -U relay prism >schema.out 2>&1 || fail "the SQL of --schema: $(cat schema.out)"
-sql 'UPDATE prism.version SET version = 2'
+sql 'UPDATE prism.version SET version = 3'
 kill -CONT "$relay"
-wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 2 of the schema prism, expected 1: created by a later prismrelay'
-refused 1 'found version 2 of the schema prism' prismrelay --init relay.json
+wait_for 20 relay_is .targets.postgresql.error 'postgresql: found version 3 of the schema prism, expected 2: created by a later prismrelay'
+refused 1 'found version 3 of the schema prism' prismrelay --init relay.json
 sql 'DROP SCHEMA prism CASCADE' 2>/dev/null
-contains "a new schema" "$(prismrelay --init relay.json)" "created schema prism, version 1"
+contains "a new schema" "$(prismrelay --init relay.json)" "created schema prism, version 2"
 contains "an existing schema" "$(prismrelay --init relay.json)" "schema prism exists"
 wait_for 30 sql_above "SELECT count(*) FROM prism.rows" 20
 wait_for 10 relay_is '.logs[0] | "\(.gyro) \(.axis) \(.refused_rows) \(.missing_rows) \(.error)"' "lab/gyro z 0 0 "

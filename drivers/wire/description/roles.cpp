@@ -415,7 +415,7 @@ JsonTable<ChannelDraft> limited_channel_keys() {
 void add_sensor(const Section& s, const std::string& name, const ChannelDraft& draft, FrameDraft& frames) {
   FrameDescription& description = frames.description;
   if (!is_sensor_name(name) || name.find('.') != std::string::npos)
-    s.fail("", "invalid sensor name, expected letters, digits and _, not T, U, dTdt or lagN");
+    s.fail("", "invalid sensor name, expected letters, digits and _, not T, U or dTdt");
   const char* const unit = kSensorUnitNames[static_cast<std::size_t>(draft.unit)];
   description.channels.push_back({.sensor = {name, unit}});
   for (MessageType& kind : description.kinds) kind.roles.channels.emplace_back();

@@ -110,7 +110,7 @@ TEST(Sensors, ALogHasThemBeforeItsLastColumn) {
   EXPECT_TRUE(std::isnan(read->window.second_mean.sensors[1]));
   EXPECT_EQ(CsvLayout::parse(csv_columns(), "g.csv:5", list_of(sensors)).error().text(),
             "g.csv:5: found no column \"case_degc\", which the metadata lists");
-  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,,warm,5,0", "g.csv:7", *layout)
+  EXPECT_EQ(parse_csv("2023-11-14T22:13:21Z,1700000001,1,0,8,25,,0,,,,,,,,,warming,,,,,warm,5,0", "g.csv:7", *layout)
                 .error()
                 .text(),
             "g.csv:7: sensor: found \"warm\", expected a number");

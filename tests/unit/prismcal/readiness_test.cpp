@@ -77,7 +77,8 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   trained.samples.fitted = data.target;
   evaluation::DataQuality quality;
   std::vector<std::string> questions;
-  Attempts tried{.method = "composite", .inputs = "T, dTdt", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
+  Attempts tried{
+      .method = "composite", .inputs = "T, dTdt", .response = "", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
   const auto sentence = [&](bool held_out = false) {
     return first_sentence(judge(trained, expected, quality, held_out, questions, [&] { return tried; }), expected,
                           quality, "prismcal evaluate m.json ANOTHER-RECORDING --out report");

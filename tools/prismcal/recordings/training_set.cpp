@@ -46,8 +46,10 @@ Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
   for (const std::string& name : compensation::sensors_of(set.data.names)) {
     const std::size_t index = sensor_index(available, name);
     if (index == available.size())
-      return make_error(recording.name, fmt::format("found no sensor \"{}\" of --inputs; its sensors: {}", name,
-                                                    sensors_text(available)));
+      return name.starts_with("lag") ? no_input(name)
+                                     : make_error(recording.name, fmt::format("found no sensor \"{}\" of --inputs; its "
+                                                                              "sensors: {}",
+                                                                              name, sensors_text(available)));
     if (first) set.features.sensors.push_back(available[index]);
     const std::string& unit = set.features.sensors[sensor_index(set.features.sensors, name)].unit;
     if (unit != available[index].unit)
