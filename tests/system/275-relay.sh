@@ -80,7 +80,7 @@ start_prismd
 wait_for 10 field_above .log.rows status 10
 kill -9 "$prismd"; wait "$prismd" 2>/dev/null || true
 last=$(ls log | tail -1)
-sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log/$last"
+sed -i '$s/,[a-z_+]*,\([^,]*,[^,]*,[^,]*,[^,]*,[01]\)$/,Robert"); DROP TABLE,\1/' "log/$last"
 grep -q Robert "log/$last" || fail "the line was not changed: $(tail -1 "log/$last")"
 kill -CONT "$relay"
 start_prismd

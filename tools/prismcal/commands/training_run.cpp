@@ -336,8 +336,11 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
        {"--name", &choice.name, "readable name of the model"},
        {"--prior", &choice.prior,
         training::method_names(training::kSiblings) + ": folder with two or more models of gyros of the same type"},
-       {"--strict", &choice.recordings.strict, "end at a recording that cannot be used; else it is left out and named"},
        {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
+  add_options(command,
+              {{"--strict", &choice.recordings.strict,
+                "end at a recording that cannot be used; else it is left out and named"}},
+              Need::kFew);
   add_training_set_options(command, choice.recordings);
   add_method_options(command, choice.method);
 }
