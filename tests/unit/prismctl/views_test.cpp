@@ -134,7 +134,7 @@ TEST(BiasView, ShowsTheOtherInputsOfTheModel) {
               HasSubstr("temperature  25.000 degC, slope 0.000100 degC/s\n"
                         "UHFO         5.0000 V\n"
                         "model        none\n"
-                        "inputs       case-T 0.410 degC, dcase/dt 0.000125 degC/s, anode -\n"));
+                        "inputs       anode -, case-T 0.410 degC, dcase/dt 0.000125 degC/s\n"));
 }
 
 TEST(Words, ATimeIsSaidInTheTwoUnitsThatTell) {

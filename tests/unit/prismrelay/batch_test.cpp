@@ -191,7 +191,7 @@ TEST(Batch, IsAcceptedByTheServerForAnyText) {
     ASSERT_TRUE(item) << item.error().text();
     EXPECT_EQ((*item)->records[kRows].size(), 1u);
     const auto event = event_item("lab/g", {{"time_s", 1}, {"severity", text}, {"kind", text}, {"text", text}});
-    const std::pair<std::string, std::size_t> lines[] = {{(*item)->texts[kRows], 26},
+    const std::pair<std::string, std::size_t> lines[] = {{(*item)->texts[kRows], 27},
                                                          {(*item)->texts[kSegments], 7},
                                                          {(*item)->texts[kRefused], 7},
                                                          {place_line(**item), 8},

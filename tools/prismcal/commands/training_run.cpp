@@ -325,18 +325,17 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  add_options(
-      command,
-      {{"--inputs", &choice.inputs, "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
-       {"--response", &choice.response,
-        "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
-        "the recordings",
-        CLI::Validator(check_response, "")},
-       {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
-       {"--name", &choice.name, "readable name of the model"},
-       {"--prior", &choice.prior,
-        training::method_names(training::kSiblings) + ": folder with two or more models of gyros of the same type"},
-       {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
+  add_options(command, {{"--inputs", &choice.inputs, "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
+                        {"--response", &choice.response,
+                         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
+                         "the recordings",
+                         CLI::Validator(check_response, "")},
+                        {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
+                        {"--name", &choice.name, "readable name of the model"},
+                        {"--prior", &choice.prior,
+                         training::method_names(training::kSiblings) +
+                             ": folder with two or more models of gyros of the same type"},
+                        {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
   add_options(command,
               {{"--strict", &choice.recordings.strict,
                 "end at a recording that cannot be used; else it is left out and named"}},
