@@ -24,26 +24,6 @@ struct Mean {
   double value() const { return sum / count; }
 };
 
-std::optional<double> sensitivity(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
-                                  std::span<const ThermalKind> kinds, ThermalKind wanted) {
-  Mean t, b;
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] != wanted) continue;
-    t.add(temperature_degc[i]);
-    b.add(bias_deg_per_h[i]);
-  }
-  if (t.count < 3) return std::nullopt;
-  double tt = 0, tb = 0;
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] != wanted) continue;
-    const double dt = temperature_degc[i] - t.value();
-    tt += dt * dt;
-    tb += dt * (bias_deg_per_h[i] - b.value());
-  }
-  if (!(tt > 0)) return std::nullopt;
-  return tb / tt;
-}
-
 }  // namespace
 
 const char* thermal_kind_text(ThermalKind kind) {
@@ -130,8 +110,6 @@ Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, 
     result.loop_area_deg_per_h_degc += gap * bin_degc;
     result.bins.push_back(bin);
   }
-  result.heating_sensitivity = sensitivity(temperature_degc, bias_deg_per_h, kinds, ThermalKind::kHeating);
-  result.cooling_sensitivity = sensitivity(temperature_degc, bias_deg_per_h, kinds, ThermalKind::kCooling);
   return result;
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -56,9 +55,6 @@ struct Hysteresis {
   double max_gap_deg_per_h = 0;  ///< largest |gap|
   double max_gap_at_degc = 0;
   double loop_area_deg_per_h_degc = 0;  ///< Σ |gap| · bin width
-  /// Slope of the least-squares line bias against T over all heating (cooling) blocks, deg/h/degC; nullopt if the
-  /// record has fewer than three such blocks, or they have the same temperature.
-  std::optional<double> heating_sensitivity, cooling_sensitivity;
 };
 
 /// `kinds` are from thermal_kinds(); soak blocks are ignored. Without a bin that has heating and cooling blocks, bins

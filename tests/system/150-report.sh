@@ -49,6 +49,27 @@ END
 parses report
 parses compared
 
+# The first page has what --test states, and empty fields; the last page has the files. Without Chromium --pdf fails.
+echo '{"document": "TR-1 <b>", "customer": "C", "sensors": ["Pt100, calibrated 2026-05-02"]}' >test.json
+prismcal evaluate kernel.json cycle2 --test test.json --quiet --out stated >/dev/null || fail "evaluate --test"
+parses stated
+contains "the first page" "$(cat stated/report.html)" "<th>document</th><td>TR-1 &lt;b&gt;</td>"
+contains "an empty field" "$(cat stated/report.html)" "<th>operator</th><td></td>"
+same "date of the evaluation" "$(jq -r .cover.evaluated stated/report.json)" "$(date -u +%F)"
+contains "the files" "$(sed -n '/id="facts"/,$p' stated/report.html)" "$(sha256sum kernel.json | cut -c1-64)"
+same "parameters that are not determined" "$(jq -r '[.tables.parameters.rows[] | select(.[2].text == "not determined") | .[0].text][0]' stated/report.json)" "turn-on to turn-on, 1 sigma"
+prismcal allan cycle2 --test test.json --quiet --out noise >/dev/null || fail "allan --out"
+parses noise
+echo '{"client": "C"}' >bad.json
+contains "an unknown key" "$(prismcal allan cycle2 --test bad.json --out noise 2>&1 >/dev/null || true)" "unknown key"
+code=0; PATH=/nonexistent "$(command -v prismcal)" evaluate kernel.json cycle2 --quiet --pdf none.pdf >/dev/null 2>pdf.err || code=$?
+same "exit code without Chromium" "$code" 1
+contains "without Chromium" "$(cat pdf.err)" "found no Chromium"
+if command -v chromium >/dev/null; then
+  prismcal evaluate kernel.json cycle2 --quiet --pdf report.pdf --paper letter >/dev/null || fail "evaluate --pdf"
+  same "the PDF" "$(head -c 5 report.pdf)" "%PDF-"
+fi
+
 # Names are never executed: an invalid axis name is rejected, a directory name or serial number with markup stays text.
 command_name="x'; system \"touch pwned\"; set terminal svg name 'x"
 markup='<img src=x onerror=alert(1)>'

@@ -17,6 +17,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/analysis/allan_text.hpp"
 #include "tools/prismcal/recordings/findings.hpp"
+#include "tools/prismcal/report/text_output.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -201,12 +202,19 @@ evaluation::AllanAnalysis analysed(const recordings::RateSeries& series) {
       .value();
 }
 
+std::string text_of(const evaluation::AllanAnalysis& analysis, const recordings::RateSeries& series,
+                    const std::string& where) {
+  const auto spectrum = evaluation::power_spectrum(series.rate_deg_per_h, series.interval_s, where);
+  return report::plain_text(analysis::allan_report(analysis, spectrum, series, where));
+}
+
 TEST_F(AllanText, PrintsThePointsOfAShortSeries) {
   const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
   const auto series = recordings::read_rate_series(path, in_deg_per_h()).value();
   const auto analysis = analysed(series);
-  EXPECT_THAT(analysis::allan_text(analysis, series, "nine"), HasSubstr("9.122945e+01"));
-  EXPECT_THAT(analysis::allan_text(analysis, series, "nine"), HasSubstr("no coefficients: x: found 1 octave"));
+  const std::string shown = text_of(analysis, series, "nine");
+  EXPECT_THAT(shown, HasSubstr("91.22945"));
+  EXPECT_THAT(shown, HasSubstr("No coefficients: x: found 1 octave"));
   const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "nine"));
   EXPECT_NEAR(json["points"][0]["deviation_deg_per_h"].get<double>(), 91.22945, 5e-6);
   EXPECT_TRUE(json["coefficients"].is_null());
@@ -223,10 +231,11 @@ TEST_F(AllanText, PrintsIntervalsDefinitionsAndBounds) {
   }
   const auto series = recordings::read_rate_series(written(text), in_deg_per_h()).value();
   const auto analysis = analysed(series);
-  const std::string shown = analysis::allan_text(analysis, series, "x");
-  EXPECT_THAT(shown, HasSubstr("N of IEEE Std 952"));
-  EXPECT_THAT(shown, HasSubstr("(rad/s)/sqrt(Hz): the same"));
-  EXPECT_THAT(shown, HasSubstr("rate random walk K     at most "));
+  const std::string shown = text_of(analysis, series, "x");
+  EXPECT_THAT(shown, HasSubstr("N, angle random walk"));
+  EXPECT_THAT(shown, HasSubstr("(rad/s)/√Hz"));
+  EXPECT_THAT(shown, testing::ContainsRegex("K, rate random walk +\\(deg/h\\)/√h +≤ "));
+  EXPECT_THAT(shown, HasSubstr("Periodic: 0.07506 Hz (13 s), amplitude"));
   EXPECT_THAT(shown, HasSubstr(" 16, 32"));
   EXPECT_THAT(shown, HasSubstr("by more than 4 standard deviations"));
   const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "x"))["coefficients"];

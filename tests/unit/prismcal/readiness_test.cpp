@@ -145,8 +145,10 @@ TEST(Limits, AreRejectedWithAJsonPointer) {
 }
 
 TEST(Limits, PassOnTheirEdgeAndFailOutside) {
-  const std::vector<analysis::Measured> measured = {
-      {"rms_deg_per_h", "deg/h", 0.5}, {"improvement_percent", "%", 60}, {"explained_percent", "%", {}}};
+  const std::vector<analysis::Measured> measured = {{"rms_deg_per_h", "deg/h", 0.5},
+                                                    {"improvement_percent", "%", 60},
+                                                    {"explained_percent", "%", {}},
+                                                    {"bias_instability_deg_per_h", "deg/h", 0.01, true}};
   const auto pass = [&](analysis::Limit limit) { return analysis::check_limits({limit}, measured)[0].pass; };
   EXPECT_TRUE(pass({"rms_deg_per_h", {}, 0.5}));
   EXPECT_FALSE(pass({"rms_deg_per_h", {}, 0.49}));
@@ -154,6 +156,21 @@ TEST(Limits, PassOnTheirEdgeAndFailOutside) {
   EXPECT_FALSE(pass({"improvement_percent", 61, {}}));
   EXPECT_FALSE(pass({"explained_percent", {}, 100}));  // not measured
   EXPECT_FALSE(pass({"extrapolating_percent", {}, 100}));
+  EXPECT_TRUE(pass({"bias_instability_deg_per_h", {}, 0.01}));  // an upper bound
+  EXPECT_FALSE(pass({"bias_instability_deg_per_h", 0.001, {}}));
+}
+
+TEST(Limits, TableMarksUpperBoundsAndNamesTheRecordingsThatFail) {
+  const std::vector<analysis::Limit> limits = {{"bias_instability_deg_per_h", {}, 0.01}};
+  const auto checks = [&](double bound) {
+    return analysis::check_limits(limits, {{"bias_instability_deg_per_h", "deg/h", bound, true}});
+  };
+  const report::Table table = analysis::limits_table({{"a", checks(0.005)}, {"b", checks(0.02)}});
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0][5].text, "≤ 0.005");
+  EXPECT_EQ(table.rows[0][6].text, "PASS");
+  EXPECT_EQ(table.rows[1][6].text, "FAIL");
+  EXPECT_EQ(table.meaning, "FAIL: 1 of 2 limits: bias_instability_deg_per_h on b.");
 }
 
 TEST(Limits, MeasureAllQuantities) {

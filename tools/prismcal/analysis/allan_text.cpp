@@ -2,12 +2,12 @@
 #include "tools/prismcal/analysis/allan_text.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
+#include "tools/prismcal/analysis/parameters.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 
 namespace prism::analysis {
@@ -16,47 +16,19 @@ namespace {
 using Json = nlohmann::ordered_json;
 using evaluation::AllanAnalysis, evaluation::AllanCoefficient, evaluation::AllanPoint, evaluation::NoiseType;
 
-/// The printed name, JSON key and unit of each coefficient, in the order of NoiseType.
-struct Entry {
-  const char* name;
-  const char* key;
-  const char* unit;
-};
-constexpr Entry kEntries[evaluation::kNoiseTypes] = {
-    {"quantisation Q", "quantisation_arcsec", "arcsec"},
-    {"angle random walk N", "angle_random_walk_deg_per_sqrt_h", "deg/sqrt(h)"},
-    {"bias instability B", "bias_instability_deg_per_h", "deg/h"},
-    {"rate random walk K", "rate_random_walk_deg_per_h_sqrt_h", "(deg/h)/sqrt(h)"},
-    {"rate ramp R", "rate_ramp_deg_per_h_h", "(deg/h)/h"}};
+/// JSON keys, in the order of NoiseType.
+constexpr const char* kKeys[evaluation::kNoiseTypes] = {"quantisation_arcsec", "angle_random_walk_deg_per_sqrt_h",
+                                                        "bias_instability_deg_per_h",
+                                                        "rate_random_walk_deg_per_h_sqrt_h", "rate_ramp_deg_per_h_h"};
 constexpr auto kWalk = static_cast<std::size_t>(NoiseType::kAngleRandomWalk);
-
-std::string coefficient_text(const Entry& entry, const AllanCoefficient& c) {
-  if (!c.value) return fmt::format("{:<22} at most {:.4g} {}\n", entry.name, c.high, entry.unit);
-  return fmt::format("{:<22} {:.4g} {}, {:.4g} to {:.4g}\n", entry.name, *c.value, entry.unit, c.low, c.high);
-}
-
-std::string definitions_text(double walk) {
-  return fmt::format(
-      "  N of IEEE Std 952     {:.4g} deg/sqrt(h): S(f) = N^2, two-sided\n"
-      "  N of MATLAB           {:.4g} (rad/s)/sqrt(Hz): the same, read from the Allan deviation at 1 s\n"
-      "  one-sided density     {:.4g} (deg/s)/sqrt(Hz) = sqrt(2) N: data sheets, pwelch\n",
-      walk, evaluation::matlab_rad_per_s_per_sqrt_hz(walk), evaluation::one_sided_deg_per_s_per_sqrt_hz(walk));
-}
-
-std::string minimum_text(const AllanAnalysis& analysis) {
-  const AllanPoint& p = analysis.minimum();
-  return fmt::format("Allan minimum          {:.4g} deg/h at {:g} s, {:.4g} to {:.4g}{}\n", p.deviation, p.tau_s, p.low,
-                     p.high,
-                     &p == &analysis.points.back() ? " (last point; a longer record may give a lower one)" : "");
-}
 
 Json coefficients_json(const AllanAnalysis& analysis) {
   Json json = Json::object(), most = Json::object();
   for (std::size_t k = 0; k < evaluation::kNoiseTypes; ++k) {
     const AllanCoefficient& c = (*analysis.coefficients)[k];
-    Json& found = json[kEntries[k].key] = nullptr;
+    Json& found = json[kKeys[k]] = nullptr;
     if (c.value) found = {{"value", *c.value}, {"low", c.low}, {"high", c.high}};
-    if (!c.value) most[kEntries[k].key] = c.high;
+    if (!c.value) most[kKeys[k]] = c.high;
     if (!c.value || k != kWalk) continue;
     found["matlab_rad_per_s_per_sqrt_hz"] = evaluation::matlab_rad_per_s_per_sqrt_hz(*c.value);
     found["one_sided_deg_per_s_per_sqrt_hz"] = evaluation::one_sided_deg_per_s_per_sqrt_hz(*c.value);
@@ -68,26 +40,32 @@ Json coefficients_json(const AllanAnalysis& analysis) {
 
 }  // namespace
 
-std::string allan_text(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {
-  std::string text = fmt::format("{}: {} values of {}, every {:g} s ({}), {}", where, analysis.values, series.column,
+report::Report allan_report(const AllanAnalysis& analysis, const Result<evaluation::Spectrum>& spectrum,
+                            const recordings::RateSeries& series, const std::string& where) {
+  report::Report report;
+  report.title =
+      "Allan deviation of gyro " + (series.gyro_serial.empty() ? "without a serial number" : series.gyro_serial);
+  report.subtitle = where;
+  std::string data = fmt::format("{}: {} values of {}, every {:g} s ({}), {}", where, analysis.values, series.column,
                                  analysis.tau0_s, series.interval_source, counted(analysis.holes, "gap"));
-  if (analysis.missing > 0) text += fmt::format(" of {}", counted(analysis.missing, "value"));
-  text += fmt::format("\noverlapping Allan deviation, 68 % intervals\n\n{:>12} {:>14} {:>14} {:>14}  {}\n", "tau s",
-                      "dev deg/h", "low", "high", "largest noise");
-  for (const AllanPoint& p : analysis.points) {
-    text += fmt::format("{:>12g} {:>14.6e} {:>14.6e} {:>14.6e}  {}\n", p.tau_s, p.deviation, p.low, p.high,
-                        evaluation::noise_type_text(p.noise));
-  }
-  text += '\n';
-  if (!analysis.coefficients) return text + "no coefficients: " + analysis.coefficients.error().text() + "\n";
-  for (std::size_t k = 0; k < evaluation::kNoiseTypes; ++k) {
-    const AllanCoefficient& c = (*analysis.coefficients)[k];
-    text += coefficient_text(kEntries[k], c);
-    if (k == kWalk && c.value) text += definitions_text(*c.value);
-  }
-  text += minimum_text(analysis);
-  const std::string unexplained = unexplained_text(analysis);
-  return unexplained.empty() ? text : text + unexplained + "\n";
+  if (analysis.missing > 0) data += fmt::format(" of {}", counted(analysis.missing, "value"));
+  report::Section section{"conclusion", "Conclusion", {report::Paragraph{data + "."}}};
+  if (const std::string text = unexplained_text(analysis); !text.empty())
+    section.blocks.emplace_back(report::Paragraph{text, report::Emphasis::kWarn});
+  if (!analysis.coefficients)
+    section.blocks.emplace_back(report::Paragraph{"No coefficients: " + analysis.coefficients.error().text()});
+  section.blocks.emplace_back(noise_parameters_table(analysis));
+  report::Figure figure{"allan_curve", "Allan deviation and power spectral density", kNoiseCaption,
+                        noise_plot({{"", report::Ink::kCorrected, &analysis, spectrum ? &*spectrum : nullptr}}),
+                        spectrum ? lines_text(*spectrum) : spectrum.error().text()};
+  report::Table points{"points", "Allan deviation at each averaging time", "Overlapping; intervals of 68 %.",
+                       report::columns("tau [s] | deviation [deg/h] | low [deg/h] | high [deg/h] | largest noise:")};
+  for (const AllanPoint& p : analysis.points)
+    points.rows.push_back({report::general_cell(p.tau_s, 6), report::general_cell(p.deviation, 7),
+                           report::general_cell(p.low, 7), report::general_cell(p.high, 7),
+                           evaluation::noise_type_text(p.noise)});
+  report.sections = {std::move(section), {"curves", "Curves", {std::move(figure), std::move(points)}}};
+  return report;
 }
 
 std::string allan_json(const AllanAnalysis& analysis, const recordings::RateSeries& series, const std::string& where) {

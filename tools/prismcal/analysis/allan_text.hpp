@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
-// An Allan analysis of a recorded rate as text and as JSON.
+// An Allan analysis of a recorded rate as a report and as JSON.
 #pragma once
 
 #include <string>
 
 #include "compensation/evaluation/allan.hpp"
+#include "compensation/evaluation/spectrum.hpp"
 #include "tools/prismcal/recordings/rate_series.hpp"
+#include "tools/prismcal/report/document.hpp"
 
 namespace prism::analysis {
 
-std::string allan_text(const evaluation::AllanAnalysis& analysis, const recordings::RateSeries& series,
-                       const std::string& where);
+/// Without cover and facts.
+report::Report allan_report(const evaluation::AllanAnalysis& analysis, const Result<evaluation::Spectrum>& spectrum,
+                            const recordings::RateSeries& series, const std::string& where);
 std::string allan_json(const evaluation::AllanAnalysis& analysis, const recordings::RateSeries& series,
                        const std::string& where);
 

@@ -68,31 +68,38 @@ std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std
         std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
     LimitCheck check{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
     const auto& value = check.measured.value;
-    check.pass =
-        value && std::isfinite(*value) && (!limit.min || *value >= *limit.min) && (!limit.max || *value <= *limit.max);
+    check.pass = value && std::isfinite(*value) && (!limit.min || (*value >= *limit.min && !check.measured.at_most)) &&
+                 (!limit.max || *value <= *limit.max);
     checks.push_back(std::move(check));
   }
   return checks;
 }
 
-report::Table limits_table(const std::vector<LimitCheck>& checks, const std::string& id, const std::string& recording) {
-  report::Table table{id + "_limits", "Specification limits on " + recording,
-                      "A value that could not be measured fails its limit.",
-                      report::columns("quantity: | unit: | at least | at most | measured | verdict:")};
+report::Table limits_table(const std::vector<std::pair<std::string, std::vector<LimitCheck>>>& recordings) {
+  report::Table table{"limits", "Specification limits",
+                      "A value that could not be measured fails its limit. ≤: an upper bound of the value.",
+                      report::columns("recording: | quantity: | unit: | at least | at most | measured | verdict:")};
   std::vector<std::string> failed;
-  for (const LimitCheck& check : checks) {
-    const report::Emphasis emphasis = check.pass ? report::Emphasis::kGood : report::Emphasis::kBad;
-    table.rows.push_back({check.limit.quantity,
-                          check.measured.unit,
-                          report::general_cell(check.limit.min, 6),
-                          report::general_cell(check.limit.max, 6),
-                          report::general_cell(check.measured.value, 5),
-                          {check.pass ? "PASS" : "FAIL", emphasis}});
-    if (!check.pass) failed.push_back(check.limit.quantity);
+  for (const auto& [recording, checks] : recordings) {
+    for (const LimitCheck& check : checks) {
+      report::Cell measured = report::general_cell(check.measured.value, 5);
+      if (check.measured.at_most) measured.text = "≤ " + measured.text;
+      table.rows.push_back(
+          {recording,
+           check.limit.quantity,
+           check.measured.unit,
+           report::general_cell(check.limit.min, 6),
+           report::general_cell(check.limit.max, 6),
+           measured,
+           {check.pass ? "PASS" : "FAIL", check.pass ? report::Emphasis::kGood : report::Emphasis::kBad}});
+      if (check.pass) continue;
+      failed.push_back(recordings.size() > 1 ? check.limit.quantity + " on " + recording : check.limit.quantity);
+    }
   }
+  const std::size_t all = table.rows.size();
   table.meaning = failed.empty()
-                      ? fmt::format("All {} limits are met.", checks.size())
-                      : fmt::format("{} of {} limits fail: {}.", failed.size(), checks.size(), fmt::join(failed, ", "));
+                      ? fmt::format("PASS: all {} limits are met.", all)
+                      : fmt::format("FAIL: {} of {} limits: {}.", failed.size(), all, fmt::join(failed, ", "));
   return table;
 }
 

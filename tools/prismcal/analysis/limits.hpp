@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/prismcal/analysis/recording_report.hpp"
@@ -30,10 +31,11 @@ Result<std::vector<Limit>> read_limits(const std::string& path);
 struct LimitCheck {
   Limit limit;
   Measured measured;
-  bool pass = false;  ///< false if the value could not be measured
+  bool pass = false;  ///< false if the value could not be measured, or is an upper bound and has a minimum
 };
 
 std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured);
-report::Table limits_table(const std::vector<LimitCheck>& checks, const std::string& id, const std::string& recording);
+/// All checks, by the name of the recording.
+report::Table limits_table(const std::vector<std::pair<std::string, std::vector<LimitCheck>>>& recordings);
 
 }  // namespace prism::analysis

@@ -90,8 +90,13 @@ Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording,
   return loop;
 }
 
-Result<evaluation::AllanAnalysis> analyse_seconds(std::vector<recordings::Series> seconds, const std::string& where) {
-  return evaluation::analyse_allan(recordings::joined(std::move(seconds)), 1, evaluation::AllanGrid::kOctave, where);
+void analyse_noise(EvaluatedRecording& recording, bool after) {
+  const std::string& where = recording.table->name;
+  auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(*recording.table) : recording.table->seconds;
+  std::vector<double> rate = recordings::joined(std::move(seconds));
+  (after ? recording.spectrum.after : recording.spectrum.before) = evaluation::power_spectrum(rate, 1, where);
+  (after ? recording.allan.after : recording.allan.before) =
+      evaluation::analyse_allan(std::move(rate), 1, evaluation::AllanGrid::kOctave, where);
 }
 
 std::optional<double> in_percent(std::optional<double> share) {
@@ -110,6 +115,7 @@ std::optional<double> coefficient_after(const EvaluatedRecording& recording, eva
 struct Quantity {
   const char *name, *unit;
   std::optional<double> (*value)(const EvaluatedRecording& recording);
+  bool (*is_bound)(const EvaluatedRecording& recording) = nullptr;  ///< the value is an upper bound; null: never
 };
 using Of = const EvaluatedRecording&;
 const Quantity kQuantities[] = {
@@ -124,7 +130,8 @@ const Quantity kQuantities[] = {
     {"angle_random_walk_deg_per_sqrt_h", "deg/√h",
      [](Of r) { return coefficient_after(r, evaluation::NoiseType::kAngleRandomWalk, false); }},
     {"bias_instability_deg_per_h", "deg/h",
-     [](Of r) { return coefficient_after(r, evaluation::NoiseType::kBiasInstability, true); }},
+     [](Of r) { return coefficient_after(r, evaluation::NoiseType::kBiasInstability, true); },
+     [](Of r) { return !coefficient_after(r, evaluation::NoiseType::kBiasInstability, false); }},
     {"extrapolating_percent", "%", [](Of r) { return std::optional(r.evaluation->extrapolated_percent()); }},
     {"uncorrected_percent", "%",
      [](Of r) {
@@ -195,6 +202,18 @@ std::vector<Series> allan_series(const evaluation::AllanAnalysis& analysis, cons
     line.y.push_back(point.deviation);
   }
   return {band, line};
+}
+
+/// A density, and its lines at their place on the curve.
+std::vector<Series> density_series(const evaluation::Spectrum& spectrum, const char* name, Ink ink) {
+  Series line{name, ink, SeriesStyle::kLine, spectrum.frequency_hz, spectrum.density};
+  Series lines{spectrum.lines.empty() ? "" : std::string("periodic, ") + name, ink, SeriesStyle::kOpenPoints};
+  for (const evaluation::SpectralLine& each : spectrum.lines) {
+    const auto next = std::lower_bound(line.x.begin(), line.x.end(), each.frequency_hz);
+    lines.x.push_back(each.frequency_hz);
+    lines.y.push_back(line.y[static_cast<std::size_t>(std::min(next, line.x.end() - 1) - line.x.begin())]);
+  }
+  return {line, lines};
 }
 
 /// The two curves at the averaging times that both have.
@@ -395,76 +414,34 @@ Figure thermal_figure(const EvaluatedRecording& recording) {
                  320,
                  {loop_panel("(a) before", recording, recording.table->bias_deg_per_h),
                   loop_panel("(b) after", recording, recording.evaluation->corrected_deg_per_h)}};
-  figure.meaning = loop_meaning(recording.loop.before.value_or(evaluation::Hysteresis{}),
-                                recording.loop.after.value_or(evaluation::Hysteresis{}));
+  const evaluation::Hysteresis before = recording.loop.before.value_or(evaluation::Hysteresis{}),
+                               after = recording.loop.after.value_or(evaluation::Hysteresis{});
+  figure.meaning = loop_meaning(before, after);
+  if (!before.bins.empty())
+    figure.meaning += " " + hysteresis_meaning(before, after, recording.evaluation->knows_slope);
   return figure;
 }
 
-Result<Table> hysteresis_table(const EvaluatedRecording& recording) {
-  Table table{recording.id + "_hysteresis", "Heating against cooling on " + recording.table->name, "", {}};
-  table.caption = fmt::format("Bias in bins of {:g} degC with both heating and cooling; gap: heating minus cooling.",
-                              kHysteresisBin_degc);
-  table.columns = report::columns(
-      ": | largest gap [deg/h] | at [degC] | loop area [deg/h degC] | sensitivity heating [1e-3 deg/h/degC] | "
-      "sensitivity cooling [1e-3 deg/h/degC]");
-  for (const bool after : {false, true}) {
-    const auto& loop = after ? recording.loop.after : recording.loop.before;
-    if (!loop) return tl::unexpected(loop.error());
-    const auto milli = [](std::optional<double> value) { return value ? std::optional(1e3 * *value) : std::nullopt; };
-    table.rows.push_back({after ? "after" : "before", fixed_cell(loop->max_gap_deg_per_h, 5),
-                          fixed_cell(loop->max_gap_at_degc, 1), fixed_cell(loop->loop_area_deg_per_h_degc, 4),
-                          fixed_cell(milli(loop->heating_sensitivity), 4),
-                          fixed_cell(milli(loop->cooling_sensitivity), 4)});
-  }
-  table.meaning = hysteresis_meaning(*recording.loop.before, *recording.loop.after, recording.evaluation->knows_slope);
-  return table;
-}
-
-Cell coefficient_cell(const evaluation::AllanCoefficient& coefficient) {
-  if (coefficient.value) return general_cell(*coefficient.value, 4);
-  return {fmt::format("≤ {:.4g}", coefficient.high), report::Emphasis::kMuted};
-}
-
 Result<Figure> allan_figure(const EvaluatedRecording& recording) {
-  Panel panel{"", {"averaging time, s", true}, {"Allan deviation, deg/h", true}};
+  std::vector<NoiseCurve> curves;
+  std::string lines;
   for (const bool after : {false, true}) {
-    const auto& analysis = after ? recording.allan.after : recording.allan.before;
-    if (!analysis) return tl::unexpected(analysis.error());
-    const auto series = allan_series(*analysis, after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel);
-    panel.series.insert(panel.series.end(), series.begin(), series.end());
+    const auto& allan = after ? recording.allan.after : recording.allan.before;
+    const auto& spectrum = after ? recording.spectrum.after : recording.spectrum.before;
+    if (!allan) return tl::unexpected(allan.error());
+    curves.push_back(
+        {after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, &*allan, spectrum ? &*spectrum : nullptr});
+    if (after && spectrum) lines = " " + lines_text(*spectrum);
+    if (const std::string text = unexplained_text(*allan); !text.empty())
+      lines += fmt::format(" {}: {}", after ? "After" : "Before", text);
   }
-  const std::string meaning = compared(panel.series[1], panel.series[3]);  // each curve is a band and a line
-  return Figure{recording.id + "_allan_curve",
-                "Allan deviation on " + recording.table->name,
-                "Overlapping, 1 Hz means. Bands: 68 %, chi-square with the degrees of freedom of the fitted noises.",
-                {1, 380, {panel}},
-                meaning};
-}
-
-Result<Table> allan_table(const EvaluatedRecording& recording) {
-  Table table{recording.id + "_allan", "Allan coefficients on " + recording.table->name, "", {}};
-  table.caption =
-      "Overlapping estimate of the 1 Hz means. A thermal cycle is not stationary: before compensation, long averaging "
-      "times show the chamber. ≤: too uncertain for a value; 95 % bound.";
-  table.columns = report::columns(
-      ": | quantisation [arcsec] | angle random walk [deg/√h] | bias instability [deg/h] | rate random walk "
-      "[(deg/h)/√h] | rate ramp [(deg/h)/h] | minimum [deg/h] | at [s]");
-  std::string unexplained;
-  for (const bool after : {false, true}) {
-    const auto& analysis = after ? recording.allan.after : recording.allan.before;
-    if (!analysis) return tl::unexpected(analysis.error());
-    if (!analysis->coefficients) return tl::unexpected(analysis->coefficients.error());
-    std::vector<Cell> row = {after ? "after" : "before"};
-    for (const evaluation::AllanCoefficient& each : *analysis->coefficients) row.push_back(coefficient_cell(each));
-    row.push_back(general_cell(analysis->minimum().deviation, 4));
-    row.push_back(general_cell(analysis->minimum().tau_s, 6));
-    table.rows.push_back(std::move(row));
-    if (const std::string text = unexplained_text(*analysis); !text.empty())
-      unexplained += fmt::format(" {}: {}", after ? "After" : "Before", text);
-  }
-  table.meaning =
-      allan_meaning(*recording.allan.before->coefficients, *recording.allan.after->coefficients) + unexplained;
-  return table;
+  const auto &before = recording.allan.before->coefficients, &after = recording.allan.after->coefficients;
+  if (before && after) lines += " " + allan_meaning(*before, *after);
+  report::Plot plot = noise_plot(curves);
+  const std::vector<Series>& drawn = plot.panels[0].series;  // each curve is a band and a line
+  const std::string meaning = compared(drawn[1], drawn[3]) + lines;
+  return Figure{recording.id + "_allan_curve", "Allan deviation and power spectral density on " + recording.table->name,
+                kNoiseCaption, std::move(plot), meaning};
 }
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {
@@ -545,11 +522,11 @@ EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTab
                           table.column(compensation::kInputTemperature),
                           {},
                           {},
+                          {},
                           {}};
   made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, kSoakSlope);
   made.loop = {measure_loop(made, table.bias_deg_per_h), measure_loop(made, evaluation.corrected_deg_per_h)};
-  made.allan = {analyse_seconds(table.seconds, table.name),
-                analyse_seconds(evaluation.corrected_seconds_deg_per_h(table), table.name)};
+  for (const bool after : {false, true}) analyse_noise(made, after);
   return made;
 }
 
@@ -562,7 +539,8 @@ std::vector<std::string> measured_names() {
 std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   std::vector<Measured> measured;
   for (const Quantity& quantity : kQuantities)
-    measured.push_back({quantity.name, quantity.unit, quantity.value(recording)});
+    measured.push_back({quantity.name, quantity.unit, quantity.value(recording),
+                        quantity.is_bound != nullptr && quantity.is_bound(recording)});
   return measured;
 }
 
@@ -596,7 +574,7 @@ Figure record_figure(const EvaluatedRecording& recording) {
   const std::vector<double>& hours = recording.hours;
   Figure figure{
       recording.id + "_record", "The recording " + table.name, fmt::format("{} s means.", table.features.length_s), {}};
-  figure.plot.panel_height = 180;
+  figure.plot.columns = 2, figure.plot.panel_height = 180;
   auto& panels = figure.plot.panels;
   panels.push_back(time_panel("temperature", "T, °C", {curve("", Ink::kModel, hours, recording.temperature_degc)}));
   panels.push_back(time_panel("slope of temperature", "dT/dt, °C/s",
@@ -622,11 +600,30 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   take(bias_figure(recording));
   add(segment_table(recording));
   take(thermal_figure(recording));
-  add(hysteresis_table(recording));
   add(allan_figure(recording));
-  add(allan_table(recording));
   add(residual_figure(recording));
   if (recording.training) take(domain_figure(recording));
+}
+
+report::Plot noise_plot(const std::vector<NoiseCurve>& curves) {
+  Panel allan{"(a)", {"averaging time, s", true}, {"Allan deviation, deg/h", true}};
+  Panel density{"(b)", {"frequency, Hz", true}, {"density, (deg/h)²/Hz", true}};
+  for (const NoiseCurve& each : curves) {
+    for (Series& series : allan_series(*each.allan, each.name, each.ink)) allan.series.push_back(std::move(series));
+    if (!each.spectrum) continue;
+    for (Series& series : density_series(*each.spectrum, each.name, each.ink))
+      density.series.push_back(std::move(series));
+  }
+  return {2, 360, {std::move(allan), std::move(density)}};
+}
+
+std::string lines_text(const evaluation::Spectrum& spectrum) {
+  if (spectrum.lines.empty()) return "No part of the rate is periodic.";
+  std::string text;
+  for (const evaluation::SpectralLine& line : spectrum.lines)
+    text += fmt::format("{}{:.4g} Hz ({}), amplitude {:.3g} deg/h", text.empty() ? "Periodic: " : "; ",
+                        line.frequency_hz, duration_text(1 / line.frequency_hz), line.amplitude);
+  return text + ".";
 }
 
 std::string unexplained_text(const evaluation::AllanAnalysis& analysis) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compensation/evaluation/allan.hpp"
+#include "compensation/evaluation/spectrum.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/evaluation/thermal.hpp"
 #include "tools/prismcal/analysis/model_evaluation.hpp"
@@ -35,6 +36,7 @@ struct EvaluatedRecording {
   BeforeAfter<Result<evaluation::Hysteresis>> loop;
   /// Of the rates of seconds.
   BeforeAfter<Result<evaluation::AllanAnalysis>> allan;
+  BeforeAfter<Result<evaluation::Spectrum>> spectrum;
 };
 EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
                                       const ModelEvaluation& evaluation, const recordings::BlockTable* training,
@@ -44,6 +46,7 @@ EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTab
 struct Measured {
   std::string quantity, unit;
   std::optional<double> value;
+  bool at_most = false;  ///< the value is an upper bound
 };
 /// Names of all quantities that can have limits.
 std::vector<std::string> measured_names();
@@ -60,6 +63,22 @@ report::Figure record_figure(const EvaluatedRecording& recording);
 /// Makes all other tables and figures that the recording allows, one after the other. An error becomes a paragraph with
 /// its text. To add one, write its function in recording_report.cpp and a row there.
 void add_recording_blocks(const EvaluatedRecording& recording, const std::function<void(report::Block)>& take);
+
+/// Panels of the Allan deviations and of the densities of one or two curves, with the periodic lines.
+struct NoiseCurve {
+  const char* name;
+  report::Ink ink;
+  const evaluation::AllanAnalysis* allan;
+  const evaluation::Spectrum* spectrum;  ///< null: unknown
+};
+inline constexpr const char* kNoiseCaption =
+    "(a) Overlapping Allan deviation, bands: 68 %, chi-square with the degrees of freedom of the fitted noises. (b) "
+    "One-sided power spectral density, Welch, Hann windows of at most an eighth of the record; circles: periodic "
+    "parts.";
+report::Plot noise_plot(const std::vector<NoiseCurve>& curves);
+
+/// "Periodic: 0.0333 Hz (30 s), amplitude 0.05 deg/h.", or a sentence that no part is periodic.
+std::string lines_text(const evaluation::Spectrum& spectrum);
 
 /// Names the averaging times that the five noises do not explain; empty if they explain all.
 std::string unexplained_text(const evaluation::AllanAnalysis& analysis);

@@ -2,15 +2,20 @@
 #include "tools/prismcal/commands/common_options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <filesystem>
 #include <limits>
 #include <optional>
 
 #include "base/file.hpp"
+#include "base/json_document.hpp"
+#include "base/json_section.hpp"
 #include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 #include "config/config.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/commands.hpp"
@@ -66,6 +71,50 @@ void add_common_options(CLI::App& command, CommonOptions& o) {
        {"--all-blocks", &o.all_blocks, "report every block and row of long recordings, not their means and extremes"},
        {"--simulated", &o.simulated, "mark all pages as simulated data"}},
       Need::kFew);
+}
+
+void add_report_options(CLI::App& command, CommonOptions& o) {
+  add_options(command, {{"--out", &o.out, "folder for report.html, report.csv and report.json"},
+                        {"--pdf", &o.pdf, "file for the printed report; needs Chromium"},
+                        {"--paper", &o.paper, "paper of the printed report: A4 or letter", one_of({"A4", "letter"})},
+                        {"--test", &o.test, "JSON file of customer, station, operator, … for the first page"}});
+}
+
+bool wants_report(const CommonOptions& options) { return !options.out.empty() || !options.pdf.empty(); }
+
+Result<TestStatement> test_statement(const CommonOptions& options) {
+  const auto text = options.test.empty() ? Result<std::string>("{}") : read_text_file(options.test);
+  if (!text) return tl::unexpected(text.error());
+  const auto document = parse_json_object(*text, options.test);
+  if (!document) return tl::unexpected(document.error());
+  const Section root(*document);
+  TestStatement test;
+  for (const char* key : {"document", "revision", "customer", "operator", "station", "mount", "chamber"})
+    test.texts.emplace_back(key, root.text(key, "", TextRule::kText));
+  test.texts.emplace_back("sensors", fmt::format("{}", fmt::join(root.texts("sensors", false), "; ")));
+  constexpr const char* kBand = "warm_up_band_deg_per_h";
+  if (root.has(kBand)) test.warm_up_band_deg_per_h = root.number(kBand, {1e-9, 1e6});
+  if (auto done = root.finish(); !done) return tl::unexpected(done.error());
+  return test;
+}
+
+void fill_cover(report::Report& report, const std::vector<std::pair<std::string, std::string>>& gyro,
+                const TestStatement& test) {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()).time_since_epoch();
+  report.cover = gyro;
+  report.cover.emplace_back("evaluated", utc_text(now.count()).substr(0, 10));
+  report.cover.emplace_back("program", report.tool);
+  report.cover.insert(report.cover.end(), test.texts.begin(), test.texts.end());
+}
+
+std::string dates_text(const std::string& name, std::optional<std::int64_t> begin_s, double length_s) {
+  const std::string begin = begin_s ? utc_text(*begin_s).replace(10, 1, " ").substr(0, 16) + " UTC, " : "";
+  return fmt::format("{}: {}{:.2f} h", name, begin, length_s / 3600);
+}
+
+std::string dates_text(const recordings::BlockTable& table) {
+  return dates_text(table.name, table.is_date ? std::optional(table.first_s) : std::nullopt,
+                    static_cast<double>(table.last_s - table.first_s + 1));
 }
 
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
@@ -193,8 +242,13 @@ report::Table recordings_table(const std::vector<std::pair<std::string, const Lo
 }
 
 Result<void> write_report(const report::Report& complete, const CommonOptions& options) {
-  const report::Report report = options.all_blocks ? complete : report::reduced(complete);
+  report::Report report = options.all_blocks ? complete : report::reduced(complete);
+  report.paper = options.paper;
   if (options.json) fmt::print("{}", report::json_text(report));
+  if (!options.pdf.empty()) {
+    if (auto done = report::print_pdf(report::html_page(report), options.pdf); !done) return done;
+    if (!options.quiet) fmt::print(stderr, "report: {}\n", options.pdf);
+  }
   if (options.out.empty()) return {};
   std::error_code error;
   const std::filesystem::path folder(options.out);

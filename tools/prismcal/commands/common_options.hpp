@@ -3,7 +3,10 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/model.hpp"
@@ -21,6 +24,8 @@ struct CommonOptions {
   std::optional<double> max_bias_deg_per_h;  ///< overrides the configuration
   std::string extrapolation, fallback;       ///< override the configuration; empty: from the configuration
   std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
+  std::string pdf, paper = "A4";             ///< file for a PDF, empty: none; "A4" or "letter"
+  std::string test;                          ///< file of a TestStatement; empty: none
   bool simulated = false;
   bool any_gyro = false;
   bool all_blocks = false;  ///< every block in the report, also of long recordings
@@ -32,6 +37,26 @@ struct CommonOptions {
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// --out, --pdf, --paper and --test.
+void add_report_options(CLI::App& command, CommonOptions& options);
+/// Returns true with --out or --pdf.
+bool wants_report(const CommonOptions& options);
+
+/// Statements on a test, from the file of --test; the texts are empty without one.
+struct TestStatement {
+  std::vector<std::pair<std::string, std::string>> texts;  ///< customer, station, …, sensors
+  std::optional<double> warm_up_band_deg_per_h;
+};
+Result<TestStatement> test_statement(const CommonOptions& options);
+
+/// Fills the first page: `gyro`, then the date of the evaluation, the program and the statements.
+void fill_cover(report::Report& report, const std::vector<std::pair<std::string, std::string>>& gyro,
+                const TestStatement& test);
+
+/// "cycle1: 2026-11-21 10:15 UTC, 25.67 h".
+std::string dates_text(const std::string& name, std::optional<std::int64_t> begin_s, double length_s);
+std::string dates_text(const recordings::BlockTable& table);
 
 /// Correction settings from --max-bias, --extrapolation and --fallback, else from --config, else the defaults.
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options);
@@ -62,8 +87,8 @@ void add_doubts(report::Report& report, const std::string& recording, const std:
 /// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
-/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, if any, reduced
-/// (report::reduced()) without options.all_blocks, and prints the path on stderr. Prints JSON with
+/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, and the PDF to options.pdf, if any,
+/// reduced (report::reduced()) without options.all_blocks, and prints the paths on stderr. Prints JSON with
 /// options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
 

@@ -403,6 +403,11 @@ Result<int> compare(const CompareChoice& choice) {
     if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
     fmt::print("{}", report::plain_text(table));
   }
+  const auto test = test_statement(choice.common);
+  if (!test) return tl::unexpected(test.error());
+  std::string dates;
+  for (const Loaded& loaded : comparison.recordings) dates += (dates.empty() ? "" : "; ") + dates_text(loaded.table);
+  fill_cover(report, {{"recordings", dates}, {"models", fmt::format("{}", comparison.models.size())}}, *test);
   if (auto written = write_report(report, choice.common); !written) return tl::unexpected(written.error());
   return 0;
 }
@@ -422,6 +427,7 @@ void add_compare_command(CLI::App& app, int& code) {
                {"--inputs", &choice->inputs, "of --leave-one-out"},
                {"--strict", &choice->strict, "end at a recording that cannot be used; else it is left out and named"}});
   add_common_options(*command, choice->common);
+  add_report_options(*command, choice->common);
   add_window_options(*command, choice->window);
   tools::add_examples(*command,
                       {"prismcal compare old.json new.json --on day1.csv day2.csv day3.csv",

@@ -9,10 +9,12 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/plain_text.hpp"
+#include "base/sha256.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/analysis/data_quality_table.hpp"
 #include "tools/prismcal/analysis/limits.hpp"
+#include "tools/prismcal/analysis/parameters.hpp"
 #include "tools/prismcal/analysis/recording_report.hpp"
 #include "tools/prismcal/commands/commands.hpp"
 #include "tools/prismcal/commands/evaluation_run.hpp"
@@ -25,7 +27,7 @@ namespace {
 
 using Case = RecordingEvaluation;
 
-report::Report begin_report(const compensation::Model& model, const std::vector<Case>& cases,
+report::Report begin_report(const compensation::Model& model, const std::string& path, const std::vector<Case>& cases,
                             const CommonOptions& options) {
   const compensation::ModelInfo& info = model.info();
   report::Report report;
@@ -37,6 +39,7 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
       std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });
   report.facts = {
       {"model", fmt::format("{}, type {}, id {}", info.name, info.kind, info.id)},
+      {"model, file", fmt::format("{} (SHA-256 {})", path, sha256_of_file(path).value_or("unknown"))},
       {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
       {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
       {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.used_divisor()))}};
@@ -48,18 +51,9 @@ report::Report begin_report(const compensation::Model& model, const std::vector<
   return report;
 }
 
-report::Section recording_section(const analysis::EvaluatedRecording& recording, const std::string& overlap,
-                                  const std::vector<analysis::Measured>& measured,
-                                  const std::vector<analysis::Limit>& limits, const CommonOptions& options,
-                                  bool& within_limits) {
-  report::Section section{
-      recording.id, "On " + recording.table->name, {analysis::result_paragraph(recording, overlap)}};
-  if (!limits.empty()) {
-    const auto checks = analysis::check_limits(limits, measured);
-    within_limits = within_limits && std::all_of(checks.begin(), checks.end(),
-                                                 [](const analysis::LimitCheck& check) { return check.pass; });
-    section.blocks.push_back(analysis::limits_table(checks, recording.id, recording.table->name));
-  }
+/// The curves and tables of one recording.
+report::Section recording_section(const analysis::EvaluatedRecording& recording, const CommonOptions& options) {
+  report::Section section{recording.id, "On " + recording.table->name};
   // A year's figures have 100 MB.
   const auto add = [&](report::Block block) {
     const bool figure = std::holds_alternative<report::Figure>(block);
@@ -74,7 +68,7 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
 }
 
 /// Prediction interval from all recordings; nullopt if there are fewer than three.
-std::optional<report::Section> together_section(const std::vector<Case>& cases) {
+std::optional<report::Paragraph> together_paragraph(const std::vector<Case>& cases) {
   std::vector<double> improvements;
   for (const Case& c : cases) {
     if (const auto& improvement = c.evaluation.stability.improvement) improvements.push_back(*improvement);
@@ -86,7 +80,35 @@ std::optional<report::Section> together_section(const std::vector<Case>& cases) 
       "further "
       "recordings like these: {} %; the variation between recordings is measured, not assumed.",
       improvements.size(), 100 * interval->value, analysis::interval_text(*interval));
-  return report::Section{"together", "All recordings together", {report::Paragraph{text, report::Emphasis::kNone}}};
+  return report::Paragraph{text, report::Emphasis::kNone};
+}
+
+/// The first page: each result, the limits and the parameters. Sets `within_limits`.
+report::Section conclusion(const std::vector<Case>& cases, const std::vector<analysis::EvaluatedRecording>& recordings,
+                           const std::vector<analysis::Limit>& limits, std::optional<double> warm_up_band,
+                           bool& within_limits) {
+  report::Section section{"conclusion", "Conclusion"};
+  if (const auto together = together_paragraph(cases)) section.blocks.emplace_back(*together);
+  std::vector<std::pair<std::string, std::vector<analysis::LimitCheck>>> checks;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    section.blocks.emplace_back(analysis::result_paragraph(recordings[i], cases[i].overlap));
+    checks.emplace_back(cases[i].loaded.table.name, analysis::check_limits(limits, cases[i].measured));
+    for (const analysis::LimitCheck& check : checks.back().second) within_limits = within_limits && check.pass;
+  }
+  if (!limits.empty()) section.blocks.emplace_back(analysis::limits_table(checks));
+  section.blocks.emplace_back(analysis::parameters_table(recordings, warm_up_band));
+  return section;
+}
+
+std::vector<std::pair<std::string, std::string>> cover_of(const compensation::Model& model,
+                                                          const std::vector<Case>& cases) {
+  const recordings::Recording& first = cases.front().loaded.recording;
+  std::string dates;
+  for (const Case& c : cases) dates += (dates.empty() ? "" : "; ") + dates_text(c.loaded.table);
+  return {{"gyro", first.value("gyro_serial")},
+          {"axis", first.value("axis")},
+          {"model", fmt::format("{}, id {}", model.info().name, model.info().id.substr(0, 16))},
+          {"recordings", dates}};
 }
 
 /// The exit code: a limit failed, or a recording was used in training.
@@ -116,6 +138,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   if (!model) return tl::unexpected(model.error());
   const auto limits = analysis::read_limits(choice.limits);
   if (!limits) return tl::unexpected(limits.error());
+  const auto test = test_statement(choice.common);
+  if (!test) return tl::unexpected(test.error());
   const auto correction = correction_settings(choice.common);
   if (!correction) return tl::unexpected(correction.error());
   std::vector<Case> cases;
@@ -139,21 +163,24 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
 
-  report::Report report = begin_report(**model, cases, choice.common);
-  report.facts.emplace(report.facts.begin() + 3, "correction", correction->text());
+  report::Report report = begin_report(**model, choice.model, cases, choice.common);
+  report.facts.emplace(report.facts.begin() + 4, "correction", correction->text());
   std::vector<std::pair<std::string, const Loaded*>> all;
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
-  if (auto together = together_section(cases)) report.sections.push_back(std::move(*together));
+  fill_cover(report, cover_of(**model, cases), *test);
   Evaluation evaluation;
+  std::vector<analysis::EvaluatedRecording> recordings;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const analysis::EvaluatedRecording recording =
-        analysis::evaluate_recording(fmt::format("r{}", i + 1), cases[i].loaded.table, cases[i].evaluation,
-                                     training ? &training->table : nullptr, !cases[i].doubts.empty());
-    cases[i].measured = analysis::measure_all(recording);
-    report.sections.push_back(recording_section(recording, cases[i].overlap, cases[i].measured, *limits, choice.common,
-                                                evaluation.within_limits));
+    recordings.push_back(analysis::evaluate_recording(fmt::format("r{}", i + 1), cases[i].loaded.table,
+                                                      cases[i].evaluation, training ? &training->table : nullptr,
+                                                      !cases[i].doubts.empty()));
+    cases[i].measured = analysis::measure_all(recordings.back());
   }
+  report.sections.push_back(
+      conclusion(cases, recordings, *limits, test->warm_up_band_deg_per_h, evaluation.within_limits));
+  for (const analysis::EvaluatedRecording& recording : recordings)
+    report.sections.push_back(recording_section(recording, choice.common));
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   for (const auto& [role, loaded] : all) {
     for (const recordings::Finding& finding : loaded->recording.findings)
@@ -178,6 +205,7 @@ void add_evaluate_command(CLI::App& app, int& code) {
                {"--in-sample", &choice->in_sample,
                 "exit code 0 also if the model was trained on these recordings; otherwise it is 3"}});
   add_common_options(*command, choice->common);
+  add_report_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
                                  "prismcal evaluate model.json repeat.csv --limits limits.json"});
   command->callback([choice, &code] { code = exit_code(evaluate(*choice)); });

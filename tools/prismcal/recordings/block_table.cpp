@@ -10,8 +10,19 @@
 
 #include "base/plain_text.hpp"
 #include "tools/prismcal/recordings/findings.hpp"
+#include "tools/prismcal/tables/table_time.hpp"
 
 namespace prism::recordings {
+namespace {
+
+/// A log that was cut from a longer one begins after its session.
+bool begins_with_session(const Recording& recording, std::int64_t first_s) {
+  constexpr std::int64_t kSlow_s = 60;
+  const auto session = tables::iso_time(recording.value("session"));
+  return !session || !recording.is_date || first_s - session->ns / compensation::kNanosecondsPerSecond <= kSlow_s;
+}
+
+}  // namespace
 
 std::vector<double> BlockTable::column(const std::string& input) const {
   std::vector<double> values;
@@ -55,12 +66,14 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
   ++whole_;
   clocks_differ_ += original.clocks_differ;
   compensation::SecondMean second_mean = original;
-  if (std::exchange(session_begins_, false)) {
+  const bool begins = std::exchange(session_begins_, false);
+  if (begins) {
     constexpr std::int64_t kGap = 1;  // the real time between two sessions is unknown
     shift_s_ = last_ && second_mean.second <= *last_ ? *last_ + 1 + kGap - second_mean.second : 0;
     if (shift_s_ != 0) table_.restarts.push_back(second_mean.second + shift_s_);
   }
   second_mean.second += shift_s_;
+  if (begins && (!last_ || second_mean.second - *last_ > kOff_s)) table_.starts.push_back(second_mean.second);
   if (last_ && second_mean.second <= *last_)
     return make_error(table_.name, fmt::format("found second {} out of order", second_mean.second));
   add_second(compensation::without_implausible(second_mean));
@@ -166,6 +179,9 @@ Result<Loaded> read_blocks(const std::string& path, const SourceOptions& source,
   if (!recording) return tl::unexpected<Error>(recording.error());
   auto table = builder->finish();
   if (!table) return tl::unexpected<Error>(table.error());
+  table->is_date = recording->is_date;
+  if (!table->starts.empty() && !begins_with_session(*recording, table->starts.front()))
+    table->starts.erase(table->starts.begin());
   if (!site.accept_unit) {
     auto good = check_unit(table->mean_rate_deg_per_h(), table->earth_rate_deg_per_h, table->name);
     if (!good) return tl::unexpected<Error>(good.error());

@@ -15,6 +15,9 @@
 
 namespace prism::recordings {
 
+/// A session that begins after a longer time without data begins with a switch-on.
+inline constexpr std::int64_t kOff_s = 300;
+
 struct BlockTable {
   std::string name;  ///< name of the recording in reports
   compensation::FeatureDefinition features;
@@ -26,6 +29,8 @@ struct BlockTable {
   std::vector<Series> seconds;                ///< rate with Earth rate
   std::vector<std::int64_t> restarts;         ///< first seconds of the sessions whose time went back
   std::int64_t first_s = 0, last_s = 0;       ///< first and last second, also without a rate
+  bool is_date = false;                       ///< seconds count from 1970
+  std::vector<std::int64_t> starts;           ///< first seconds after a switch-on, in order
   /// Seconds without a row or without a rate, and those without a temperature for longer than max_gap_s.
   std::size_t missing_s = 0;
   std::size_t unused_s = 0;  ///< those of them that have a row

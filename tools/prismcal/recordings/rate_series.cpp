@@ -182,6 +182,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
     } else if (series.rows > 0 && second_mean.second > last + 1) {
       push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
     }
+    if (!series.begin_s) series.begin_s = second_mean.second;
     ++series.rows;
     last = second_mean.second;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
@@ -192,6 +193,8 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!left_out) return tl::unexpected(left_out.error());
   if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
   series.interval_source = "one row per second";
+  series.gyro_serial = folder->segments.front().value("gyro_serial");
+  series.axis = folder->segments.front().value("axis");
   series.notes = left_out->lines();
   series.notes.insert(series.notes.end(), folder->absent.begin(), folder->absent.end());
   return series;
@@ -212,6 +215,8 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
   auto columns = read_columns(*table, *layout);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
+  if (table->has_dates() && !columns->times_ns.empty())
+    series.begin_s = columns->times_ns.front() / compensation::kNanosecondsPerSecond;
   RateRows rows{*factor, mean_step_s(columns->times_ns), columns->times_ns, table->has_dates()};
   if (choice.interval_s) rows.interval_s = *choice.interval_s;
   const auto remarks = lines_of(judge_rates(columns->rates, rows), Severity::kRemark);

@@ -2,6 +2,7 @@
 // Reads one column of a CSV file or log as an evenly spaced rate for an Allan deviation.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,7 +30,9 @@ struct RateSeries {
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
   std::size_t rows = 0;
-  std::vector<std::string> notes;  ///< readable lines on rows left out, and on the time
+  std::string gyro_serial, axis;        ///< of a log; empty: unknown
+  std::optional<std::int64_t> begin_s;  ///< since 1970; nullopt: no date
+  std::vector<std::string> notes;       ///< readable lines on rows left out, and on the time
 };
 
 /// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table

@@ -119,7 +119,7 @@ Result<void> SecondFeed::begin() {
 Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
   if (!any_) {
     any_ = true;
-    if (auto good = leave_out_.begin(second_mean.second, is_date_); !good) return good;
+    if (auto good = leave_out_.begin(second_mean.second, recording_.is_date); !good) return good;
   }
   session_begins_ = session_begins_ || begins_session;
   if (leave_out_.contains(second_mean.second)) return {};
@@ -136,7 +136,7 @@ Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool 
 
 Result<void> SecondFeed::finish() {
   add_remarks(recording_.findings, "left out", leave_out_.notes());
-  for (Finding& jump : jumps_.findings(is_date_)) recording_.findings.push_back(std::move(jump));
+  for (Finding& jump : jumps_.findings(recording_.is_date)) recording_.findings.push_back(std::move(jump));
   recording_.unmatched = leave_out_.unmatched();
   return begun_ ? Result<void>() : begin();
 }

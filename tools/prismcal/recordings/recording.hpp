@@ -29,6 +29,7 @@ struct Recording {
   std::vector<SourceFile> files;
   std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
   std::size_t seconds = 0;                       ///< rows, also partial ones
+  bool is_date = false;                          ///< the seconds count from 1970
   SensorList sensor_list;                        ///< of the first second; null: no sensors
   std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
   std::vector<Finding> findings;                 ///< complete after the last second
@@ -74,7 +75,9 @@ class SecondFeed {
  public:
   /// `is_date`: the seconds count from 1970.
   SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, const SecondConsumer& consumer)
-      : recording_(recording), leave_out_(leave_out), is_date_(is_date), consumer_(consumer) {}
+      : recording_(recording), leave_out_(leave_out), consumer_(consumer) {
+    recording.is_date = is_date;
+  }
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
   /// Adds the findings to the recording. Calls begin(), if there was no second.
   Result<void> finish();
@@ -84,7 +87,6 @@ class SecondFeed {
 
   Recording& recording_;
   LeaveOut& leave_out_;
-  bool is_date_;
   const SecondConsumer& consumer_;
   JumpFinder jumps_;
   bool any_ = false, begun_ = false;

@@ -127,9 +127,11 @@ struct Report {
   std::string subtitle;
   bool simulated = false;                                  ///< marked at the top of the page and in all captions
   std::string tool;                                        ///< "prismcal 0.3.0"
-  std::vector<std::pair<std::string, std::string>> facts;  ///< header table: serial number, files, divisor, …
+  std::vector<std::pair<std::string, std::string>> facts;  ///< last page: files, divisor, …
   std::vector<Section> sections;
-  std::string warning{};  ///< shown before all values; empty: none
+  std::string warning{};                                     ///< shown before all values; empty: none
+  std::vector<std::pair<std::string, std::string>> cover{};  ///< first page: gyro, date, …; a value may be empty
+  std::string paper = "A4";                                  ///< of a print, or "letter"
 };
 
 /// Returns `id` if it is [a-z0-9_-] and at most 80 bytes long, else "<kind>-<number>". For HTML ids and file names.

@@ -26,6 +26,9 @@ p { margin: .5rem 0 .8rem; max-width: 52rem; }
 .simulated { display: inline-block; margin-top: .7rem; padding: .15rem .6rem; border: 1.5px solid var(--warm); color: var(--warm);
   font-weight: 600; letter-spacing: .04em; font-size: .85rem; border-radius: 3px; }
 nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--blue); text-decoration: none; display: block; padding: .08rem 0; }
+.cover { width: 100%; border-collapse: collapse; font-size: .9rem; margin: .8rem 0 0; }
+.cover th { text-align: left; font-weight: 600; color: var(--soft); padding: .2rem .8rem .2rem 0; vertical-align: top; width: 11%; white-space: nowrap; }
+.cover td { padding: .2rem .8rem .2rem 0; border-bottom: 1px dotted var(--line); overflow-wrap: anywhere; vertical-align: top; width: 39%; }
 .facts { width: 100%; border-collapse: collapse; font-size: .9rem; margin: 0 0 1rem; }
 .facts th { text-align: left; font-weight: 600; color: var(--soft); white-space: nowrap; padding: .2rem 1.2rem .2rem 0; vertical-align: top; width: 1%; }
 .facts td { padding: .2rem 0; overflow-wrap: anywhere; }
@@ -55,9 +58,12 @@ footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line)
   figure svg { background: #fff; border-radius: 4px; }
 }
 @media print {
-  @page { size: A4; margin: 16mm 14mm; }
-  html { font-size: 9.6pt; } body { max-width: none; padding: 0; } nav { display: none; }
-  h2 { break-after: avoid; } .wide { overflow: visible; } table.data { font-size: .82rem; } table.data td, table.data th { padding: .2rem .42rem; } a { color: inherit; }
+  html { font-size: 9pt; line-height: 1.35; } body { max-width: none; padding: 0; } nav, footer { display: none; }
+  header { padding-bottom: .4rem; margin-bottom: .8rem; } h2 { margin: 1.4rem 0 .4rem; break-after: avoid; } a { color: inherit; }
+  p { max-width: none; orphans: 3; widows: 3; } .wide { overflow: visible; margin: .8rem 0 1rem; break-inside: auto; }
+  table.data { font-size: .8rem; min-width: 0; } table.data td, table.data th { padding: .12rem .34rem; } table.data td { white-space: normal; }
+  table.data .number { white-space: nowrap; } tr, caption, p { break-inside: avoid; } p.meaning { break-before: avoid; } caption { break-after: avoid; } thead { display: table-header-group; break-after: avoid; } tbody tr:first-child { break-before: avoid; }
+  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 80mm; margin: 0 auto; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 @media (max-width: 45rem) { body { padding: 1.2rem .8rem; } nav { columns: 1; } table.data td, table.data th { padding: .22rem .45rem; } }
@@ -117,6 +123,19 @@ std::string linked(const Cell& cell) {
 /// Content-Security-Policy: no script, no external resources.
 constexpr const char* kPolicy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
+/// Paper and number of each printed page.
+std::string page_style(const std::string& paper) {
+  return "@page { size: " + paper +
+         "; margin: 16mm 14mm 17mm; @bottom-right { content: \"page \" counter(page) \" of \" counter(pages); color: "
+         "#5b6875; "
+         "font: 8pt sans-serif; } }\n";
+}
+
+/// Cells of a column of text that are longer wrap.
+constexpr std::size_t kLongText = 36;
+/// A table with more columns after the first is split, so that a printed page shows all.
+constexpr std::size_t kOthers = 11;
+
 /// Writes the page and numbers tables and figures.
 class Page {
  public:
@@ -144,7 +163,9 @@ class Page {
         "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
         "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
-        kPolicy, html_text(report_.title), kStyle, html_text(report_.title), html_text(report_.subtitle));
+        kPolicy, html_text(report_.title), kStyle + page_style(report_.paper), html_text(report_.title),
+        html_text(report_.subtitle));
+    cover();
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
@@ -154,6 +175,24 @@ class Page {
     }
     if (!report_.facts.empty()) text_ += fmt::format("<a href=\"#facts\">{}</a>\n", kFactsHeading);
     text_ += "</nav>\n</header>\n";
+  }
+
+  /// Two columns; a long value has a row of its own.
+  void cover() {
+    if (report_.cover.empty()) return;
+    text_ += "<table class=\"cover\">\n";
+    bool open = false;  // a row with one value
+    for (const auto& [name, value] : report_.cover) {
+      const bool is_long = value.size() > 50;
+      text_ += fmt::format("{}<th>{}</th><td{}>{}</td>",
+                           !open     ? "<tr>"
+                           : is_long ? "</tr>\n<tr>"
+                                     : "",
+                           html_text(name), is_long ? " colspan=\"3\"" : "", html_text(value));
+      open = !open && !is_long;
+      if (!open) text_ += "</tr>\n";
+    }
+    text_ += "</table>\n";
   }
 
   /// Last: the conclusion comes first.
@@ -179,10 +218,22 @@ class Page {
 
   void add(const Table& table) {
     ++tables_;
-    text_ +=
-        fmt::format("<div class=\"wide\" id=\"{}\">\n<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>",
-                    id_or_number(table.id, "table", tables_), caption("Table", tables_, table.title, table.caption));
-    for (const Column& column : table.columns) {
+    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n", id_or_number(table.id, "table", tables_));
+    std::string shown = caption("Table", tables_, table.title, table.caption);
+    for (std::size_t begin = 1; begin == 1 || begin < table.columns.size(); begin += kOthers) {
+      std::vector<std::size_t> part = {0};
+      for (std::size_t c = begin; c < std::min(begin + kOthers, table.columns.size()); ++c) part.push_back(c);
+      add_part(table, part, shown);
+      shown = fmt::format("<b>Table {}</b>, continued", tables_);
+    }
+    if (!table.meaning.empty()) text_ += fmt::format("<p class=\"meaning\">{}</p>\n", html_text(table.meaning));
+    text_ += "</div>\n";
+  }
+
+  void add_part(const Table& table, const std::vector<std::size_t>& part, const std::string& caption) {
+    text_ += fmt::format("<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>", caption);
+    for (const std::size_t c : part) {
+      const Column& column = table.columns[c];
       const std::string unit =
           column.unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_text(column.unit));
       text_ +=
@@ -191,16 +242,14 @@ class Page {
     text_ += "</tr></thead>\n<tbody>\n";
     for (const auto& row : table.rows) {
       text_ += "<tr>";
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        const bool number = i < table.columns.size() && table.columns[i].number;
-        const char* kind = number ? "number" : row[i].text.size() > 36 ? "text long" : "text";
-        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[i].emphasis), linked(row[i]));
+      for (const std::size_t c : part) {
+        if (c >= row.size()) continue;
+        const char* kind = table.columns[c].number ? "number" : row[c].text.size() > kLongText ? "text long" : "text";
+        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[c].emphasis), linked(row[c]));
       }
       text_ += "</tr>\n";
     }
     text_ += "</tbody>\n</table>\n";
-    if (!table.meaning.empty()) text_ += fmt::format("<p class=\"meaning\">{}</p>\n", html_text(table.meaning));
-    text_ += "</div>\n";
   }
 
   void add(const Figure& figure) {

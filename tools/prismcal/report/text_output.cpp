@@ -93,6 +93,7 @@ std::string csv_text(const Report& report) {
   std::string text = report.warning.empty() ? "" : "# warning," + csv_field(report.warning) + "\n";
   text += "# report," + csv_field(report.title) + (report.simulated ? ",SIMULATED" : "") + "\n";
   text += "# tool," + csv_field(report.tool) + "\n";
+  for (const auto& [name, value] : report.cover) text += "# cover," + csv_field(name) + "," + csv_field(value) + "\n";
   for (const auto& [name, value] : report.facts) text += "# fact," + csv_field(name) + "," + csv_field(value) + "\n";
   each<Table>(report, [&text](const Table& table) {
     text += "\n# table," + csv_field(table.id) + "," + csv_field(table.title) + "\n" + csv_text(table);
@@ -123,7 +124,8 @@ std::vector<std::pair<std::string, std::string>> csv_files(const Report& report)
 }
 
 std::string json_text(const Report& report) {
-  Json facts = Json::object(), tables = Json::object(), figures = Json::object();
+  Json cover = Json::object(), facts = Json::object(), tables = Json::object(), figures = Json::object();
+  for (const auto& [name, value] : report.cover) cover[name] = value;
   for (const auto& [name, value] :
        report.facts)  // facts with the same name, e.g. the files of a folder, form one member
     facts[name] = facts.contains(name) ? facts[name].get<std::string>() + "; " + value : value;
@@ -136,9 +138,11 @@ std::string json_text(const Report& report) {
                {"title", report.title},
                {"simulated", report.simulated},
                {"tool", report.tool},
+               {"cover", cover},
                {"facts", facts},
                {"tables", tables},
                {"figures", figures}});
+  if (cover.empty()) json.erase("cover");
   return prism::json_text(json, 1) + "\n";
 }
 

@@ -10,15 +10,15 @@
 
 namespace prism::report {
 
-/// Header facts as "# fact,NAME,VALUE", then for each table a line "# table,ID,TITLE", the column line ("name [unit]"),
-/// the rows and an empty line. Quotes fields if needed (RFC 4180).
+/// The first page as "# cover,NAME,VALUE", facts as "# fact,NAME,VALUE", then for each table a line "# table,ID,TITLE",
+/// the column line ("name [unit]"), the rows and an empty line. Quotes fields if needed (RFC 4180).
 std::string csv_text(const Report& report);
 /// One table: the column line and the rows, for pandas.read_csv and Excel.
 std::string csv_text(const Table& table);
 /// One file per table: (ID.csv, text).
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report);
 
-/// {"title":…,"simulated":…,"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
+/// {"title":…,"simulated":…,"cover":{…},"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
 /// "figures" has each curve of each panel:
 /// {ID:{"panels":[{"x":LABEL,"y":LABEL,"curves":[{"name":…,"x":[…],"y":[…]}…]}…]}…}; a gap is null. The "value" of a
 /// cell is the number with all digits, "text" that of HTML and CSV; an unknown number has no "value".

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Sensitivities and warm-up of records whose truth is known; coverage: tools/bench report-coverage.
+#include "compensation/evaluation/drift_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/power_law_noise.hpp"
+
+namespace prism::evaluation {
+namespace {
+
+constexpr double kPerDegC = 4e-4, kAmplitude = 0.05, kTau_s = 3600, kWhite = 0.002;
+
+/// `n` blocks of 100 s: a triangle of temperature, white noise, and a warm-up.
+DriftRecord record(std::size_t n, double level, std::uint64_t seed, bool switched_on) {
+  test::NormalPairs normal(seed);
+  DriftRecord made{{}, {}, {{}, {}}, switched_on};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = 100 * (static_cast<double>(i) + 0.5), phase = std::fmod(t, 20'000) / 20'000;
+    const double temperature = 60 * (phase < 0.5 ? phase : 1 - phase);
+    made.time_s.push_back(t);
+    made.causes[0].push_back(temperature);
+    made.causes[1].push_back(phase < 0.5 ? 0.18 : -0.18);
+    made.bias_deg_per_h.push_back(level + kPerDegC * temperature + kWhite * normal() +
+                                  (switched_on ? kAmplitude * std::exp(-t / kTau_s) : 0));
+  }
+  return made;
+}
+
+TEST(DriftFit, FindsTheSensitivityBesideLevelsAndAWarmUp) {
+  const auto fit = fit_drift({record(400, 1, 11, true), record(300, 2, 12, false)}, 0.005, "x").value();
+  ASSERT_EQ(fit.causes.size(), 2u);
+  EXPECT_NEAR(fit.causes[0].value, kPerDegC, 3e-5);
+  EXPECT_LT(fit.causes[0].low, kPerDegC);
+  EXPECT_GT(fit.causes[0].high, kPerDegC);
+  EXPECT_LT(fit.causes[1].low, 0);
+  EXPECT_GT(fit.causes[1].high, 0);
+  ASSERT_TRUE(fit.warm_up_s);
+  const double truth = kTau_s * std::log(kAmplitude / 0.005);
+  EXPECT_NEAR(fit.warm_up_s->value, truth, 0.2 * truth);
+  EXPECT_LT(fit.warm_up_s->low, truth);
+  EXPECT_GT(fit.warm_up_s->high, truth);
+}
+
+TEST(DriftFit, NeedsASwitchOnForAWarmUp) {
+  EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005, "x").value().warm_up_s);
+}
+
+TEST(DriftFit, RejectsTooFewBlocksAndCausesThatChangeTogether) {
+  EXPECT_FALSE(fit_drift({record(15, 1, 4, false)}, 0.005, "x"));
+  DriftRecord same = record(100, 1, 5, false);
+  same.causes[1] = same.causes[0];
+  EXPECT_FALSE(fit_drift({same}, 0.005, "x"));
+}
+
+TEST(Intervals, AreThoseOfStudentAndChiSquare) {
+  const std::vector<double> values = {1, 2, 3, 4};
+  const Estimate mean = mean_with_interval(values), scatter = scatter_with_interval(values);
+  EXPECT_NEAR(mean.high - mean.value, 3.182446 * 1.290994 / 2, 1e-5);  // t of 3 degrees of freedom
+  EXPECT_NEAR(scatter.value, 1.290994, 1e-6);
+  EXPECT_NEAR(scatter.low, 1.290994 * std::sqrt(3 / 9.348404), 1e-5);
+  EXPECT_NEAR(scatter.high, 1.290994 * std::sqrt(3 / 0.215795), 1e-4);
+}
+
+}  // namespace
+}  // namespace prism::evaluation
