@@ -56,7 +56,6 @@ void add_common_options(CLI::App& command, CommonOptions& o) {
                                           compensation::kExtrapolationNames.end());
   add_options(command, {{"--max-bias", &o.max_bias_deg_per_h,
                          "largest accepted bias, deg/h (default: from --config, else 100)", tools::positive()},
-                        {"--out", &o.out, "folder for report.html, report.csv and report.json"},
                         {"--any-gyro", &o.any_gyro, "accept a recording of another gyro than the model's"},
                         {"--json", &o.json, "print the report as JSON"},
                         {"--quiet", &o.quiet, "no remarks on stderr"}});
@@ -75,9 +74,11 @@ void add_common_options(CLI::App& command, CommonOptions& o) {
 
 void add_report_options(CLI::App& command, CommonOptions& o) {
   add_options(command, {{"--out", &o.out, "folder for report.html, report.csv and report.json"},
-                        {"--pdf", &o.pdf, "file for the printed report; needs Chromium"},
-                        {"--paper", &o.paper, "paper of the printed report: A4 or letter", one_of({"A4", "letter"})},
-                        {"--test", &o.test, "JSON file of customer, station, operator, … for the first page"}});
+                        {"--pdf", &o.pdf, "file for the printed report; needs Chromium"}});
+  add_options(command,
+              {{"--paper", &o.paper, "paper of the printed report: A4 or letter", one_of({"A4", "letter"})},
+               {"--test", &o.test, "JSON file of customer, station, operator, … for the first page"}},
+              Need::kFew);
 }
 
 bool wants_report(const CommonOptions& options) { return !options.out.empty() || !options.pdf.empty(); }
