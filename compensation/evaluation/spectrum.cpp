@@ -15,7 +15,7 @@
 namespace prism::evaluation {
 namespace {
 
-constexpr std::size_t kShortest = 64, kLongest = 1 << 16, kMostLines = 10;
+constexpr std::size_t kShortestSegment = 64, kLongestSegment = 1 << 16, kMostLines = 10;
 constexpr double kKnownShare = 0.95, kFalseLines = 1e-3, kPerDecade = 40;
 /// Neighbours of a peak: `kNear` bins at each side are its own, the next `kAround` show the noise.
 constexpr std::size_t kNear = 2, kAround = 12;
@@ -85,12 +85,13 @@ std::vector<SpectralLine> lines_in(const Welch& spectrum, double step_hz) {
 }  // namespace
 
 Result<Spectrum> power_spectrum(std::span<const double> rate, double tau0_s, const std::string& where) {
-  std::size_t length = kShortest;
-  while (length < kLongest && 16 * length <= rate.size()) length *= 2;
+  std::size_t length = kShortestSegment;
+  while (length < kLongestSegment && 16 * length <= rate.size()) length *= 2;
   Welch found = welch(rate, length, tau0_s);
-  while (found.segments == 0 && length > kShortest) found = welch(rate, length /= 2, tau0_s);
+  while (found.segments == 0 && length > kShortestSegment) found = welch(rate, length /= 2, tau0_s);
   if (found.segments == 0)
-    return make_error(where, fmt::format("found no {} values in a row, expected them for a spectrum", kShortest));
+    return make_error(where,
+                      fmt::format("found no {} values in a row, expected them for a spectrum", kShortestSegment));
   const double step_hz = 1 / (static_cast<double>(length) * tau0_s);
   Spectrum spectrum;
   spectrum.lines = lines_in(found, step_hz);
