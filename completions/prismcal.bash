@@ -17,6 +17,7 @@ _prismcal() {
     'fit --drift'|'cv --drift') words='thermal open none' ;;
     'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
+    'evaluate --paper'|'compare --paper'|'allan --paper') words='A4 letter' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
     'allan --grid') words='octave decade' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
@@ -28,12 +29,12 @@ _prismcal() {
     fit) words='-h --help --inputs --target --fold-column --decimal --time-unit --time --out --diagnostics --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
-    evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated' ;;
-    compare) words='-h --help --on --leave-one-out --inputs --strict --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --out --any-gyro --json --quiet --divisor --extrapolation --fallback --all-blocks --simulated --window --slope --end-mean --max-gap' ;;
+    evaluate) words='-h --help --training --limits --in-sample --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --any-gyro --json --quiet --out --pdf --divisor --extrapolation --fallback --all-blocks --simulated --paper --test' ;;
+    compare) words='-h --help --on --leave-one-out --inputs --strict --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --max-bias --any-gyro --json --quiet --out --pdf --divisor --extrapolation --fallback --all-blocks --simulated --paper --test --window --slope --end-mean --max-gap' ;;
     monitor) words='-h --help --training --out --instance --any-gyro --json --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit' ;;
     history) words='-h --help --axis' ;;
     inspect) words='-h --help --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --json --window --slope --end-mean --max-gap' ;;
-    allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet --out --pdf --paper --test' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --out --mission --recordings --domain --chamber --hours --prior --bias-sd --noise --start --thermal-lag --self-heating --report --json --quiet --map --interval --decimal --time-unit --config --axis --leave-out' ;;
     export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;
