@@ -8,6 +8,7 @@
 #include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands/option_table.hpp"
+#include "tools/prismcal/tables/units.hpp"
 
 namespace prism::commands {
 namespace {
