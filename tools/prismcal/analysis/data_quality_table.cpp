@@ -27,6 +27,13 @@ Emphasis emphasis_of(evaluation::Verdict verdict) {
 
 bool is_disturbance(const std::string& name) { return name == "moved" || name == "disturbed" || name == "outliers"; }
 
+/// A disturbance of the rate refuses the recording.
+bool is_disturbed(const evaluation::DataQuality& quality) {
+  return std::ranges::any_of(quality.findings, [](const evaluation::Finding& finding) {
+    return finding.verdict == evaluation::Verdict::kRefuse && is_disturbance(finding.name);
+  });
+}
+
 /// The place of the first block of a finding; of outliers with the option that leaves them out.
 std::string place_text(const recordings::BlockTable& table, double hours, const evaluation::Finding& finding) {
   constexpr std::int64_t kDates = 100'000'000;  // seconds since 1970: later than 1973
@@ -111,9 +118,7 @@ std::string data_quality_words(const evaluation::DataQuality& quality) {
 }
 
 std::string data_quality_error(const evaluation::DataQuality& quality) {
-  const bool disturbed = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& f) {
-    return f.verdict == evaluation::Verdict::kRefuse && is_disturbance(f.name);
-  });
+  const bool disturbed = is_disturbed(quality);
   const bool nothing = (quality.constant_temperature || quality.nothing_to_compensate) && !disturbed;
   if (nothing && !quality.cause.empty()) return "nothing to compensate: " + quality.cause;
   if (quality.constant_temperature && !disturbed)
@@ -135,10 +140,7 @@ std::string why_unusable(const recordings::Loaded& loaded, bool to_train) {
   const auto quality = check_blocks(loaded.table);
   if (!quality) return quality.error().what;
   const std::string error = data_quality_error(*quality);
-  const bool disturbed = !quality->cause.empty() || std::ranges::any_of(quality->findings, [](const auto& finding) {
-    return finding.verdict == evaluation::Verdict::kRefuse && is_disturbance(finding.name);
-  });
-  if (!to_train && !disturbed) return {};
+  if (!to_train && quality->cause.empty() && !is_disturbed(*quality)) return {};
   std::string text;
   for (const recordings::Finding& finding : loaded.recording.findings) {
     const bool left_out = finding.kind == "far" || finding.kind == "constant" || finding.kind == "implausible";

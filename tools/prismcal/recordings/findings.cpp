@@ -384,7 +384,7 @@ std::optional<Finding> sign_question(double mean_deg_per_h, double earth_rate_de
 }
 
 std::string spikes_text(const std::vector<Series>& rates) {
-  constexpr double kFar = 20, kMost = 0.2;  // robust sd; share of the seconds: more are no exceptions
+  constexpr double kFar = 20, kMost = 0.2;  // robust sd; share of the seconds
   std::vector<double> values;
   for_each_known(rates, [&](std::int64_t, double rate) { values.push_back(rate); });
   if (values.empty()) return {};
