@@ -72,13 +72,13 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
   constexpr double kClear = 4;      // of the log likelihood: a careless time constant costs more than it can gain
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
-  constexpr Eigen::Index kFewest = 50;
+  constexpr Eigen::Index kFewestRows = 50;
   constexpr double kLeast_s = 8 * 3600;  // in less, a drift looks like a slow response (docs/decisions/training.md)
   const auto depends_on_t = [](const std::string& name) {  // otherwise than T and dTdt
     return name.starts_with("T-") || name.ends_with("-T");
   };
   const bool has_t = std::count(raw.names.begin(), raw.names.end(), compensation::kInputTemperature) > 0;
-  if (!has_t || std::any_of(raw.names.begin(), raw.names.end(), depends_on_t) || raw.target.size() < kFewest ||
+  if (!has_t || std::any_of(raw.names.begin(), raw.names.end(), depends_on_t) || raw.target.size() < kFewestRows ||
       static_cast<double>(raw.target.size()) * length_s < kLeast_s || one_passage(raw))
     return {};
   const TrainingData data = without_suspects(raw, settings);

@@ -148,7 +148,7 @@ with tempfile.TemporaryDirectory(prefix="prism-judged-") as folder:
         elif name == "filled":  # a log is not judged while it is read: the check of its blocks says why
             log = as_log_and_capture(path, folder)[2]
             check("filled log", train(log, model), 1, "not usable for training: outliers 1; expected", "")
-            check("filled log", train(log, model), 1, "; --leave-out 6911..7110 leaves them out). Use --force", "")
+            check("filled log", train(log, model), 1, "; --leave-out 6911..7110 leaves them out). Record again", "")
             check("filled log, left out", train(log, model, "--leave-out", "6911..7110"), 0, "", "ready: ")
         elif name == "good":
             found = run(PRISMCAL, "evaluate", model, path, "--map", MAP[1], "--map", MAP[5], "--no-earth-rate")

@@ -31,7 +31,7 @@ class Gyro:
         t = self.begin + i
         utc = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(t))
         return (f"{utc},{t},200,0,{8.4 + i % 97 / 1000:.6f},25.01310,5.251000,0,8.465252,25.01250,0.00001000,5.250500,"
-                f"-0.000125,0.008400,{8.5 + i % 97 / 1000:.6f},8.465377,good,0.009100,{t + self.phase:.3f},,0")
+                f"-0.000125,0.008400,{8.5 + i % 97 / 1000:.6f},8.465377,good,0.009100,{t + self.phase:.3f},,,0")
 
     async def page(self, params):
         after = params.get("after", "earliest")

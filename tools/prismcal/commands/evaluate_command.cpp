@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -39,7 +40,8 @@ report::Report begin_report(const compensation::Model& model, const std::string&
       std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });
   report.facts = {
       {"model", fmt::format("{}, type {}, id {}", info.name, info.kind, info.id)},
-      {"model, file", fmt::format("{} (SHA-256 {})", path, sha256_of_file(path).value_or("unknown"))},
+      {"model, file", fmt::format("{} (SHA-256 {})", std::filesystem::path(path).filename().string(),
+                                  sha256_of_file(path).value_or("unknown"))},
       {"model, inputs", fmt::format("{}; windows of {} s", fmt::join(info.inputs, ", "), info.features.length_s)},
       {"model, gyro", info.gyro_serial.empty() ? "any" : info.gyro_serial},
       {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.used_divisor()))}};
