@@ -11,7 +11,7 @@
 #include <string>
 
 #include "base/file.hpp"
-#include "tools/prismcal/tables/plain_table.hpp"
+#include "tools/prismcal/plain_table.hpp"
 
 namespace prism::bench {
 namespace {

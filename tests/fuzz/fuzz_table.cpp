@@ -9,7 +9,7 @@
 
 #include "drivers/shown_bytes.hpp"
 #include "tests/fuzz/require.hpp"
-#include "tools/prismcal/tables/plain_table.hpp"
+#include "tools/prismcal/plain_table.hpp"
 
 namespace {
 

@@ -15,14 +15,14 @@ least=${2:-1}
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 cmake --preset fuzz >/dev/null
 
-# directory_of FUZZER: whose code it runs.
-directory_of() {
+# code_of FUZZER: the folder or the files whose code it runs.
+code_of() {
   case "$1" in
     fuzz_frame_* | fuzz_commands) echo drivers/wire ;;
     fuzz_model_text | fuzz_csv_row) echo compensation ;;
     fuzz_config) echo config ;;
     fuzz_capture_reader) echo drivers ;;
-    fuzz_table) echo tools/prismcal/tables ;;
+    fuzz_table) echo 'tools/prismcal/(plain_table|table_time|units)' ;;
     fuzz_rpc_line) echo daemon/socket ;;
     fuzz_log_header) echo daemon/log ;;
     *) echo tools/prismcal ;;
@@ -31,7 +31,7 @@ directory_of() {
 fuzzers=()
 for source in tests/fuzz/fuzz_*.cpp; do
   name=$(basename "$source" .cpp)
-  if [ -z "$changed" ] || grep -qE "^($(directory_of "$name")|tests/fuzz)/" <<<"$changed"; then fuzzers+=("$name"); fi
+  if [ -z "$changed" ] || grep -qE "^($(code_of "$name")|tests/fuzz)[/.]" <<<"$changed"; then fuzzers+=("$name"); fi
 done
 if [ "${#fuzzers[@]}" -eq 0 ]; then
   echo "tests/fuzz/run.sh: the last 50 commits changed no code of a fuzzer"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/recording.hpp"
 
 namespace prism::test {
 

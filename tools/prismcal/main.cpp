@@ -7,7 +7,7 @@
 
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/commands/commands.hpp"
+#include "tools/prismcal/commands.hpp"
 
 int main(int argc, char** argv) {
   using namespace prism;

@@ -11,7 +11,7 @@
 #include "tests/bench/science/contenders.hpp"
 #include "tests/bench/science/record.hpp"
 #include "tests/bench/science/tables.hpp"
-#include "tools/prismcal/design/plan.hpp"
+#include "tools/prismcal/plan.hpp"
 
 namespace prism::science {
 namespace {

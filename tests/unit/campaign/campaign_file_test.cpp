@@ -8,8 +8,8 @@
 #include "tests/support/schema_validator.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/campaign/lot.hpp"
-#include "tools/prismcal/campaign/lot_file.hpp"
-#include "tools/prismcal/campaign/tasks.hpp"
+#include "tools/prismcal/lot_file.hpp"
+#include "tools/prismcal/tasks.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "compensation/compensated_text.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/campaign/tasks.hpp"
+#include "tools/prismcal/tasks.hpp"
 
 namespace prism::test {
 

@@ -11,8 +11,8 @@
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
-#include "tools/prismcal/campaign/lot.hpp"
-#include "tools/prismcal/report/text_output.hpp"
+#include "tools/prismcal/lot.hpp"
+#include "tools/prismcal/text_output.hpp"
 
 namespace prism::campaign {
 namespace {

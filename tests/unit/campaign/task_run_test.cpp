@@ -5,7 +5,7 @@
 
 #include "base/file.hpp"
 #include "tests/unit/campaign/lot.hpp"
-#include "tools/prismcal/campaign/lot.hpp"
+#include "tools/prismcal/lot.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The expected sd: equal to what a composite model with the same covariance states.
-#include "tools/prismcal/design/design_posterior.hpp"
+#include "tools/prismcal/design_posterior.hpp"
 
 #include <gtest/gtest.h>
 

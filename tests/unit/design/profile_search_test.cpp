@@ -6,9 +6,9 @@
 #include <cstdlib>
 
 #include "tests/support/blocks.hpp"
-#include "tools/prismcal/design/gyro_inputs.hpp"
-#include "tools/prismcal/design/plan.hpp"
-#include "tools/prismcal/design/profiles.hpp"
+#include "tools/prismcal/gyro_inputs.hpp"
+#include "tools/prismcal/plan.hpp"
+#include "tools/prismcal/profiles.hpp"
 #include "tools/prismsim/simulation/simulated_gyro.hpp"
 
 namespace prism::design {

@@ -13,8 +13,8 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/recordings/fingerprint.hpp"
-#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/fingerprint.hpp"
+#include "tools/prismcal/recording.hpp"
 
 namespace prism::recordings {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The data-quality check and the doubts about a faulty recording: errors and their advice.
-#include "tools/prismcal/analysis/data_quality_table.hpp"
+#include "tools/prismcal/data_quality_table.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/recordings/findings.hpp"
-#include "tools/prismcal/recordings/leave_out.hpp"
+#include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/leave_out.hpp"
 
 namespace prism::analysis {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Splitting a recording into training and held-out blocks: their distance, their contents, and errors.
-#include "tools/prismcal/recordings/hold_out.hpp"
+#include "tools/prismcal/hold_out.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The choice of inputs: the smallest set that predicts.
-#include "tools/prismcal/commands/input_choice.hpp"
+#include "tools/prismcal/input_choice.hpp"
 
 #include <gtest/gtest.h>
 

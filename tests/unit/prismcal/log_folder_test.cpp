@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Logs with restarts, kills, clock steps and disk errors: each second of a session is used once.
-#include "tools/prismcal/recordings/log_folder.hpp"
+#include "tools/prismcal/log_folder.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -19,8 +19,8 @@
 #include "tests/support/document.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/recordings/rate_series.hpp"
-#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/rate_series.hpp"
+#include "tools/prismcal/recording.hpp"
 
 namespace prism::recordings {
 namespace {

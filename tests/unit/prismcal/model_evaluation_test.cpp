@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Blocks of a recording, and the corrections that prismd would apply to them, with a known true bias.
-#include "tools/prismcal/analysis/model_evaluation.hpp"
+#include "tools/prismcal/model_evaluation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/recordings/leave_out.hpp"
+#include "tools/prismcal/leave_out.hpp"
 
 namespace prism::prismcal {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The verdicts of the monitor on constructed means: holds, each kind of drift, too little seen.
-#include "tools/prismcal/analysis/model_monitor.hpp"
+#include "tools/prismcal/model_monitor.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any plain table that this test writes is read back to the last digit; any other is refused, and a damaged one never
 // gives a wrong number, hangs or crashes.
-#include "tools/prismcal/tables/plain_table.hpp"
+#include "tools/prismcal/plain_table.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

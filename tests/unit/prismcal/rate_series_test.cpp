@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reading rate columns from CSV files, and the output of prismcal allan.
-#include "tools/prismcal/recordings/rate_series.hpp"
+#include "tools/prismcal/rate_series.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,9 +15,9 @@
 #include "tests/support/power_law_noise.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/analysis/allan_text.hpp"
-#include "tools/prismcal/recordings/findings.hpp"
-#include "tools/prismcal/report/text_output.hpp"
+#include "tools/prismcal/allan_text.hpp"
+#include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/text_output.hpp"
 
 namespace prism::prismcal {
 namespace {

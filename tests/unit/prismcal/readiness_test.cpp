@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sentences about a model: the first of `prismcal train`, those below tables and figures, and the limits that it has to
 // keep.
-#include "tools/prismcal/commands/readiness.hpp"
+#include "tools/prismcal/readiness.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 #include "compensation/training/trainer.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/analysis/limits.hpp"
-#include "tools/prismcal/analysis/recording_report.hpp"
+#include "tools/prismcal/limits.hpp"
+#include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {
 namespace {

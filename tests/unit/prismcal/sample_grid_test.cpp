@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The sample time of a series from its time stamps: the truth is constructed first.
-#include "tools/prismcal/recordings/sample_grid.hpp"
+#include "tools/prismcal/sample_grid.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The rate of each second, with gaps.
-#include "tools/prismcal/recordings/series.hpp"
+#include "tools/prismcal/series.hpp"
 
 #include <gtest/gtest.h>
 

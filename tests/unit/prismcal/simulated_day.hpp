@@ -9,7 +9,7 @@
 #include "compensation/polynomial_model.hpp"
 #include "compensation/second_averager.hpp"
 #include "tests/support/random_series.hpp"
-#include "tools/prismcal/recordings/block_table.hpp"
+#include "tools/prismcal/block_table.hpp"
 
 namespace prism::recordings {
 

@@ -25,11 +25,11 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/commands/commands.hpp"
-#include "tools/prismcal/commands/common_options.hpp"
-#include "tools/prismcal/commands/method_options.hpp"
-#include "tools/prismcal/commands/recording_options.hpp"
-#include "tools/prismcal/recordings/recording.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/method_options.hpp"
+#include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/recording_options.hpp"
 
 namespace prism::commands {
 namespace {

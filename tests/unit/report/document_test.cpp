@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Report formats: HTML, CSV and JSON have the same numbers, and never NaN.
-#include "tools/prismcal/report/document.hpp"
+#include "tools/prismcal/document.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 
 #include "base/escape.hpp"
 #include "tests/unit/report/markup.hpp"
-#include "tools/prismcal/report/html.hpp"
-#include "tools/prismcal/report/svg.hpp"
-#include "tools/prismcal/report/text_output.hpp"
+#include "tools/prismcal/html.hpp"
+#include "tools/prismcal/svg.hpp"
+#include "tools/prismcal/text_output.hpp"
 
 namespace prism::report {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // verify() finds each type of fault with file and line, and reports no fault for intact files.
-#include "tools/prismcal/verification/verify.hpp"
+#include "tools/prismcal/verify.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

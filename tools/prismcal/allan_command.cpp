@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/sha256.hpp"
+#include "config/version.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/allan_text.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/log_folder.hpp"
+#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/recording_options.hpp"
+#include "tools/prismcal/text_output.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct AllanChoice {
+  std::string file;
+  recordings::RateSeriesChoice series;
+  std::string grid;
+  CommonOptions report;
+};
+
+/// First and last page: dates, statements and files.
+Result<void> complete(report::Report& report, const AllanChoice& choice, const recordings::RateSeries& series,
+                      double length_s) {
+  const auto test = test_statement(choice.report);
+  if (!test) return tl::unexpected(test.error());
+  std::error_code error;
+  const bool folder = std::filesystem::is_directory(choice.file, error);
+  for (const std::string& path : folder ? recordings::files_of(choice.file, ".csv") : std::vector{choice.file}) {
+    const auto sha256 = sha256_of_file(path);
+    if (!sha256) return tl::unexpected(sha256.error());
+    report.facts.emplace_back("file", fmt::format("{} (SHA-256 {})", path, *sha256));
+  }
+  for (const std::string& note : series.notes) report.facts.emplace_back("left out", note);
+  report.tool = std::string("prismcal ") + kVersion;
+  fill_cover(report, {{"gyro", series.gyro_serial}, {"recordings", dates_text(choice.file, series.begin_s, length_s)}},
+             *test);
+  return {};
+}
+
+Result<int> allan(const AllanChoice& choice) {
+  recordings::RateSeriesChoice wanted = choice.series;
+  if (choice.report.quiet) wanted.table.silence();
+  auto series = recordings::read_rate_series(choice.file, wanted);
+  if (!series) return tl::unexpected(series.error());
+  const double length_s = static_cast<double>(series->rate_deg_per_h.size()) * series->interval_s;
+  const auto spectrum = evaluation::power_spectrum(series->rate_deg_per_h, series->interval_s, choice.file);
+  const auto analysis = evaluation::analyse_allan(
+      std::move(series->rate_deg_per_h), series->interval_s,
+      choice.grid == "decade" ? evaluation::AllanGrid::kDecade : evaluation::AllanGrid::kOctave, choice.file);
+  if (!analysis) return tl::unexpected(analysis.error());
+  for (const std::string& note : series->notes)
+    if (!choice.report.quiet) fmt::print(stderr, "{}: {}\n", choice.file, note);
+  report::Report report = analysis::allan_report(*analysis, spectrum, *series, choice.file);
+  fmt::print("{}",
+             choice.report.json ? analysis::allan_json(*analysis, *series, choice.file) : report::plain_text(report));
+  CommonOptions files = choice.report;
+  files.json = false;
+  if (!wants_report(files)) return 0;
+  if (auto done = complete(report, choice, *series, length_s); !done) return tl::unexpected(done.error());
+  if (auto done = write_report(report, files); !done) return tl::unexpected(done.error());
+  return 0;
+}
+
+}  // namespace
+
+void add_allan_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
+  const auto choice = std::make_shared<AllanChoice>();
+  add_options(*command, {{"file", &choice->file, "prismd's log (file or folder), or any table of evenly spaced rates"}},
+              Need::kRequired);
+  add_options(
+      *command,
+      {{"--column", &choice->series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},
+       {"--axis", &choice->series.axis, "axis to use, if the log has several"},
+       {"--unit", &choice->series.unit, "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)"},
+       {"--time", &choice->series.time_column, "time column: its name or number (default: by name and unit)"},
+       {"--interval", &choice->series.interval_s, "seconds between rows, if the file has no time", tools::positive()}});
+  add_table_options(*command, choice->series.table);
+  add_options(*command, {{"--grid", &choice->grid, "averaging times: octave or decade (1, 2, 4, 10, …)",
+                          one_of({"octave", "decade"})},
+                         {"--json", &choice->report.json, "print JSON"},
+                         {"--quiet", &choice->report.quiet, "no remarks on stderr"}});
+  add_report_options(*command, choice->report);
+  tools::add_examples(*command, {"prismcal allan logs/ --out report",
+                                 "prismcal allan table.csv --column rate_x_dps --grid decade --json",
+                                 "prismcal allan rates.txt --interval 0.01 --unit deg/s"});
+  command->callback([choice, &code] { code = exit_code(allan(*choice)); });
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: MIT
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
+#include "compensation/kernels/kernels.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/evaluation_run.hpp"
+#include "tools/prismcal/lot.hpp"
+#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/recording_report.hpp"
+#include "tools/prismcal/training_run.hpp"
+
+namespace prism::commands {
+namespace {
+
+using campaign::LotFile, campaign::Role, campaign::Task, campaign::TaskResult;
+
+// Work of a task.
+
+/// Parses options as the command line does. Errors: "--method=lq: …".
+template <class Choice>
+Result<Choice> parse_options(std::vector<std::string> words, void (*add)(CLI::App&, Choice&)) {
+  CLI::App app("options");
+  app.set_help_flag();
+  Choice choice;
+  add(app, choice);
+  std::reverse(words.begin(), words.end());  // the order that CLI11 expects
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    return make_error("options", error.what());
+  }
+  return choice;
+}
+
+Result<void> check_model(const std::vector<std::string>& words) {
+  const auto choice = parse_options(words, add_train_options);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  auto settings = settings_of(choice->method);
+  if (!settings) return make_error("", settings.error().text());
+  const auto names = tables::list_items(choice->inputs);
+  const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
+  if (!terms) return make_error("", terms.error().text());
+  if (!choice->prior.empty() || !choice->recordings.source.config.empty())
+    return make_error("", "found prior or config, expected neither: their files are not inputs of a task");
+  if (!choice->serial.empty())
+    return make_error("", "found serial, expected none: a model is bound to the serial number in its recordings");
+  return {};
+}
+
+Result<void> check_judging(const std::vector<std::string>& words) {
+  const auto choice = parse_options(words, add_common_options);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  if (!choice->fallback.empty() || !choice->source.config.empty())
+    return make_error("", "found fallback or config, expected neither: their files are not inputs of a task");
+  const auto correction = correction_settings(*choice);
+  if (!correction) return make_error("", correction.error().text());
+  return {};
+}
+
+Result<void> check_options(const LotFile& file) {
+  for (const campaign::ModelChoice& model : file.models) {
+    if (const auto good = check_model(model.words); !good)
+      return make_error(fmt::format("{}:/models/{}", file.path, model.name), good.error().what);
+  }
+  if (const auto good = check_judging(file.judging); !good)
+    return make_error(file.path + ":/judging", good.error().what);
+  return {};
+}
+
+/// Sets the mean bias, and that in bins of temperature minus the overall mean.
+void set_curve(const std::vector<TrainingRun::Curve>& curves, TaskResult& result) {
+  constexpr double kBin_degc = 5;
+  std::map<int, std::pair<double, int>> bins;
+  double sum = 0;
+  int blocks = 0;
+  for (const TrainingRun::Curve& curve : curves) {
+    for (std::size_t i = 0; i < curve.bias_deg_per_h.size(); ++i) {
+      if (!std::isfinite(curve.temperature_degc[i]) || !std::isfinite(curve.bias_deg_per_h[i])) continue;
+      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kBin_degc))];
+      bias += curve.bias_deg_per_h[i];
+      sum += curve.bias_deg_per_h[i];
+      ++count;
+      ++blocks;
+    }
+  }
+  if (blocks == 0) return;
+  result.mean_deg_per_h = sum / blocks;
+  for (const auto& [bin, mean] : bins)
+    result.curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
+}
+
+/// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
+std::string loaded_level() {
+  Dl_info found{};
+  if (::dladdr(reinterpret_cast<const void*>(&kernels::rbf_row), &found) == 0 || !found.dli_fname) return "baseline";
+  const std::string path = found.dli_fname;
+  for (const char* level : {"x86-64-v4", "x86-64-v3"}) {
+    if (path.find(fmt::format("/glibc-hwcaps/{}/", level)) != std::string::npos) return level;
+  }
+  return "baseline";
+}
+
+Result<TaskResult> run_work(const Task& task, const std::string& folder) {
+  TaskResult result;
+  result.task = task;
+  result.level = loaded_level();
+  const auto refused = [&result](const Error& error) {
+    result.refused = error.text();
+    return result;
+  };
+  auto choice = parse_options(task.model.words, add_train_options);
+  if (!choice) return tl::unexpected<Error>(choice.error());
+  choice->files = task.paths(Role::kTrain);
+  choice->serial = task.serial;
+  choice->method.quiet = true;
+  choice->method.threads = 1;  // one task per core
+  if (choice->name.empty()) choice->name = task.model.name;
+  const auto trained = train_on_recordings(*choice);
+  if (!trained) return refused(trained.error());
+  if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial)
+    return make_error(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial));
+  EvaluateChoice evaluation;
+  evaluation.model = folder + "/model.json";
+  if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
+    return tl::unexpected<Error>(done.error());
+  auto common = parse_options(task.judging, add_common_options);
+  if (!common) return tl::unexpected<Error>(common.error());
+  evaluation.common = std::move(*common);
+  evaluation.common.json = false;
+  evaluation.common.quiet = true;
+  for (const Role role : {Role::kRepeat, Role::kOther}) {
+    for (std::string& path : task.paths(role)) {
+      evaluation.recordings.push_back(std::move(path));
+      result.evaluations.push_back({campaign::role_name(role), "", "", {}});
+    }
+  }
+  const auto evaluated = evaluate_recordings(evaluation);
+  if (!evaluated) return refused(evaluated.error());
+  evaluation.common.out = task.report ? folder + "/report" : "";
+  if (auto done = write_report(evaluated->report, evaluation.common); !done) return tl::unexpected<Error>(done.error());
+  result.id = trained->trained.model->info().id;
+  result.simulated = evaluated->report.simulated;
+  for (const auto& facts : trained->set.facts) result.data_quality.push_back(facts["data_quality"]);
+  set_curve(trained->curves, result);
+  for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
+    const RecordingEvaluation& one = evaluated->cases[i];
+    campaign::RecordingResult& stored = result.evaluations[i];
+    stored.recording = one.loaded.table.name;
+    stored.trained_on = one.overlap;
+    stored.measured = one.measured;
+    stored.measured.push_back({"before_deg_per_h", "", one.evaluation.stability.before.sd});
+  }
+  return result;
+}
+
+// Actions.
+
+struct CampaignChoice {
+  std::string file, engine, task, install;
+  bool plan = false, status = false, collect = false;
+};
+
+/// Recordings and gyros without a task.
+void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
+  for (const campaign::LeftOutInput& input : left_out)
+    fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
+}
+
+void print_plan(const campaign::Plan& plan, const LotFile& file) {
+  std::size_t to_do = 0;
+  fmt::print("{:<32}  {:<20}  {:<14}\n", "task", "gyro", "model");
+  for (const Task& task : plan.tasks) {
+    const bool done = campaign::has_result(file.folder, task.id);
+    fmt::print("{}  {:<20}  {:<14}  {}\n", task.id, printable(task.gyro()), printable(task.model.name),
+               done ? "done" : "to do");
+    to_do += !done;
+  }
+  print_left_out(plan.left_out);
+  fmt::print("{} tasks of {} gyros, {} to do\n", plan.tasks.size(), plan.tasks.size() / file.models.size(), to_do);
+}
+
+/// One shell command for each task without a result: it needs nothing but the directories and this program.
+void print_commands(const campaign::Plan& plan, const LotFile& file) {
+  std::error_code error;
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
+  for (const Task& task : plan.tasks) {
+    if (!campaign::has_result(file.folder, task.id))
+      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id);
+  }
+}
+
+int print_status(const campaign::Lot& lot) {
+  const auto failed = static_cast<std::size_t>(
+      std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.why.empty(); }));
+  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
+             lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
+  const auto print = [](const char* how, const std::string& gyro, const std::string& model, const std::string& why) {
+    if (!why.empty()) fmt::print("{}: {}, {}: {}\n", how, printable(gyro), printable(model), printable(why));
+  };
+  for (const TaskResult& result : lot.results)
+    print("refused", result.task.gyro(), result.task.model.name, result.refused);
+  for (const campaign::MissingTask& task : lot.missing) print("failed", task.gyro, task.model, task.why);
+  print_left_out(lot.left_out);
+  return failed == 0 ? 0 : 1;
+}
+
+Result<int> collect(const LotFile& file, const campaign::Lot& lot) {
+  std::optional<campaign::Lot> previous;
+  if (!file.previous.empty()) {
+    auto read = campaign::read_lot(file.previous, file.limits);
+    if (!read) return make_error(file.path + ":/previous", read.error().text());
+    previous = std::move(*read);
+  }
+  CommonOptions options;
+  options.out = file.folder + "/report";
+  const auto report = campaign::lot_report(file, lot, previous ? &*previous : nullptr);
+  if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
+  const std::string folder = file.folder + "/accepted";
+  const auto accepted = campaign::install_models(file, lot, folder, false);
+  if (!accepted) return tl::unexpected<Error>(accepted.error());
+  fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, folder);
+  if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
+  return lot.missing.empty() ? 0 : 1;
+}
+
+Result<int> install(const LotFile& file, const campaign::Lot& lot, const std::string& folder) {
+  const auto installed = campaign::install_models(file, lot, folder, true);
+  if (!installed) return tl::unexpected<Error>(installed.error());
+  fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
+             folder, installed->kept, lot.missing.size());
+  return 0;
+}
+
+Result<int> run_campaign(const CampaignChoice& choice) {
+  const auto file = campaign::load_lot_file(choice.file);
+  if (!file) {
+    constexpr int kExitConfig = 78;  // as the other programs with a file that they cannot use
+    fmt::print(stderr, "prismcal: {}\n", printable(file.error().text()));
+    return kExitConfig;
+  }
+  for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
+  if (!choice.task.empty()) {
+    const auto plan = campaign::read_plan(file->folder, choice.task);
+    if (!plan) return tl::unexpected<Error>(plan.error());
+    if (auto done = campaign::run_task(*file, plan->tasks.front(), run_work); !done)
+      return tl::unexpected<Error>(done.error());
+    return 0;
+  }
+  if (choice.plan || !choice.engine.empty()) {
+    const auto plan = check_options(*file).and_then([&] { return campaign::make_plan(*file); });
+    if (!plan) return tl::unexpected<Error>(plan.error());
+    if (auto written = campaign::write_plan(file->folder, *plan); !written)
+      return tl::unexpected<Error>(written.error());
+    choice.plan ? print_plan(*plan, *file) : print_commands(*plan, *file);
+    return 0;
+  }
+  if (!choice.status && !choice.collect && choice.install.empty())
+    return make_error("campaign",
+                      "found no action, expected --engine print and a program that runs its lines "
+                      "(docs/campaign.md), --plan, --status, --collect or --install");
+  const auto lot = campaign::read_lot(file->folder, file->limits);
+  if (!lot) return tl::unexpected<Error>(lot.error());
+  if (choice.status) return print_status(*lot);
+  return choice.collect ? collect(*file, *lot) : install(*file, *lot, choice.install);
+}
+
+/// The engines of versions up to 0.3 name their replacement.
+std::string check_engine(const std::string& engine) {
+  if (engine == "print") return {};
+  const bool removed = engine == "local" || engine == "slurm";
+  return fmt::format("found \"{}\", expected print{}", engine,
+                     removed ? "; GNU parallel or a job array of Slurm runs its lines (docs/campaign.md)" : "");
+}
+
+}  // namespace
+
+void add_campaign_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("campaign", "train and evaluate models of hundreds of gyros, with GNU parallel or Slurm");
+  const auto choice = std::make_shared<CampaignChoice>();
+  add_options(*command, {{"file", &choice->file, "campaign file (JSON): recordings, models, limits, output"}},
+              Need::kRequired);
+  const auto actions = add_options(
+      *command,
+      {{"--plan", &choice->plan, "print the tasks"},
+       {"--status", &choice->status, "print the numbers of finished and failed tasks, and the reasons"},
+       {"--task", &choice->task, "run this task, as the printed commands do"},
+       {"--collect", &choice->collect,
+        "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models"},
+       {"--install", &choice->install, "install the accepted models in this folder, atomically"},
+       {"--engine", &choice->engine, "print: one shell command per task without a result, for GNU parallel or Slurm",
+        CLI::Validator(check_engine, "print", "engine")}});
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    for (std::size_t j = i + 1; j < actions.size(); ++j) actions[i]->excludes(actions[j]);
+  }
+  tools::add_examples(*command,
+                      {"prismcal campaign lot.json --plan", "prismcal campaign lot.json --engine print >tasks.txt",
+                       "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models"});
+  command->callback([choice, &code] { code = exit_code(run_campaign(*choice)); });
+}
+
+}  // namespace prism::commands

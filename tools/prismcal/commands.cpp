@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+#include "base/file.hpp"
+#include "compensation/model_text.hpp"
+#include "tools/prismcal/progress_bars.hpp"
+
+namespace prism::commands {
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+void interrupt(int) {
+  interrupted = true;
+  std::signal(SIGINT, SIG_DFL);
+}
+
+}  // namespace
+
+int failed(const Error& error) {
+  end_progress();
+  fmt::print(stderr, "prismcal: {}\n", error.text());
+  return 1;
+}
+
+int exit_code(const Result<int>& done) { return done ? *done : failed(done.error()); }
+
+Result<compensation::ModelPtr> load_model(const std::string& path) {
+  return read_text_file(path, kMaxModelBytes).and_then([&](const std::string& text) {
+    return compensation::parse_model(text, path);
+  });
+}
+
+Result<std::vector<compensation::ModelPtr>> read_population_models(const std::string& folder,
+                                                                   const std::string& own_serial) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  std::vector<std::string> files;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().extension() == ".json") files.push_back(entry->path().string());
+  }
+  if (error) return make_error(folder, fmt::format("{}; expected a folder of models", error.message()));
+  std::sort(files.begin(), files.end());
+  std::vector<compensation::ModelPtr> models;
+  std::size_t own = 0;
+  for (const std::string& file : files) {
+    auto model = load_model(file);
+    if (!model) return tl::unexpected<Error>(model.error());
+    const bool is_own = !own_serial.empty() && (*model)->info().gyro_serial == own_serial;
+    own += is_own;
+    if (!is_own) models.push_back(std::move(*model));
+  }
+  if (models.size() < 2) {
+    return make_error(folder, fmt::format("found {} models of other gyros ({} of this one), expected at least 2",
+                                          models.size(), own));
+  }
+  return models;
+}
+
+const std::atomic<bool>* stop_on_interrupt() {
+  std::signal(SIGINT, interrupt);
+  return &interrupted;
+}
+
+}  // namespace prism::commands

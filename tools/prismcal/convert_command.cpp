@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/file.hpp"
+#include "config/search_path.hpp"
+#include "drivers/capture_file.hpp"
+#include "drivers/wire/encode/frame_encoder.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/recording_options.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct ConvertChoice {
+  std::string recording, frames = "second-means", out;
+  recordings::SourceOptions source;
+  bool quiet = false;
+};
+
+Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
+  const std::string path = config::find_data_file(frames, "frames", ".");
+  const auto text = config::read_data_file(path, "frames", "--frames");
+  if (!text) return tl::unexpected(text.error());
+  auto description = wire::parse_frame_description(*text, path);
+  if (description && !(*description)->carries_gyro()) return make_error(path, "found no gyro, expected one");
+  if (description && (*description)->rate_hz != 1) {
+    return make_error(path, fmt::format("found {} frames per second, expected 1", (*description)->rate_hz));
+  }
+  return description;
+}
+
+/// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
+/// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
+/// the recording.
+class CaptureMaker {
+ public:
+  CaptureMaker(const std::string& out, wire::FrameDescriptionPtr frames) : out_(out), encoder_(std::move(frames)) {}
+
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) {
+    const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
+    if (!writer_) {
+      auto writer = drivers::CaptureWriter::open(out_);
+      if (!writer) return tl::unexpected(writer.error());
+      writer_.emplace(std::move(*writer));
+      next_ = second_mean.second;
+    } else if (begins_session) {
+      next_ = second_mean.second;
+      if (auto done = writer_->opened(time_ns); !done) return done;
+    }
+    if (second_mean.partial) return {};
+    state_.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
+    state_.rate_deg_per_h[0] = state_.valid[0] ? second_mean.rate_deg_per_h : 0;
+    state_.temperature_degc = second_mean.temperature_degc;
+    state_.uhfo_v = second_mean.uhfo_v;
+    if (second_mean.second > next_) encoder_.skip(state_, static_cast<std::uint64_t>(second_mean.second - next_));
+    next_ = second_mean.second + 1;
+    bytes_.clear();
+    encoder_.encode(state_, bytes_);
+    ++frames_;
+    return writer_->data(time_ns, bytes_);
+  }
+  /// Returns the number of frames.
+  Result<std::size_t> finish() {
+    if (!writer_) return make_error(out_, "found no row");
+    if (const auto flushed = writer_->flush(); !flushed) return tl::unexpected(flushed.error());
+    return frames_;
+  }
+
+ private:
+  std::string out_;
+  wire::FrameEncoder encoder_;
+  wire::GyroState state_{.interval_s = 1};  ///< of the frame
+  std::optional<drivers::CaptureWriter> writer_;
+  std::vector<std::uint8_t> bytes_;
+  std::int64_t next_ = 0;  ///< the second after the last frame
+  std::size_t frames_ = 0;
+};
+
+Result<std::size_t> convert(const ConvertChoice& choice) {
+  const auto frames = one_per_second(choice.frames);
+  if (!frames) return tl::unexpected(frames.error());
+  recordings::SourceOptions source = choice.source;
+  if (choice.quiet) source.table.silence();
+  source.judged = false;  // prismd judges the frames
+  std::error_code error;
+  if (std::filesystem::equivalent(choice.recording, choice.out, error))
+    return make_error(choice.out, "is the recording itself, expected another file");
+  CaptureMaker maker(choice.out, *frames);
+  const auto recording = recordings::read_recording(
+      choice.recording, source,
+      {[](const recordings::Recording&) { return Result<void>(); },
+       [&](const compensation::SecondMean& second_mean, bool begins) { return maker.push(second_mean, begins); }});
+  if (!recording) return tl::unexpected(recording.error());
+  if (recording->seconds == 0) return make_error(choice.recording, "found no row");
+  if (!recording->sensors().empty() && !choice.quiet) {
+    fmt::print(stderr, "prismcal: {}: the frames have rate, temperature and UHFO voltage, but not the sensors {}\n",
+               choice.out, sensors_text(recording->sensors()));
+  }
+  return maker.finish();
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("convert", "convert a recording to a capture with one frame per second, for prismd --replay");
+  const auto choice = std::make_shared<ConvertChoice>();
+  add_options(*command,
+              {{"recording", &choice->recording, "prismd's log (file or folder), a capture, or CSV with --map"},
+               {"--out", &choice->out, "capture to write"}},
+              Need::kRequired);
+  add_options(*command,
+              {{"--frames", &choice->frames, "frame description with one frame per second, by name or path"}});
+  add_source_options(*command, choice->source);
+  accept_site_options(*command);  // a capture has the rate as it was measured
+  add_options(*command, {{"--quiet", &choice->quiet, "no remarks on stderr"}});
+  tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
+  command->callback([choice, &code] {
+    const auto frames = convert(*choice);
+    if (frames) fmt::print("{}: {} frames\n", choice->out, *frames);
+    code = frames ? 0 : failed(frames.error());
+  });
+}
+
+}  // namespace prism::commands

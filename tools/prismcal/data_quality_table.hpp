@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Checks the data quality of a recording and prints the result.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "compensation/evaluation/data_quality.hpp"
+#include "tools/prismcal/document.hpp"
+#include "tools/prismcal/model_evaluation.hpp"
+
+namespace prism::analysis {
+
+Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
+                                             const evaluation::DataQualitySettings& settings = {});
+/// A table with one row per finding.
+report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording);
+
+/// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
+nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
+
+/// "pass", or "warn (length 150 blocks, expected at least 200)".
+std::string data_quality_words(const evaluation::DataQuality& quality);
+
+/// Returns why the recording cannot be used for training; empty if it can.
+std::string data_quality_error(const evaluation::DataQuality& quality);
+
+/// The same of a whole recording: first what was left out of it, which may be the reason. `to_train`: else only a
+/// disturbance counts, not a record that is short or without a drift.
+std::string why_unusable(const recordings::Loaded& loaded, bool to_train);
+
+/// The findings on disturbances of the rate (moved, disturbed, outliers) that do not pass: "moved 4.1 sd; …".
+std::vector<std::string> disturbances(const evaluation::DataQuality& quality);
+
+/// One line: whether the recording can be used for training, or why not.
+report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording);
+
+/// Readable reasons to judge the recording before the model that is evaluated on it: disturbed, a drift or mean of the
+/// other sign, another mean than in the training, and the `questions` of the recording. Empty: none.
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluated,
+                                          const std::vector<std::string>& questions);
+
+}  // namespace prism::analysis

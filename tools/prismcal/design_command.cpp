@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
+#include "compensation/features.hpp"
+#include "config/version.hpp"
+#include "tools/command_line.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/plan.hpp"
+#include "tools/prismcal/recording_options.hpp"
+#include "tools/prismcal/text_output.hpp"
+#include "tools/prismcal/training_set.hpp"
+
+namespace prism::commands {
+namespace {
+
+struct DesignChoice {
+  std::string model, prior, domain, chamber, out;
+  std::vector<std::string> mission, made;
+  recordings::SourceOptions source;
+  double hours = 8, start_degc = 25, lag_min = 65, self_heating_degc = 4;
+  double bias_sd_deg_per_h = 0, noise_deg_per_h = 0;
+  CommonOptions report;
+};
+
+// An option that takes several recordings also takes a model that follows it.
+std::optional<Error> misplaced_model(const DesignChoice& choice) {
+  if (!choice.model.empty()) return std::nullopt;
+  const std::pair<const char*, const std::vector<std::string>*> options[] = {{"--mission", &choice.mission},
+                                                                             {"--recordings", &choice.made}};
+  for (const auto& [option, paths] : options) {
+    for (const std::string& path : *paths) {
+      if (load_model(path))
+        return Error{option, fmt::format("{} is a model, expected recordings; put the model first: prismcal design {} "
+                                         "{} RECORDING",
+                                         path, path, option)};
+    }
+  }
+  return std::nullopt;
+}
+
+/// The rows of recordings, each on its own.
+Result<std::vector<design::RecordedInputs>> recorded(const std::vector<std::string>& paths,
+                                                     const design::KnownGyro& gyro, const DesignChoice& choice) {
+  if (paths.empty()) return std::vector<design::RecordedInputs>();
+  recordings::TrainingSetOptions options;
+  options.source = choice.source;
+  if (choice.report.quiet) options.source.table.announce = {};
+  options.features = gyro.features;
+  options.site.no_earth_rate = true;  // the bias does not matter
+  const auto set = recordings::read_training_set(paths, gyro.inputs, options);
+  if (!set) return tl::unexpected<Error>(set.error());
+  std::vector<design::RecordedInputs> all;
+  for (const auto& rows : training::fold_members(set->data.runs))
+    all.push_back({set->data.inputs(Eigen::all, rows), set->data.time_s(rows) / 3600, {}});
+  return all;
+}
+
+struct Basis {
+  std::vector<design::KnownGyro> gyros;
+  std::string text;
+};
+
+/// The model, else models of the type, else the stated prior.
+Result<Basis> basis_of(const DesignChoice& choice, const std::vector<design::InputRange>& domain) {
+  std::vector<compensation::ModelPtr> models;
+  if (!choice.model.empty()) {
+    auto model = load_model(choice.model);
+    if (!model) return tl::unexpected<Error>(model.error());
+    models.push_back(std::move(*model));
+  } else if (!choice.prior.empty()) {
+    auto family = read_population_models(choice.prior, "");
+    if (!family) return tl::unexpected<Error>(family.error());
+    models = std::move(*family);
+  } else {
+    if (!(choice.bias_sd_deg_per_h > 0) || !(choice.noise_deg_per_h > 0))
+      return make_error("design", "found no model and no --prior; expected one of them, or --bias-sd and --noise");
+    if (domain.empty()) return make_error("--domain", "found none, expected one if there is no model");
+    return Basis{{design::stated_gyro(domain, choice.bias_sd_deg_per_h, choice.noise_deg_per_h)},
+                 fmt::format("stated prior: bias {:g} deg/h, noise {:g} deg/h", choice.bias_sd_deg_per_h,
+                             choice.noise_deg_per_h)};
+  }
+  Basis basis;
+  for (const compensation::ModelPtr& model : models) {
+    auto gyro = design::known_gyro(model);
+    if (!gyro) return tl::unexpected<Error>(gyro.error());
+    basis.gyros.push_back(std::move(*gyro));
+  }
+  const std::string name = models.front()->info().name;
+  basis.text = choice.model.empty() ? fmt::format("{} models of the type in {}", models.size(), choice.prior)
+                                    : fmt::format("model {}, {:.12}", name, models.front()->info().id);
+  return basis;
+}
+
+// The report.
+
+report::Table profile_table(const design::Plan& plan) {
+  report::Table table{"profile", "The designed profile",
+                      "The chamber goes from one set-point to the next in a straight line.",
+                      report::columns("from [h] | to [h] | set-point [degC] | rate [degC/min] | what:")};
+  double time_h = 0, from = plan.profile.start_degc, soaks_h = 0;
+  int soaks = 0;
+  for (const simulation::ChamberSegment& s : plan.profile.segments) {
+    const double rate = (s.end_degc - from) / (s.duration_s / 60), hours = s.duration_s / 3600;
+    table.rows.push_back({report::fixed_cell(time_h, 2), report::fixed_cell(time_h + hours, 2),
+                          report::fixed_cell(s.end_degc, 0), report::fixed_cell(rate, 2),
+                          rate == 0  ? "soak"
+                          : rate > 0 ? "heating"
+                                     : "cooling"});
+    if (rate == 0) ++soaks, soaks_h += hours;
+    time_h += hours;
+    from = s.end_degc;
+  }
+  table.meaning =
+      fmt::format("The chamber soaks {} times, {:.1f} h in all, and changes temperature in the other {:.1f} h.", soaks,
+                  soaks_h, plan.profile.duration_s() / 3600 - soaks_h);
+  return table;
+}
+
+report::Table worth_table(const design::Plan& plan) {
+  report::Table table{"worth", "What a recording is worth",
+                      "Root mean square over the domain of the sd that the model states for another run.",
+                      report::columns("recording: | length [h] | sd after [deg/h]")};
+  const auto add = [&](const std::string& name, std::optional<double> hours, double sd,
+                       report::Emphasis emphasis = report::Emphasis::kNone) {
+    table.rows.push_back({{name, emphasis}, report::fixed_cell(hours, 1), report::fixed_cell(sd, 5, emphasis)});
+  };
+  add("none: spread of the bias", std::nullopt, plan.spread_deg_per_h);
+  for (const design::Worth& made : plan.made) add(made.name, made.hours, made.sd_deg_per_h);
+  const std::string next = plan.made.empty() ? "first" : "next";
+  add(next + ": designed", plan.profile.duration_s() / 3600, plan.after_deg_per_h, report::Emphasis::kBest);
+  if (plan.repeated_deg_per_h > 0) add(next + ": like the last", plan.made.back().hours, plan.repeated_deg_per_h);
+  for (const design::Worth& other : plan.others) add(next + ": " + other.name, other.hours, other.sd_deg_per_h);
+  const auto removed_percent = [&](double sd) { return 100 * (1 - sd / plan.before_deg_per_h); };
+  table.meaning =
+      fmt::format("The designed profile takes {:.0f} % of the sd away", removed_percent(plan.after_deg_per_h));
+  const auto best =
+      std::min_element(plan.others.begin(), plan.others.end(),
+                       [](const design::Worth& a, const design::Worth& b) { return a.sd_deg_per_h < b.sd_deg_per_h; });
+  if (best != plan.others.end())
+    table.meaning += fmt::format("; the best other, {}, {:.0f} % in {:.1f} h", best->name,
+                                 removed_percent(best->sd_deg_per_h), best->hours);
+  table.meaning += ".";
+  return table;
+}
+
+report::Figure profile_figure(const design::Plan& plan, const design::PlanSettings& settings) {
+  report::Series chamber{"chamber", report::Ink::kGuide}, gyro{"gyro, expected", report::Ink::kModel};
+  chamber.x.push_back(0);
+  chamber.y.push_back(plan.profile.start_degc);
+  for (const simulation::ChamberSegment& s : plan.profile.segments) {
+    chamber.x.push_back(chamber.x.back() + s.duration_s / 3600);
+    chamber.y.push_back(s.end_degc);
+  }
+  gyro.x.assign(plan.expected.time_h.begin(), plan.expected.time_h.end());
+  gyro.y.assign(plan.expected_t_degc.begin(), plan.expected_t_degc.end());
+  return {"profile_figure",
+          "The designed profile",
+          fmt::format("The gyro follows with {:.0f} min, {:g} degC warmer (assumed).", settings.response.lag_s / 60,
+                      settings.response.self_heating_degc),
+          {1, 260, {{"", {"time, h"}, {"temperature, degC"}, {chamber, gyro}}}},
+          fmt::format("The gyro goes from {:.1f} to {:.1f} °C; the domain has temperatures from {:.1f} to {:.1f} °C.",
+                      plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), plan.domain_t_degc.minCoeff(),
+                      plan.domain_t_degc.maxCoeff())};
+}
+
+report::Figure sd_figure(const design::Plan& plan) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(plan.domain_t_degc.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return plan.domain_t_degc[a] < plan.domain_t_degc[b]; });
+  report::Series before{"before", report::Ink::kRaw, report::SeriesStyle::kPoints},
+      after{"after", report::Ink::kCorrected, report::SeriesStyle::kOpenPoints};
+  for (const Eigen::Index at : order) {
+    before.x.push_back(plan.domain_t_degc[at]);
+    before.y.push_back(plan.sd_before[at]);
+    after.y.push_back(plan.sd_after[at]);
+  }
+  after.x = before.x;
+  Eigen::Index worst = 0;
+  const double sd = plan.sd_after.maxCoeff(&worst);
+  return {"sd_figure",
+          "The expected sd over the domain",
+          "Points of the domain; other inputs differ between points of equal T.",
+          {1, 260, {{"", {"T, degC"}, {"sd, deg/h"}, {before, after}}}},
+          fmt::format("After the recording the model knows least at {:.1f} °C: {:.5f} deg/h, {:.5f} before.",
+                      plan.domain_t_degc[worst], sd, plan.sd_before[worst])};
+}
+
+/// `basis`: model or prior that the plan comes from, for the header.
+report::Report design_report(const design::Plan& plan, const design::PlanSettings& settings, const std::string& basis) {
+  report::Report report;
+  report.title = "The next recording";
+  report.subtitle = fmt::format("Designed profile of {:.1f} h: expected sd {:.5f} deg/h, now {:.5f} deg/h",
+                                plan.profile.duration_s() / 3600, plan.after_deg_per_h, plan.before_deg_per_h);
+  report.tool = fmt::format("prismcal {}", kVersion);
+  report.facts = {{"basis", basis},
+                  {"chamber", fmt::format("{:g} to {:g} degC, {:g} degC/min, starts at {:g} degC",
+                                          settings.chamber.low_degc, settings.chamber.high_degc,
+                                          settings.chamber.rate_degc_per_min, settings.chamber.start_degc)},
+                  {"assumed", plan.assumed},
+                  {"profiles tried", fmt::format("{}", plan.evaluations)}};
+  report.sections = {{"design", "The designed profile", {profile_table(plan), profile_figure(plan, settings)}},
+                     {"worth", "What a recording is worth", {worth_table(plan), sd_figure(plan)}}};
+  return report;
+}
+
+std::string first_line(const design::Plan& plan, const std::string& out) {
+  const design::Worth& other = plan.others.front();
+  return fmt::format("{}: {:.1f} h; expected sd {:.5f} deg/h, now {:.5f}; {} takes {:.1f} h for {:.5f}", out,
+                     plan.profile.duration_s() / 3600, plan.after_deg_per_h, plan.before_deg_per_h, other.name,
+                     other.hours, other.sd_deg_per_h);
+}
+
+Result<int> run(const DesignChoice& choice) {
+  if (auto error = misplaced_model(choice)) return tl::unexpected<Error>(std::move(*error));
+  design::PlanSettings settings;
+  auto chamber = design::parse_chamber(choice.chamber, choice.start_degc);
+  if (!chamber) return tl::unexpected<Error>(chamber.error());
+  settings.chamber = *chamber;
+  settings.hours = choice.hours;
+  settings.response = {choice.lag_min * 60, choice.self_heating_degc};
+  if (choice.domain.empty() == choice.mission.empty())
+    return make_error("design", "expected --domain or --mission, one of them");
+  if (!choice.domain.empty()) {
+    auto domain = design::parse_domain(choice.domain);
+    if (!domain) return tl::unexpected<Error>(domain.error());
+    settings.domain = std::move(*domain);
+  }
+  const auto basis = basis_of(choice, settings.domain);
+  if (!basis) return tl::unexpected<Error>(basis.error());
+  auto made = recorded(choice.made, basis->gyros.front(), choice);
+  if (!made) return tl::unexpected<Error>(made.error());
+  settings.made = std::move(*made);
+  auto mission = recorded(choice.mission, basis->gyros.front(), choice);
+  if (!mission) return tl::unexpected<Error>(mission.error());
+  settings.mission = design::mission_points(*mission);
+  const auto plan = design::plan_recording(basis->gyros, settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  if (auto done = write_text_file(choice.out, design::set_points_csv(plan->profile)); !done)
+    return tl::unexpected<Error>(done.error());
+  const report::Report report = design_report(*plan, settings, basis->text);
+  if (!choice.report.json) {
+    fmt::print("{}\n", printable(first_line(*plan, choice.out)));
+    fmt::print("{}{}\n", report::plain_text(report), plan->assumed);
+  }
+  if (auto done = write_report(report, choice.report); !done) return tl::unexpected<Error>(done.error());
+  return 0;
+}
+
+}  // namespace
+
+void add_design_command(CLI::App& app, int& code) {
+  CLI::App* command =
+      app.add_subcommand("design", "plan the next recording: the chamber profile that a model needs most");
+  const auto choice = std::make_shared<DesignChoice>();
+  add_options(*command, {{"--out", &choice->out, "CSV of set-points to write: time_s,temperature_degc"}},
+              Need::kRequired);
+  add_options(
+      *command,
+      {{"model", &choice->model, "composite model of the gyro (default: --prior, or --bias-sd and --noise)"},
+       {"--mission", &choice->mission, "recordings of the use, instead of --domain"},
+       {"--recordings", &choice->made, "recordings already made that the model was not trained on"},
+       {"--domain", &choice->domain,
+        "inputs that the model must serve: \"T=-40:60, dTdt=-1:1 degC/min\"; slopes need their unit"},
+       {"--chamber", &choice->chamber, "limits: \"rate<=2 degC/min, T=-45:65\" (default: 1 degC/min, -40 to 70 degC)"},
+       {"--hours", &choice->hours, "length of the recording, h", tools::within(0.5, 200)},
+       {"--prior", &choice->prior, "without a model: folder with two or more models of gyros of the same type"},
+       {"--bias-sd", &choice->bias_sd_deg_per_h, "without both: spread of the bias over the domain, deg/h",
+        tools::positive()},
+       {"--noise", &choice->noise_deg_per_h, "with --bias-sd: noise of the mean rate of 100 s, deg/h",
+        tools::positive()},
+       {"--start", &choice->start_degc, "temperature of the chamber at the start, degC", tools::within(-200, 300)},
+       {"--thermal-lag", &choice->lag_min, "time constant of the gyro behind the chamber, min; 0: none",
+        tools::within(0, 1000)},
+       {"--self-heating", &choice->self_heating_degc, "gyro minus chamber after a long soak, degC",
+        tools::within(-100, 100)},
+       {"--report", &choice->report.out, "folder for report.html with the figures, report.csv, report.json"},
+       {"--json", &choice->report.json, "print the report as JSON"},
+       {"--quiet", &choice->report.quiet, "no remarks on stderr"}});
+  add_source_options(*command, choice->source);
+  accept_site_options(*command);  // the bias does not matter
+  tools::add_examples(
+      *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --chamber \"rate<=2 degC/min, "
+                 "T=-45:65\" --out "
+                 "cycle.csv",
+                 "prismcal design model.json --mission flights/ --hours 12 --out cycle.csv --report plan",
+                 "prismcal design --prior models/ --domain \"T=-30:60, dTdt=-0.5:0.5 degC/min\" --out cycle.csv"});
+  command->callback([choice, &code] { code = exit_code(run(*choice)); });
+}
+
+}  // namespace prism::commands

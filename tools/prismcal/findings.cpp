@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/plain_text.hpp"
+#include "compensation/evaluation/irregularities.hpp"
+#include "compensation/evaluation/statistics.hpp"
+#include "tools/prismcal/leave_out.hpp"
+#include "tools/prismcal/table_time.hpp"
+#include "tools/prismcal/units.hpp"
+
+namespace prism::recordings {
+namespace {
+
+using compensation::Rejection, compensation::SecondMean;
+
+/// A quantity, and how it is judged.
+struct Quantity {
+  const char *name, *unit;
+  double SecondMean::*value;
+  bool QuantitySet::*flag;
+  double least_far;  ///< a smaller distance is never far
+  double absurd;     ///< FarLimits::absurd
+  bool noisy;        ///< short runs may have any value
+  double stopped;    ///< fewer equal values, or a shorter time in s, do not show that the sensor has stopped
+};
+
+constexpr std::array<Quantity, 3> kJudged = {{
+    {"rate", "deg/h", &SecondMean::rate_deg_per_h, &QuantitySet::rate, 0, 60, true, 60},
+    {"temperature", "degC", &SecondMean::temperature_degc, &QuantitySet::temperature, 3, 290, false, 1000},
+    {"uhfo", "V", &SecondMean::uhfo_v, &QuantitySet::uhfo, 0, 2000, false, 1000},
+}};
+
+/// Values of a quantity, some of them unknown.
+struct Values {
+  std::vector<double>& values;
+  double unit = 1;                                                         ///< of a value of 1, in the quantity's unit
+  double interval_s = 1;                                                   ///< about, between two values
+  std::function<std::string(std::size_t first, std::size_t last)> length;  ///< in texts
+  std::function<std::string(std::size_t index)> time;
+  /// Called for each run of values that are not used, before they are made unknown. `far`: the least distance of such a
+  /// run.
+  std::function<void(Finding& finding, double far)> leave_out;
+};
+
+evaluation::FarLimits far_limits(const Quantity& quantity, const std::vector<double>& known, const Values& all) {
+  constexpr double kFar = 50, kCode = 8, kLongest_s = 600;
+  const double noise = evaluation::noise_of_steps(known), least = quantity.least_far / all.unit;
+  evaluation::FarLimits limits;
+  limits.far = std::max(least, kFar * noise);
+  limits.code = std::max(least, kCode * noise);
+  limits.absurd = std::max(quantity.absurd / all.unit, limits.far);
+  const auto longest = static_cast<std::size_t>(std::max(1.0, kLongest_s / all.interval_s));
+  limits.longest = quantity.noisy ? std::clamp<std::size_t>(known.size() / 20, 1, longest) : 0;
+  limits.any_constant = true;
+  return limits;
+}
+
+std::string far_text(const Quantity& quantity, const evaluation::FarRun& run, std::size_t first, std::size_t last,
+                     const Values& all) {
+  const double level = run.level * all.unit, distance = run.distance() * all.unit;
+  if (first == last)
+    return fmt::format("{}: outlier at {}: {:.6g} {}, {:.3g} {} from its neighbours; not used", quantity.name,
+                       all.time(first), level, quantity.unit, distance, quantity.unit);
+  return fmt::format(
+      "{}: {} from {} to {} at {:.6g} {}, far from the rest (by {:.4g} {}{}): these values of {} are not used",
+      quantity.name, all.length(first, last), all.time(first), all.time(last), level, quantity.unit, distance,
+      quantity.unit, quantity.noisy ? ": a fault, or a turn of the gyro" : "", quantity.name);
+}
+
+/// Judges one quantity, and makes what is not used unknown.
+std::vector<Finding> judge(const Quantity& quantity, const Values& all) {
+  constexpr std::size_t kEnough = 50;
+  std::vector<double> known;
+  std::vector<std::size_t> index;  // of each of them
+  const auto find_known = [&] {
+    known.clear();
+    index.clear();
+    for (std::size_t i = 0; i < all.values.size(); ++i) {
+      if (std::isfinite(all.values[i])) known.push_back(all.values[i]), index.push_back(i);
+    }
+  };
+  std::vector<Finding> findings;
+  const auto leave_out = [&](const char* kind, std::string text, std::size_t first, std::size_t last, double far) {
+    findings.push_back({kind,
+                        std::move(text),
+                        Severity::kRemark,
+                        {},
+                        static_cast<std::int64_t>(first),
+                        static_cast<std::int64_t>(last)});
+    if (all.leave_out) all.leave_out(findings.back(), far);
+    std::fill(all.values.begin() + static_cast<std::ptrdiff_t>(first),
+              all.values.begin() + static_cast<std::ptrdiff_t>(last + 1), kUnknown);
+  };
+  find_known();
+  if (known.size() < kEnough) return {};
+  const evaluation::FarLimits limits = far_limits(quantity, known, all);
+  const std::vector<evaluation::FarRun> far = evaluation::far_runs(known, limits);
+  for (std::size_t k = 0; k < far.size(); ++k) {
+    const std::size_t first = index[far[k].begin], last = index[far[k].end - 1];
+    std::string text;
+    if (k < evaluation::kFewRuns)
+      text = far_text(quantity, far[k], first, last, all);
+    else if (k == evaluation::kFewRuns)
+      text = fmt::format("{}: {} more at {:.6g} {}: not used", quantity.name, counted(far.size() - k, "run"),
+                         far[0].level * all.unit, quantity.unit);
+    leave_out("far", std::move(text), first, last, limits.far);
+  }
+  if (!far.empty()) find_known();
+  const auto stopped = static_cast<std::size_t>(std::max(quantity.stopped, quantity.stopped / all.interval_s));
+  for (const evaluation::ConstantRun& run : evaluation::constant_runs(known, stopped)) {
+    const bool is_long = 5 * (run.end - run.begin) >= known.size();
+    if (!run.certain && (quantity.noisy || !is_long)) continue;
+    const std::size_t first = index[run.begin], last = index[run.end - 1];
+    const std::string text = fmt::format("{} is constant at {:.6g} {} from {} to {}: ", quantity.name,
+                                         known[run.begin] * all.unit, quantity.unit, all.time(first), all.time(last));
+    if (run.certain)
+      leave_out("constant",
+                fmt::format("{}a stopped sensor or a code for no value; these values of {} are not used", text,
+                            quantity.name),
+                first, last, quantity.least_far);
+    else
+      findings.push_back({"constant", text + "has its sensor stopped?", Severity::kRemark, "Then",
+                          static_cast<std::int64_t>(first), static_cast<std::int64_t>(last)});
+  }
+  return findings;
+}
+
+std::vector<Finding> judge_quantity(const Quantity& quantity, std::vector<SecondMean>& seconds, bool is_date) {
+  std::vector<double> values;
+  for (const SecondMean& mean : seconds)
+    values.push_back(quantity.noisy && mean.partial ? kUnknown : mean.*quantity.value);
+  const auto second = [&](std::size_t i) { return seconds[i].second; };
+  const auto forgive = [&](SecondMean& mean) {
+    mean.implausible.*quantity.flag = mean.all_implausible.*quantity.flag = false;
+  };
+  const auto leave_out = [&](Finding& finding, double far) {
+    std::size_t i = static_cast<std::size_t>(finding.begin);
+    for (; i <= static_cast<std::size_t>(finding.end); ++i) {
+      if (!std::isfinite(values[i])) continue;
+      seconds[i].*quantity.value = kUnknown;
+      forgive(seconds[i]);
+    }
+    // Those that returned too fast.
+    for (double first = kUnknown; i < seconds.size(); ++i) {
+      if (!std::isfinite(values[i])) continue;
+      if (std::isnan(first)) first = values[i];
+      if (!(seconds[i].all_implausible.*quantity.flag) || std::fabs(values[i] - first) > far) break;
+      forgive(seconds[i]);
+      finding.end = static_cast<std::int64_t>(i);
+    }
+  };
+  std::vector<Finding> findings =
+      judge(quantity,
+            {values, 1, 1,
+             [&](std::size_t first, std::size_t last) { return fmt::format("{} s", second(last) - second(first) + 1); },
+             [&](std::size_t i) { return end_of_second(second(i), is_date); }, leave_out});
+  for (Finding& finding : findings) {
+    finding.begin = second(static_cast<std::size_t>(finding.begin));
+    finding.end = second(static_cast<std::size_t>(finding.end));
+    if (!finding.advice.empty())
+      finding.advice += " --leave-out " + leave_out_range(finding.begin, finding.end, is_date);
+  }
+  return findings;
+}
+
+/// A temperature in degC that is probably one in kelvin.
+bool like_kelvin(double degc) { return degc > 230 && degc < 375; }
+
+constexpr double kLeastEarthRate_deg_per_h = 0.5;
+
+}  // namespace
+
+void add_remarks(std::vector<Finding>& findings, const std::string& kind, const std::vector<std::string>& texts) {
+  for (const std::string& text : texts)
+    if (!text.empty()) findings.push_back({kind, text});
+}
+
+std::vector<std::string> lines_of(const std::vector<Finding>& findings, Severity severity) {
+  std::vector<std::string> lines;
+  for (const Finding& finding : findings) {
+    if (finding.severity == severity && !finding.text.empty()) lines.push_back(finding.line());
+  }
+  return lines;
+}
+
+std::array<std::vector<Finding>, 3> judge_seconds(std::vector<SecondMean>& second_means, bool is_date) {
+  std::array<std::vector<Finding>, 3> findings;
+  for (std::size_t q = 0; q < kJudged.size(); ++q) findings[q] = judge_quantity(kJudged[q], second_means, is_date);
+  return findings;
+}
+
+std::vector<Finding> judge_rates(std::vector<double>& rates, const RateRows& rows) {
+  const auto time = [&](std::size_t row) {
+    if (row >= rows.stamps_ns.size()) return fmt::format("row {}", row + 1);
+    constexpr double kMs_ns = 1e6;
+    return tables::time_text(std::llround(static_cast<double>(rows.stamps_ns[row]) / kMs_ns) * 1'000'000, rows.is_date);
+  };
+  const auto length = [](std::size_t first, std::size_t last) { return counted(last - first + 1, "row"); };
+  return judge(kJudged[0], {rates, rows.unit_deg_per_h, rows.interval_s, length, time, nullptr});
+}
+
+QuantitySet RowJudge::push(const Sample& sample, std::size_t line) {
+  compensation::Rejections rejections;
+  const QuantitySet implausible = plausibility_.implausible(sample);
+  if (implausible.any()) plausibility_.explain(sample, implausible, rejections);
+  const auto count = [&](Count& of, double value, bool bad, const Rejection& why) {
+    if (std::isnan(value)) return;
+    ++of.values;
+    of.like_kelvin += like_kelvin(value);
+    if (!bad) return;
+    const std::int64_t second = compensation::second_number(sample.time_ns);
+    const auto same = [&](const Rejected& one) { return one.second == second && one.why.reason == why.reason; };
+    const auto last_two = of.rejected.end() - std::min<std::ptrdiff_t>(2, std::ssize(of.rejected));
+    if (const auto one = std::find_if(last_two, of.rejected.end(), same); one != of.rejected.end())
+      ++one->values;
+    else
+      of.rejected.push_back({second, 1, line, why});
+  };
+  count(counts_[0], sample.rate_deg_per_h, implausible.rate, rejections.rate);
+  count(counts_[1], sample.temperature_degc, implausible.temperature, rejections.temperature);
+  count(counts_[2], sample.uhfo_v, implausible.uhfo, rejections.uhfo);
+  return implausible;
+}
+
+/// "temperature: 23 of 14400 values implausible: 13 outside their limits, the first in line 12: …; 10 …". Empty: none.
+Result<std::string> RowJudge::implausible_text(std::size_t quantity, const std::vector<Finding>& explained,
+                                               const std::string& path) const {
+  const Count& count = counts_[quantity];
+  std::array<Rejected, 2> sums;  // outside the limits, too fast
+  for (const Rejected& rejected : count.rejected) {
+    // The seconds next to values that are not used may have a few of their samples. `explained` is in order of time.
+    const auto at =
+        std::lower_bound(explained.begin(), explained.end(), rejected.second,
+                         [](const Finding& finding, std::int64_t second) { return finding.end + 1 < second; });
+    if (at != explained.end() && at->begin - 1 <= rejected.second) continue;
+    Rejected& sum = sums[rejected.why.reason == Rejection::Reason::kTooFast];
+    if (sum.values == 0) sum = {0, 0, rejected.first_line, rejected.why};
+    sum.values += rejected.values;
+  }
+  const std::size_t implausible = sums[0].values + sums[1].values;
+  if (implausible == 0) return std::string();
+  std::string text = fmt::format("{}: {} of {} values implausible", kJudged[quantity].name, implausible, count.values);
+  const bool both = sums[0].values > 0 && sums[1].values > 0;
+  for (const Rejected& sum : sums) {
+    if (sum.values == 0) continue;
+    if (both)
+      text += fmt::format("{} {} {}", &sum == &sums[0] ? ":" : ";", sum.values,
+                          &sum == &sums[0] ? "outside the limits" : "changed too fast");
+    text += fmt::format(", the first in line {}: {}", sum.first_line,
+                        compensation::rejection_text(sum.why, kJudged[quantity].unit));
+  }
+  if (quantity == 1 && 2 * count.like_kelvin > count.values)
+    return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
+  if (100 * implausible > count.values) return make_error(path, text + "; expected at most 1 %");
+  return text + "; left out";
+}
+
+Result<std::vector<Finding>> RowJudge::finish(const std::string& path,
+                                              std::array<std::vector<Finding>, 3> of_seconds) const {
+  std::vector<Finding> findings;
+  for (std::size_t q = 0; q < counts_.size(); ++q) {
+    std::vector<Finding> explained = of_seconds[q];
+    std::erase_if(explained, [](const Finding& finding) { return !finding.advice.empty(); });  // its values are used
+    std::sort(explained.begin(), explained.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+    const auto text = implausible_text(q, explained, path);
+    if (!text) return tl::unexpected<Error>(text.error());
+    if (!text->empty()) findings.push_back({"implausible", *text});
+  }
+  for (const auto& some : of_seconds) findings.insert(findings.end(), some.begin(), some.end());
+  return findings;
+}
+
+double rounding_step(const std::vector<Series>& rates) {
+  constexpr std::size_t kRun = 3, kMost = 1000, kEnough = 2;
+  std::size_t known = 0, in_runs = 0;
+  double last = kUnknown;
+  std::vector<double> steps;
+  for (const auto& [start_s, values] : rates) {
+    for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+      for (end = begin + 1; end < values.size() && values[end] == values[begin];) ++end;
+      if (!std::isfinite(values[begin])) continue;
+      known += end - begin;
+      if (end - begin < kRun) continue;
+      in_runs += end - begin;
+      const double step = std::fabs(values[begin] - std::exchange(last, values[begin]));
+      if (step > 0 && steps.size() < kMost) steps.push_back(step);
+    }
+  }
+  if (steps.size() < kEnough || 2 * in_runs < known) return 0;
+  return evaluation::median_of(std::move(steps));
+}
+
+void JumpFinder::push(const SecondMean& second_mean, bool begins_session) {
+  if (begins_session) watch_ = {};
+  if (begins_session) last_degc_ = kUnknown;
+  const double now = second_mean.temperature_degc;
+  if (second_mean.implausible.temperature) {
+    // A log does not state the quantity: a smaller step is not the temperature's.
+    const double step = compensation::PlausibilityLimits{}.temperature.step;
+    const bool rejects = second_mean.all_implausible.temperature && std::isfinite(now) && !std::isnan(last_degc_) &&
+                         (watch_.is_rejecting() || std::fabs(now - last_degc_) > step);
+    if (!rejects) return;
+    if (!watch_.is_rejecting()) from_ = second_mean.second;
+    until_ = second_mean.second;
+    watch_.reject({Rejection::Reason::kTooFast, now, last_degc_, last_degc_});
+    return;
+  }
+  if (!std::isfinite(now)) return;
+  last_degc_ = now;
+  const auto stayed = watch_.accept(now);
+  if (!stayed) return;
+  if (!jumps_.empty() && !jumps_.back().to) {
+    Jump& open = jumps_.back();
+    if (std::fabs(now - open.values.before) < std::fabs(now - open.values.after)) {
+      open.to = until_;
+      return;
+    }
+  }
+  jumps_.push_back({*stayed, from_, std::nullopt});
+}
+
+std::vector<Finding> JumpFinder::findings(bool is_date) const {
+  std::vector<Finding> findings;
+  for (const Jump& jump : jumps_) {
+    const auto option = [&](std::int64_t second) {
+      return is_date ? end_of_second(second, true) : fmt::format("{}", second + 1);
+    };
+    findings.push_back(
+        {"jump",
+         fmt::format("temperature jumped from {:.1f} to {:.1f} degC at {} and {}: a fault, or true?",
+                     jump.values.before, jump.values.after, end_of_second(jump.from, is_date),
+                     jump.to ? "back at " + end_of_second(*jump.to, is_date) : "stayed"),
+         Severity::kQuestion,
+         fmt::format("If it is a fault: --leave-out {}..{}", option(jump.from), jump.to ? option(*jump.to) : ""),
+         jump.from, jump.to.value_or(until_)});
+  }
+  return findings;
+}
+
+std::optional<std::string> likely_unit(double mean_deg_per_h, double earth_rate_deg_per_h) {
+  constexpr double kTolerance = 0.3;  // of the Earth rate: the bias of a gyro that detects it
+  const double earth = earth_rate_deg_per_h;
+  const auto is_earth = [earth](double rate) { return std::abs(rate - earth) < kTolerance * std::abs(earth); };
+  if (std::abs(earth) < kLeastEarthRate_deg_per_h || is_earth(mean_deg_per_h)) return std::nullopt;
+  for (const tables::Unit& unit : tables::kUnits) {
+    if (unit.quantity != "rate" || unit.factor == 1) continue;
+    if (is_earth(mean_deg_per_h * unit.factor)) return std::string(unit.name);
+    if (is_earth(mean_deg_per_h / unit.factor)) return "deg/h";
+  }
+  return std::nullopt;
+}
+
+Result<void> check_unit(double mean_deg_per_h, double earth_rate_deg_per_h, const std::string& name) {
+  constexpr double kGreatestAtRest_deg_per_h = 5 * 3600;  // values of deg/h that are taken for deg/s have more
+  if (const auto unit = likely_unit(mean_deg_per_h, earth_rate_deg_per_h))
+    return make_error(name, fmt::format("the mean rate is {:.3g} deg/h, but the site's Earth rate {:.3g} deg/h if the "
+                                        "values are in {}; expected the unit {} in --map or the frame description, or "
+                                        "--accept-unit",
+                                        mean_deg_per_h, earth_rate_deg_per_h, *unit, *unit));
+  if (std::abs(mean_deg_per_h) >= kGreatestAtRest_deg_per_h)
+    return make_error(name,
+                      fmt::format("the mean rate is {:.3g} deg/s, expected a gyro at rest (below 5 deg/s); are the "
+                                  "values in deg/h? The unit is in --map or the frame description; --accept-unit",
+                                  mean_deg_per_h / 3600));
+  return {};
+}
+
+std::optional<Finding> sign_question(double mean_deg_per_h, double earth_rate_deg_per_h) {
+  constexpr double kNear = 0.1;  // of the Earth rate: chance hardly leads a large bias there
+  const double earth = earth_rate_deg_per_h;
+  if (std::abs(earth) < kLeastEarthRate_deg_per_h || !(std::abs(mean_deg_per_h + earth) < kNear * std::abs(earth)))
+    return std::nullopt;
+  return Finding{"sign",
+                 fmt::format("the mean rate is {:.3g} deg/h, the site's Earth rate {:.3g} deg/h: has the rate or the "
+                             "elevation the wrong sign?",
+                             mean_deg_per_h, earth),
+                 Severity::kQuestion};
+}
+
+std::string spikes_text(const std::vector<Series>& rates) {
+  constexpr double kFar = 20, kMost = 0.2;  // robust sd; share of the seconds
+  std::vector<double> values;
+  for_each_known(rates, [&](std::int64_t, double rate) { values.push_back(rate); });
+  if (values.empty()) return {};
+  const double middle = evaluation::median_of(values);
+  std::vector<double> distances;
+  for (const double value : values) distances.push_back(std::abs(value - middle));
+  const double limit = kFar * 1.4826 * evaluation::median_of(distances);
+  if (!(limit > 0)) return {};
+  std::size_t far = 0, runs = 0;
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    far += distances[i] > limit;
+    runs += distances[i] > limit && (i == 0 || distances[i - 1] <= limit);
+  }
+  if (far == 0 || 2 * runs < far || static_cast<double>(far) > kMost * static_cast<double>(values.size())) return {};
+  return fmt::format(
+      "the rate has {} of {} seconds far from the rest, by up to {:.3g} deg/h: shocks, or a fault of the line?", far,
+      values.size(), std::ranges::max(distances));
+}
+
+}  // namespace prism::recordings

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/html.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+
+#include "base/escape.hpp"
+#include "tools/prismcal/svg.hpp"
+
+namespace prism::report {
+namespace {
+
+/// CSS of the page for screen and print.
+constexpr const char* kStyle = R"css(
+:root { color-scheme: light dark; --page: #fff; --ink: #1b2733; --soft: #5b6875; --line: #d9dfe6; --pale: #f4f6f8; --blue: #12385f; --warm: #c2410c; --good: #14613f; --bad: #a11212; --doubt: #8a5a00; --best: #eaf1f8; }
+* { box-sizing: border-box; }
+html { font: 15px/1.5 "Helvetica Neue", Helvetica, Arial, "Liberation Sans", sans-serif; color: var(--ink); }
+body { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; background: var(--page); }
+header { border-bottom: 3px solid var(--blue); padding-bottom: 1rem; margin-bottom: 1.5rem; }
+h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .3rem; color: var(--blue); letter-spacing: -.01em; }
+h2 { font-size: 1.25rem; margin: 2.8rem 0 .6rem; color: var(--blue); border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
+p { margin: .5rem 0 .8rem; max-width: 52rem; }
+.subtitle { color: var(--soft); font-size: 1.05rem; margin: 0; }
+.warning { margin: .7rem 0 0; padding: .4rem .7rem; border-left: 4px solid var(--warm); background: var(--pale); font-weight: 600; }
+.simulated { display: inline-block; margin-top: .7rem; padding: .15rem .6rem; border: 1.5px solid var(--warm); color: var(--warm);
+  font-weight: 600; letter-spacing: .04em; font-size: .85rem; border-radius: 3px; }
+nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--blue); text-decoration: none; display: block; padding: .08rem 0; }
+.cover { width: 100%; border-collapse: collapse; font-size: .9rem; margin: .8rem 0 0; }
+.cover th { text-align: left; font-weight: 600; color: var(--soft); padding: .2rem .8rem .2rem 0; vertical-align: top; width: 11%; white-space: nowrap; }
+.cover td { padding: .2rem .8rem .2rem 0; border-bottom: 1px dotted var(--line); overflow-wrap: anywhere; vertical-align: top; width: 39%; }
+.facts { width: 100%; border-collapse: collapse; font-size: .9rem; margin: 0 0 1rem; }
+.facts th { text-align: left; font-weight: 600; color: var(--soft); white-space: nowrap; padding: .2rem 1.2rem .2rem 0; vertical-align: top; width: 1%; }
+.facts td { padding: .2rem 0; overflow-wrap: anywhere; }
+figure { max-width: 62rem; margin: 1.6rem 0 2.2rem; break-inside: avoid; }
+figure svg { display: block; width: 100%; height: auto; }
+figure svg text { font-family: inherit !important; }
+figcaption, caption { font-size: .9rem; color: var(--ink); text-align: left; }
+figcaption { margin-top: .4rem; max-width: 52rem; } caption { margin-bottom: .4rem; caption-side: top; }
+figcaption b, caption b { color: var(--blue); } .note { color: var(--soft); }
+.wide { overflow-x: auto; margin: 1.4rem 0 2rem; break-inside: avoid; }
+table.data { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; min-width: 50%; }
+table.data th { font-weight: 600; text-align: left; padding: .35rem .5rem; border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
+table.data td { padding: .26rem .5rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
+table.data .long { white-space: normal; }
+table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
+table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }
+.meaning { font-weight: 600; } p.meaning { font-size: .9rem; margin: .4rem 0 0; } figcaption .meaning { display: block; margin-top: .2rem; }
+tr.group td { font-weight: 600; background: var(--pale); }
+.good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 700; } .warn { color: var(--doubt); font-weight: 600; }
+.muted { color: var(--soft); } .best { font-weight: 700; background: var(--best); }
+p.warn, p.bad, p.good { border-left: 3px solid; padding-left: .8rem; font-weight: 400; }
+footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line); color: var(--soft); font-size: .85rem; }
+/* On a dark screen the page is dark; a figure keeps its white paper, on which its inks were chosen. */
+@media screen and (prefers-color-scheme: dark) {
+  :root { --page: #14191f; --ink: #e3e8ee; --soft: #a3b0bd; --line: #33404d; --pale: #1d252e; --blue: #8fbbe8; --warm: #f59e6c; --good: #6fce9f; --bad: #ff9a94;
+    --doubt: #e8b75c; --best: #22344a; }
+  figure svg { background: #fff; border-radius: 4px; }
+}
+@media print {
+  html { font-size: 9pt; line-height: 1.35; } body { max-width: none; padding: 0; } nav, footer { display: none; }
+  header { padding-bottom: .4rem; margin-bottom: .8rem; } h2 { margin: 1.4rem 0 .4rem; break-after: avoid; } a { color: inherit; }
+  p { max-width: none; orphans: 3; widows: 3; } .wide { overflow: visible; margin: .8rem 0 1rem; break-inside: auto; }
+  table.data { font-size: .8rem; min-width: 0; } table.data td, table.data th { padding: .12rem .34rem; } table.data td { white-space: normal; }
+  table.data .number { white-space: nowrap; } tr, caption, p { break-inside: avoid; } p.meaning { break-before: avoid; } caption { break-after: avoid; } thead { display: table-header-group; break-after: avoid; } tbody tr:first-child { break-before: avoid; }
+  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 80mm; margin: 0 auto; }
+  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
+@media (max-width: 45rem) { body { padding: 1.2rem .8rem; } nav { columns: 1; } table.data td, table.data th { padding: .22rem .45rem; } }
+)css";
+
+constexpr const char* kFactsHeading = "Data and settings";
+
+const char* css_class(Emphasis emphasis) {
+  switch (emphasis) {
+    case Emphasis::kNone:
+      return "";
+    case Emphasis::kGood:
+      return "good";
+    case Emphasis::kBad:
+      return "bad";
+    case Emphasis::kWarn:
+      return "warn";
+    case Emphasis::kMuted:
+      return "muted";
+    case Emphasis::kBest:
+      return "best";
+  }
+  return "";
+}
+
+/// Text alternative of a figure: title, caption and names of curves.
+std::string alternative_text(const Figure& figure) {
+  std::string curves;
+  for (const Panel& panel : figure.plot.panels) {
+    for (const Series& series : panel.series) {
+      if (!series.name.empty() && curves.find(series.name) == std::string::npos)
+        curves += (curves.empty() ? " Curves: " : ", ") + series.name;
+    }
+  }
+  return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
+}
+
+/// Encodes a link within the page or to a relative path: percent-encodes all other characters, so that no link has a
+/// scheme. Returns an empty string if `link` begins with a slash or backslash, which could lead to another host.
+std::string relative_link(const std::string& link) {
+  if (link.starts_with('/') || link.starts_with('\\')) return {};
+  std::string result;
+  for (const char c : link) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain =
+        (byte < 0x80 && std::isalnum(byte) != 0) || std::string_view("._~-/").find(c) != std::string_view::npos;
+    result += plain || (c == '#' && result.empty()) ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return result;
+}
+
+std::string linked(const Cell& cell) {
+  const std::string text = html_text(cell.text), link = relative_link(cell.link);
+  return link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", link, text);
+}
+
+/// Content-Security-Policy: no script, no external resources.
+constexpr const char* kPolicy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
+/// Paper and number of each printed page.
+std::string page_style(const std::string& paper) {
+  return "@page { size: " + paper +
+         "; margin: 16mm 14mm 17mm; @bottom-right { content: \"page \" counter(page) \" of \" counter(pages); color: "
+         "#5b6875; "
+         "font: 8pt sans-serif; } }\n";
+}
+
+/// Cells of a column of text that are longer wrap.
+constexpr std::size_t kLongText = 36;
+/// A table with more columns after the first is split, so that a printed page shows all.
+constexpr std::size_t kOthers = 11;
+
+/// Writes the page and numbers tables and figures.
+class Page {
+ public:
+  explicit Page(const Report& report) : report_(report) {}
+
+  std::string write() {
+    head();
+    for (const Section& section : report_.sections) {
+      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", id_or_number(section.id, "section", ++sections_),
+                           html_text(section.heading));
+      for (const Block& block : section.blocks) std::visit([this](const auto& b) { add(b); }, block);
+      text_ += "</section>\n";
+    }
+    facts();
+    text_ += fmt::format("<footer>{}</footer>\n", html_text(report_.tool));
+    text_ += "</body>\n</html>\n";
+    return std::move(text_);
+  }
+
+ private:
+  void head() {
+    text_ += fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, "
+        "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
+        "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
+        "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
+        kPolicy, html_text(report_.title), kStyle + page_style(report_.paper), html_text(report_.title),
+        html_text(report_.subtitle));
+    cover();
+    if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
+    if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
+    text_ += "<nav>\n";
+    int number = 0;
+    for (const Section& s : report_.sections) {
+      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", id_or_number(s.id, "section", ++number), html_text(s.heading));
+    }
+    if (!report_.facts.empty()) text_ += fmt::format("<a href=\"#facts\">{}</a>\n", kFactsHeading);
+    text_ += "</nav>\n</header>\n";
+  }
+
+  /// Two columns; a long value has a row of its own.
+  void cover() {
+    if (report_.cover.empty()) return;
+    text_ += "<table class=\"cover\">\n";
+    bool open = false;  // a row with one value
+    for (const auto& [name, value] : report_.cover) {
+      const bool is_long = value.size() > 50;
+      text_ += fmt::format("{}<th>{}</th><td{}>{}</td>",
+                           !open     ? "<tr>"
+                           : is_long ? "</tr>\n<tr>"
+                                     : "",
+                           html_text(name), is_long ? " colspan=\"3\"" : "", html_text(value));
+      open = !open && !is_long;
+      if (!open) text_ += "</tr>\n";
+    }
+    text_ += "</table>\n";
+  }
+
+  /// Last: the conclusion comes first.
+  void facts() {
+    if (report_.facts.empty()) return;
+    text_ += fmt::format("<section id=\"facts\">\n<h2>{}</h2>\n<table class=\"facts\">\n", kFactsHeading);
+    for (const auto& [name, value] : report_.facts) {
+      text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(name), html_text(value));
+    }
+    text_ += "</table>\n</section>\n";
+  }
+
+  /// "Table 3. Title. Caption", and "Simulated data." if it is.
+  std::string caption(const char* kind, int number, const std::string& title, const std::string& more) const {
+    return fmt::format("<b>{} {}.</b> {}.{}{}", kind, number, html_text(title),
+                       more.empty() ? "" : " <span class=\"note\">" + html_text(more) + "</span>",
+                       report_.simulated ? " <span class=\"note\">Simulated data.</span>" : "");
+  }
+
+  void add(const Paragraph& paragraph) {
+    text_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class(paragraph.emphasis), html_text(paragraph.text));
+  }
+
+  void add(const Table& table) {
+    ++tables_;
+    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n", id_or_number(table.id, "table", tables_));
+    std::string shown = caption("Table", tables_, table.title, table.caption);
+    for (std::size_t begin = 1; begin == 1 || begin < table.columns.size(); begin += kOthers) {
+      std::vector<std::size_t> part = {0};
+      for (std::size_t c = begin; c < std::min(begin + kOthers, table.columns.size()); ++c) part.push_back(c);
+      add_part(table, part, shown);
+      shown = fmt::format("<b>Table {}</b>, continued", tables_);
+    }
+    if (!table.meaning.empty()) text_ += fmt::format("<p class=\"meaning\">{}</p>\n", html_text(table.meaning));
+    text_ += "</div>\n";
+  }
+
+  void add_part(const Table& table, const std::vector<std::size_t>& part, const std::string& caption) {
+    text_ += fmt::format("<table class=\"data\">\n<caption>{}</caption>\n<thead><tr>", caption);
+    for (const std::size_t c : part) {
+      const Column& column = table.columns[c];
+      const std::string unit =
+          column.unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_text(column.unit));
+      text_ +=
+          fmt::format("<th class=\"{}\">{}{}</th>", column.number ? "number" : "text", html_text(column.name), unit);
+    }
+    text_ += "</tr></thead>\n<tbody>\n";
+    for (const auto& row : table.rows) {
+      text_ += "<tr>";
+      for (const std::size_t c : part) {
+        if (c >= row.size()) continue;
+        const char* kind = table.columns[c].number ? "number" : row[c].text.size() > kLongText ? "text long" : "text";
+        text_ += fmt::format("<td class=\"{} {}\">{}</td>", kind, css_class(row[c].emphasis), linked(row[c]));
+      }
+      text_ += "</tr>\n";
+    }
+    text_ += "</tbody>\n</table>\n";
+  }
+
+  void add(const Figure& figure) {
+    ++figures_;
+    std::string svg = draw_svg(figure.plot);
+    svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(alternative_text(figure))));
+    text_ += fmt::format("<figure id=\"{}\">\n{}\n", id_or_number(figure.id, "figure", figures_), svg);
+    const std::string meaning =
+        figure.meaning.empty() ? "" : fmt::format(" <span class=\"meaning\">{}</span>", html_text(figure.meaning));
+    text_ += fmt::format("<figcaption>{}{}</figcaption>\n</figure>\n",
+                         caption("Figure", figures_, figure.title, figure.caption), meaning);
+  }
+
+  const Report& report_;
+  std::string text_;
+  int sections_ = 0, tables_ = 0, figures_ = 0;
+};
+
+}  // namespace
+
+std::string html_page(const Report& report) { return Page(report).write(); }
+
+}  // namespace prism::report

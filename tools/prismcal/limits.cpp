@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/limits.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/file.hpp"
+#include "base/json_document.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Reads "min" or "max" of one limit.
+Result<std::optional<double>> read_edge(const Json& object, const char* key, const std::string& where) {
+  if (!object.contains(key)) return std::optional<double>();
+  if (!object[key].is_number())
+    return make_error(where + "/" + key, fmt::format("found {}, expected a number", shown(object[key])));
+  return std::optional(object[key].get<double>());
+}
+
+}  // namespace
+
+std::string range_text(const Limit& limit) {
+  if (limit.min && limit.max) return fmt::format("{:g} to {:g}", *limit.min, *limit.max);
+  return limit.min ? fmt::format("at least {:g}", *limit.min) : fmt::format("at most {:g}", *limit.max);
+}
+
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,
+                                        const std::vector<std::string>& names) {
+  const Json json = Json::parse(text, nullptr, false, true);
+  if (!json.is_object()) return make_error(where, "not a JSON object of limits");
+  std::vector<Limit> limits;
+  for (const auto& [quantity, object] : json.items()) {
+    const std::string at = fmt::format("{}:/{}", where, quantity);
+    if (std::find(names.begin(), names.end(), quantity) == names.end()) {
+      return make_error(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
+    }
+    if (!object.is_object())
+      return make_error(at, fmt::format("found {}, expected {{\"min\": …, \"max\": …}}, one or both", shown(object)));
+    for (const auto& [key, value] : object.items()) {
+      if (key != "min" && key != "max")
+        return make_error(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
+    }
+    const auto min = read_edge(object, "min", at), max = read_edge(object, "max", at);
+    if (!min) return tl::unexpected(min.error());
+    if (!max) return tl::unexpected(max.error());
+    if (!*min && !*max) return make_error(at, "found neither min nor max, expected one or both");
+    limits.push_back({quantity, *min, *max});
+  }
+  if (limits.empty()) return make_error(where, "found no limit, expected at least one");
+  return limits;
+}
+
+Result<std::vector<Limit>> read_limits(const std::string& path) {
+  if (path.empty()) return std::vector<Limit>();
+  return read_text_file(path).and_then([&](const std::string& text) { return parse_limits(text, path); });
+}
+
+std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
+  std::vector<LimitCheck> checks;
+  for (const Limit& limit : limits) {
+    const auto found =
+        std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
+    LimitCheck check{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
+    const auto& value = check.measured.value;
+    check.pass = value && std::isfinite(*value) && (!limit.min || (*value >= *limit.min && !check.measured.at_most)) &&
+                 (!limit.max || *value <= *limit.max);
+    checks.push_back(std::move(check));
+  }
+  return checks;
+}
+
+report::Table limits_table(const std::vector<std::pair<std::string, std::vector<LimitCheck>>>& recordings) {
+  report::Table table{"limits", "Specification limits",
+                      "A value that could not be measured fails its limit. ≤: an upper bound of the value.",
+                      report::columns("recording: | quantity: | unit: | at least | at most | measured | verdict:")};
+  std::vector<std::string> failed;
+  for (const auto& [recording, checks] : recordings) {
+    for (const LimitCheck& check : checks) {
+      report::Cell measured = report::general_cell(check.measured.value, 5);
+      if (check.measured.at_most) measured.text = "≤ " + measured.text;
+      table.rows.push_back(
+          {recording,
+           check.limit.quantity,
+           check.measured.unit,
+           report::general_cell(check.limit.min, 6),
+           report::general_cell(check.limit.max, 6),
+           measured,
+           {check.pass ? "PASS" : "FAIL", check.pass ? report::Emphasis::kGood : report::Emphasis::kBad}});
+      if (check.pass) continue;
+      failed.push_back(recordings.size() > 1 ? check.limit.quantity + " on " + recording : check.limit.quantity);
+    }
+  }
+  const std::size_t all = table.rows.size();
+  table.meaning = failed.empty()
+                      ? fmt::format("PASS: all {} limits are met.", all)
+                      : fmt::format("FAIL: {} of {} limits: {}.", failed.size(), all, fmt::join(failed, ", "));
+  return table;
+}
+
+}  // namespace prism::analysis

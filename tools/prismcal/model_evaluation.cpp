@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/model_evaluation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/plain_text.hpp"
+#include "compensation/earth_rate.hpp"
+#include "compensation/extrapolation.hpp"
+
+namespace prism::analysis {
+namespace {
+
+using compensation::Correction;
+
+/// The corrections of the seconds whose window is not ready.
+std::vector<double> follow_warming(compensation::CompensationEngine& engine, const recordings::BlockTable& table) {
+  std::vector<double> biases;
+  biases.reserve(table.warming.size());
+  engine.break_off();
+  for (std::size_t i = 0; i < table.warming.size(); ++i) {
+    const compensation::Window& window = table.warming[i];
+    if (window.warm_s == 1) engine.break_off();
+    biases.push_back(engine.follow(window).bias_deg_per_h);
+  }
+  return biases;
+}
+
+/// Counts the blocks within two of the model's standard deviation of a block mean (with noise), and finds how their
+/// errors changed since the training.
+void count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
+                    const CorrectionSettings& settings, ModelEvaluation& result) {
+  std::vector<double> time_s, error, sd, sd_mean;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!std::isfinite(result.corrected_deg_per_h[i])) continue;
+    const auto inputs = compensation::gather_inputs(model, table.blocks[i]);
+    const auto prediction = compensation::predict_within(model, inputs, settings.engine.extrapolation);
+    if (!std::isfinite(prediction.sd_mean_deg_per_h)) continue;
+    ++result.with_sd;
+    result.within_two_sd +=
+        std::abs(table.bias_deg_per_h[i] - prediction.bias_deg_per_h) <= 2 * prediction.sd_mean_deg_per_h;
+    time_s.push_back(static_cast<double>(table.second(i)));
+    error.push_back(table.bias_deg_per_h[i] - prediction.bias_deg_per_h);
+    sd.push_back(prediction.sd_deg_per_h), sd_mean.push_back(prediction.sd_mean_deg_per_h);
+  }
+  const double mount_sd = compensation::mount_sd_deg_per_h(table.earth_rate_deg_per_h);
+  if (!error.empty()) result.change = evaluation::bias_change(time_s, error, sd, sd_mean, mount_sd);
+}
+
+std::optional<double> training_mean(const compensation::Model& model, const recordings::BlockTable& table) {
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::vector<double> inputs = compensation::gather_inputs(model, table.blocks[i]);
+    if (inputs.empty()) continue;
+    const double mean = model.predict(inputs).mean_deg_per_h;
+    return std::isfinite(mean) ? std::optional(mean) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
+                                      const ModelEvaluation& result) {
+  const auto mean = training_mean(model, table);
+  if (!mean) return std::nullopt;
+  std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
+  for (double& bias : before) bias -= *mean;
+  const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
+  if (!summary || !(summary->rms > 0)) return std::nullopt;
+  return 1 - result.stability.after.rms / summary->rms;
+}
+
+/// The input of the model that a block lacks.
+std::string missing_input(const compensation::Model& model, const recordings::BlockTable& table, std::size_t block) {
+  const compensation::ModelInfo& info = model.info();
+  const auto unknown = std::find_if_not(info.inputs.begin(), info.inputs.end(), [&](const std::string& name) {
+    return std::isfinite(compensation::input_value(table.blocks[block], info.features, name));
+  });
+  return unknown == info.inputs.end() ? "" : *unknown;
+}
+
+/// Fewer than two blocks have a correction.
+tl::unexpected<Error> too_few(const compensation::Model& model, const recordings::BlockTable& table,
+                              const ModelEvaluation& result, double max_bias_deg_per_h) {
+  const std::string& name = model.info().name;
+  if (result.uncorrected == 0)
+    return make_error(table.name, fmt::format("found {} of {} s, expected 2 or more", counted(table.size(), "block"),
+                                              table.features.length_s));
+  if (result.without_input > 0)
+    return make_error(table.name, fmt::format("input {} of model \"{}\" is unknown in {} of {} blocks; expected it, or "
+                                              "a model without it (prismcal train --inputs)",
+                                              result.missing_input, name, result.without_input, table.size()));
+  return make_error(table.name,
+                    fmt::format("the bias of model \"{}\" is above {:g} deg/h in {} of {} blocks: prismd would "
+                                "not publish corrected rates; set the limit with --max-bias or --config",
+                                name, max_bias_deg_per_h, result.uncorrected, table.size()));
+}
+
+Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
+                                               evaluation::Divisor divisor) {
+  std::vector<bool> follows = table.follows;
+  for (std::size_t i = 1; i < follows.size(); ++i)
+    follows[i] = follows[i] && std::isfinite(result.corrected_deg_per_h[i - 1]);
+  return evaluation::measure_bias_stability(result.where_corrected(table.bias_deg_per_h),
+                                            result.where_corrected(result.corrected_deg_per_h),
+                                            result.where_corrected(follows), divisor, table.name);
+}
+
+}  // namespace
+
+std::string CorrectionSettings::text() const {
+  const compensation::SlewSettings& slew = engine.slew;
+  return fmt::format("bias limit: {:g} deg/h; extrapolation: {}; slew limit: {}; fallback model: {}",
+                     engine.max_bias_deg_per_h, compensation::extrapolation_name(engine.extrapolation),
+                     !slew.limited ? "none"
+                     : slew.max_slew_deg_per_h_per_s
+                         ? fmt::format("{:g} deg/h per second", *slew.max_slew_deg_per_h_per_s)
+                         : "from the model's training range",
+                     fallback ? fallback->info().name : "none");
+}
+
+std::vector<recordings::Series> ModelEvaluation::corrected_seconds_deg_per_h(
+    const recordings::BlockTable& table) const {
+  std::vector<recordings::Series> corrected;
+  std::size_t block = 0, warming = 0;
+  recordings::for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    while (block < table.size() && table.second(block) < second) ++block;
+    while (warming < table.warming.size() && table.warming[warming].second_mean.second < second) ++warming;
+    Correction correction;
+    if (block < table.size() && second > table.second(block) - table.features.length_s)
+      correction.bias_deg_per_h = predicted_deg_per_h[block];
+    if (warming < table.warming.size() && table.warming[warming].second_mean.second == second)
+      correction.bias_deg_per_h = predicted_warming_deg_per_h[warming];
+    recordings::append(corrected, second, compensation::corrected_rate(rate, correction));
+  });
+  return corrected;
+}
+
+Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
+                                       const CorrectionSettings& settings, evaluation::Divisor divisor) {
+  const compensation::ModelInfo& info = model->info();
+  if (!(info.features == table.features)) {
+    return make_error(table.name, fmt::format("found blocks with other features than model \"{}\"", info.name));
+  }
+  compensation::CompensationEngine engine(settings.engine);
+  if (auto used = engine.use(model, settings.fallback); !used) return tl::unexpected(used.error());
+  ModelEvaluation result;
+  result.knows_slope = std::any_of(info.inputs.begin(), info.inputs.end(), compensation::is_slope);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!table.follows[i]) engine.break_off();
+    const Correction correction = engine.follow(table.blocks[i]);
+    if ((correction.quality & compensation::kInputMissing) && result.without_input++ == 0)
+      result.missing_input = missing_input(*model, table, i);
+    result.predicted_deg_per_h.push_back(correction.bias_deg_per_h);
+    result.corrected_deg_per_h.push_back(compensation::corrected_rate(table.bias_deg_per_h[i], correction));
+    result.extrapolating.push_back((correction.quality & compensation::kExtrapolating) != 0);
+    result.extrapolated += result.extrapolating.back();
+    result.slew_limited += (correction.quality & compensation::kSlewLimited) != 0;
+    result.uncorrected += !std::isfinite(correction.bias_deg_per_h);
+  }
+  if (table.size() < result.uncorrected + 2) return too_few(*model, table, result, settings.engine.max_bias_deg_per_h);
+  result.predicted_warming_deg_per_h = follow_warming(engine, table);
+  auto stability = stability_of(result, table, divisor);
+  if (!stability) return tl::unexpected(stability.error());
+  result.stability = *stability;
+  result.rms_improvement = rms_improvement(*model, table, result);
+  count_coverage(*model, table, settings, result);
+  const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
+                                                     result.where_corrected(result.corrected_deg_per_h), table.name);
+  if (interval) result.improvement_interval = *interval;
+  return result;
+}
+
+std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval) {
+  return interval ? fmt::format("{:.1f} to {:.1f}", 100 * interval->low, 100 * interval->high) : report::kNothing;
+}
+
+report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
+                             const recordings::BlockTable& table) {
+  std::vector<double> before, one, two;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!std::isfinite(first.corrected_deg_per_h[i]) || !std::isfinite(other.corrected_deg_per_h[i])) continue;
+    before.push_back(table.bias_deg_per_h[i]);
+    one.push_back(first.corrected_deg_per_h[i]);
+    two.push_back(other.corrected_deg_per_h[i]);
+  }
+  const auto difference = evaluation::next_difference(before, one, two, table.name);
+  if (!difference) return report::kNothing;
+  const std::string range = fmt::format("{:+.1f} to {:+.1f}", 100 * difference->low, 100 * difference->high);
+  using report::Emphasis;
+  if (difference->holds_zero()) return {range + ": not distinguishable", 100 * difference->value, Emphasis::kMuted};
+  const bool better = difference->low > 0;
+  return {range + (better ? ": better" : ": worse"), 100 * difference->value,
+          better ? Emphasis::kGood : Emphasis::kBad};
+}
+
+}  // namespace prism::analysis

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/rate_series.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/escape.hpp"
+#include "compensation/evaluation/allan.hpp"
+#include "compensation/sample.hpp"
+#include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/log_folder.hpp"
+#include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/sample_grid.hpp"
+
+namespace prism::recordings {
+namespace {
+
+constexpr std::string_view kRateUnits = "deg/h, deg/s, rad/s or arcsec/s";
+
+Result<double> factor_of(const std::string& unit) {
+  if (const tables::Unit* found = tables::find_unit("rate", unit)) return found->factor;
+  return make_error("--unit", fmt::format("found \"{}\", expected {}", unit, kRateUnits));
+}
+
+/// The factor to deg/h of a column of a table; sets the unit of the series. Errors: no unit; one of another quantity.
+Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const tables::Header& header) {
+  if (!choice.unit.empty()) {
+    series.unit = choice.unit;
+  } else if (!header.unit) {
+    return make_error("--unit", fmt::format("found none, and no unit in the header of column {}, expected {}",
+                                            header.text.empty() ? "1" : header.text, kRateUnits));
+  } else if (header.unit->quantity != "rate") {
+    return make_error("--column", fmt::format("found \"{}\" in {}, expected a rate; --unit states another unit",
+                                              header.text, header.unit->name));
+  } else {
+    series.unit = header.unit->name;
+  }
+  return factor_of(series.unit);
+}
+
+/// The time column and the rate column of a table.
+struct Layout {
+  std::size_t rate = 0;
+  std::optional<std::size_t> time;
+};
+
+Result<Layout> choose_columns(const tables::PlainTable& table, const RateSeriesChoice& choice) {
+  Layout layout;
+  const auto& columns = table.columns();
+  if (!choice.time_column.empty()) {
+    const auto found = table.find(choice.time_column);
+    if (!found) return tl::unexpected<Error>(found.error());
+    layout.time = *found;
+  }
+  if (choice.time_column.empty() && columns.size() > 1) layout.time = table.time_column();
+  const bool readable = layout.time && table.kind(*layout.time) != tables::ColumnKind::kText;
+  if (choice.time_column.empty() && choice.interval_s && !readable) layout.time.reset();
+  if (!choice.column.empty()) {
+    const auto found = table.find(choice.column);
+    if (!found) return tl::unexpected<Error>(found.error());
+    layout.rate = *found;
+    return layout;
+  }
+  std::optional<std::size_t> rate, only;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].text == "rate_deg_per_h") rate = i;
+    if (layout.time && *layout.time == i) continue;
+    only = i;
+    ++others;
+  }
+  if (!rate && others == 1) rate = only;
+  if (!rate)
+    return make_error(table.path(), fmt::format("found columns {}, expected --column NAME", table.names_text()));
+  layout.rate = *rate;
+  return layout;
+}
+
+/// Rates in the unit of the file, and times.
+struct Columns {
+  std::vector<double> rates;
+  std::vector<std::int64_t> times_ns;
+  std::vector<bool> only_others;  ///< of each row; empty without a time
+};
+
+Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
+  tables::Selection selection;
+  selection.numbers = {layout.rate};
+  if (layout.time) selection.time = tables::TimeSelection{*layout.time};
+  if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
+  Columns columns;
+  tables::Row row;
+  while (true) {
+    const auto more = table.next(row);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    if (layout.time) columns.times_ns.push_back(row.time_ns), columns.only_others.push_back(row.only_others);
+    columns.rates.push_back(row.values[0]);
+  }
+  if (columns.rates.empty()) return make_error(table.path(), "found no row of numbers, expected a rate in every line");
+  return columns;
+}
+
+/// Puts a gap into the rates: as many missing values as it has samples. A gap of more than a twentieth of the rows
+/// separates two records instead.
+void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
+  if (lost > rows / 20)
+    rates.push_back(evaluation::kAllanBreak);
+  else
+    rates.insert(rates.end(), lost, kUnknown);
+}
+
+/// The rates with gaps in place of the holes.
+std::vector<double> with_gaps(const std::vector<double>& rates, const SampleGrid& grid) {
+  std::vector<double> all;
+  auto hole = grid.holes.begin();
+  for (std::size_t row = 0; row < rates.size(); ++row) {
+    if (hole != grid.holes.end() && hole->row == row) push_gap(all, hole++->lost, rates.size());
+    all.push_back(rates[row]);
+  }
+  return all;
+}
+
+/// The rows that are samples: without those where only other columns have a value.
+Columns samples_of(const Columns& columns) {
+  Columns samples;
+  for (std::size_t i = 0; i < columns.rates.size(); ++i) {
+    if (columns.only_others[i]) continue;
+    samples.rates.push_back(columns.rates[i]);
+    samples.times_ns.push_back(columns.times_ns[i]);
+  }
+  return samples;
+}
+
+/// Sets the interval, and puts a gap into the rates where samples are lost.
+Result<void> place_in_time(Columns columns, const std::string& time_name, const std::string& path,
+                           std::optional<double> given_s, RateSeries& series) {
+  if (columns.times_ns.size() < 2) {
+    series.rate_deg_per_h = std::move(columns.rates);
+    series.interval_source = "assumed: the file has no time";
+    return {};
+  }
+  // Where the samples alone leave two readings, the other rows' times may be the missing ones.
+  auto grid = sample_grid(columns.times_ns, path, given_s);
+  if (std::find(columns.only_others.begin(), columns.only_others.end(), true) != columns.only_others.end()) {
+    Columns samples = samples_of(columns);
+    auto of_samples = sample_grid(samples.times_ns, path, given_s);
+    if (of_samples || !grid) grid = std::move(of_samples), columns = std::move(samples);
+  }
+  if (!grid) return tl::unexpected<Error>(grid.error());
+  series.interval_s = grid->interval_s;
+  series.interval_source = "count over span of " + time_name;
+  series.rate_deg_per_h = with_gaps(columns.rates, *grid);
+  series.notes = grid->notes();
+  return {};
+}
+
+// prismd's log has one row per second. Partial and missing seconds are gaps; a session is a record.
+Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
+  RateSeries series;
+  series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
+  auto folder = LogFolder::open(path, choice.axis, series.column);
+  if (!folder) return tl::unexpected(folder.error());
+  const auto factor = set_unit(series, choice, tables::read_header(series.column));
+  if (!factor) return tl::unexpected(factor.error());
+  const std::size_t most_rows = folder->most_rows();
+  series.rate_deg_per_h.reserve(most_rows + 1);
+  tables::ReadMeter meter(choice.table.progress, folder->bytes());
+  std::int64_t last = 0;
+  const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
+    const compensation::SecondMean& second_mean = row.second_mean;
+    if (series.rows > 0 && begins_session) {
+      series.rate_deg_per_h.push_back(evaluation::kAllanBreak);
+    } else if (series.rows > 0 && second_mean.second > last + 1) {
+      push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
+    }
+    if (!series.begin_s) series.begin_s = second_mean.second;
+    ++series.rows;
+    last = second_mean.second;
+    const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
+    series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
+    return {};
+  };
+  const auto left_out = join_rows(*folder, add, meter);
+  if (!left_out) return tl::unexpected(left_out.error());
+  if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
+  series.interval_source = "one row per second";
+  series.gyro_serial = folder->segments.front().value("gyro_serial");
+  series.axis = folder->segments.front().value("axis");
+  series.notes = left_out->lines();
+  series.notes.insert(series.notes.end(), folder->absent.begin(), folder->absent.end());
+  return series;
+}
+
+Result<RateSeries> read_table_series(const std::string& path, const RateSeriesChoice& choice) {
+  tables::TableOptions options = choice.table;
+  options.interval_s = choice.interval_s.value_or(0);
+  auto table = tables::PlainTable::open(path, options);
+  if (!table) return tl::unexpected<Error>(table.error());
+  const auto layout = choose_columns(*table, choice);
+  if (!layout) return tl::unexpected<Error>(layout.error());
+  RateSeries series;
+  const tables::Header& header = table->columns()[layout->rate];
+  series.column = header.text;
+  const auto factor = set_unit(series, choice, header);
+  if (!factor) return tl::unexpected<Error>(factor.error());
+  auto columns = read_columns(*table, *layout);
+  if (!columns) return tl::unexpected<Error>(columns.error());
+  series.rows = columns->rates.size();
+  if (table->has_dates() && !columns->times_ns.empty())
+    series.begin_s = columns->times_ns.front() / compensation::kNanosecondsPerSecond;
+  RateRows rows{*factor, mean_step_s(columns->times_ns), columns->times_ns, table->has_dates()};
+  if (choice.interval_s) rows.interval_s = *choice.interval_s;
+  const auto remarks = lines_of(judge_rates(columns->rates, rows), Severity::kRemark);
+  const std::string time_name = layout->time ? table->columns()[*layout->time].text : "";
+  if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
+    return tl::unexpected<Error>(placed.error());
+  for (double& rate : series.rate_deg_per_h) rate *= *factor;
+  series.notes.insert(series.notes.end(), remarks.begin(), remarks.end());
+  if (choice.interval_s) {
+    series.interval_s = *choice.interval_s;
+    series.interval_source = "given";
+  }
+  if (choice.table.announce) choice.table.announce(table->understood());
+  return series;
+}
+
+}  // namespace
+
+Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
+  std::error_code error;
+  const bool log =
+      (std::filesystem::is_directory(path, error) || is_log(path)) && choice.time_column.empty() && !choice.interval_s;
+  if (!log) {
+    const auto kind = bytes_kind(path);
+    if (!kind) return tl::unexpected<Error>(kind.error());
+    if (!kind->empty())
+      return make_error(path, fmt::format("found a {}, expected a table or log; make a log of it: prismd CONFIG.json "
+                                          "--replay {} --out FOLDER",
+                                          *kind == "bytes" ? "file of bytes" : *kind, shell_word(path)));
+  }
+  return log ? read_log_series(path, choice) : read_table_series(path, choice);
+}
+
+}  // namespace prism::recordings

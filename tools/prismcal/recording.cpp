@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "base/escape.hpp"
+#include "base/file.hpp"
+#include "base/outside_text.hpp"
+#include "compensation/earth_rate.hpp"
+#include "drivers/shown_bytes.hpp"
+#include "tools/prismcal/log_segment.hpp"
+#include "tools/prismcal/plain_table.hpp"
+#include "tools/prismcal/quantity_map.hpp"
+
+namespace prism::recordings {
+namespace {
+
+Result<compensation::AxisPlacement> site_of(const Recording& recording) {
+  compensation::AxisPlacement placement;
+  const std::string site = recording.value("site");
+  if (std::sscanf(site.c_str(), "latitude_deg %lf elevation_deg %lf azimuth_deg %lf", &placement.latitude_deg,
+                  &placement.elevation_deg, &placement.azimuth_deg) != 3) {
+    return make_error(recording.name,
+                      "found no site in its log, expected --latitude and --elevation, or --no-earth-rate");
+  }
+  const auto within = [](double angle, double most) { return std::fabs(angle) <= most; };  // not NaN
+  if (!within(placement.latitude_deg, 90) || !within(placement.elevation_deg, 90) ||
+      !within(placement.azimuth_deg, 360))
+    return make_error(recording.name, fmt::format("found the site \"{}\", expected a latitude and an elevation within "
+                                                  "-90 to 90 and an azimuth within -360 to 360",
+                                                  site));
+  return placement;
+}
+
+/// A file whose first line is not that of a log of prismd.
+bool is_foreign(const std::string& path) {
+  std::error_code error;
+  auto in = FileReader::open(path);
+  if (std::filesystem::is_directory(path, error) || !in) return false;
+  std::array<char, 8> first{};
+  const std::size_t got = in->read(first);
+  return got > 0 && std::string_view(first.data(), got) != "# prism ";
+}
+
+/// Advice for a table of another program. If its header states a rate, it is a command line to copy.
+Error without_map(const std::string& path, const SourceOptions& options) {
+  const auto table = tables::PlainTable::open(path, options.table);
+  if (!table) return table.error();
+  if (rate_column(*table))
+    return {path, fmt::format("not a log of prismd; its header fits: {} ({})", train_command(*table, options.table),
+                              kSiteAdvice)};
+  return {path, fmt::format("not a log of prismd: found columns {}; prismcal reads any table with --map "
+                            "rate=COLUMN:UNIT,temperature=COLUMN:UNIT,time=COLUMN:UNIT; see prismcal inspect {}",
+                            table->names_text(), shell_word(path))};
+}
+
+}  // namespace
+
+bool is_capture(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::array<char, 4> magic{};
+  if (!in || in->read(magic) != magic.size()) return false;
+  std::uint32_t value = 0;
+  std::memcpy(&value, magic.data(), sizeof value);
+  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
+  return value == 0xa1b23c4d || value == 0xa1b2c3d4 || value == 0x4d3cb2a1 || value == 0xd4c3b2a1 ||
+         value == 0x0a0d0d0a;
+}
+
+Result<std::string> bytes_kind(const std::string& path) {
+  if (is_capture(path)) return std::string("capture");
+  const auto foreign = tables::foreign_file(path);
+  if (!foreign) return tl::unexpected<Error>(foreign.error());
+  if (!foreign->empty()) return std::string();
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
+  std::array<char, drivers::kFirstBytes> bytes{};
+  const std::string_view first(bytes.data(), in->read(bytes));
+  if (drivers::is_binary(first)) return std::string("bytes");
+  const auto sentences = drivers::has_sentences(path, first);
+  if (!sentences) return tl::unexpected<Error>(sentences.error());
+  return std::string(*sentences ? "log of sentences" : "");
+}
+
+std::string Recording::value(const std::string& key) const {
+  const auto found = metadata.find(key);
+  return found == metadata.end() ? "" : found->second;
+}
+
+std::vector<SensorName> Recording::sensors() const { return sensors_of_list(sensor_list); }
+
+void Recording::add_metadata(const std::string& lines) {
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("# ") && colon != std::string::npos)
+      metadata.emplace(line.substr(2, colon - 2), line.substr(colon + 2));
+  }
+}
+
+Result<void> SecondFeed::begin() {
+  begun_ = true;
+  return consumer_.begin(recording_);
+}
+
+Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
+  if (!any_) {
+    any_ = true;
+    if (auto good = leave_out_.begin(second_mean.second, recording_.is_date); !good) return good;
+  }
+  session_begins_ = session_begins_ || begins_session;
+  if (leave_out_.contains(second_mean.second)) return {};
+  begins_session = std::exchange(session_begins_, false);
+  jumps_.push(second_mean, begins_session);
+  if (!begun_) {
+    recording_.sensor_list = second_mean.sensor_list;
+    if (auto good = begin(); !good) return good;
+  }
+  ++recording_.seconds;
+  ++recording_.samples[second_mean.samples];
+  return consumer_.push(second_mean, begins_session);
+}
+
+Result<void> SecondFeed::finish() {
+  add_remarks(recording_.findings, "left out", leave_out_.notes());
+  for (Finding& jump : jumps_.findings(recording_.is_date)) recording_.findings.push_back(std::move(jump));
+  recording_.unmatched = leave_out_.unmatched();
+  return begun_ ? Result<void>() : begin();
+}
+
+void UnmatchedRanges::add(const Recording& recording) {
+  std::erase_if(ranges_, [&](const std::string& range) {
+    return std::find(recording.unmatched.begin(), recording.unmatched.end(), range) == recording.unmatched.end();
+  });
+}
+
+Result<void> UnmatchedRanges::finish() const {
+  if (ranges_.empty()) return {};
+  return make_error("--leave-out",
+                    fmt::format("found \"{}\", which contains no second of a recording: nothing would be "
+                                "left out",
+                                ranges_.front()));
+}
+
+namespace {
+
+Result<Recording> read(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer) {
+  // Models and reports contain the name.
+  if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
+  auto leave_out = LeaveOut::parse(options.leave_out);
+  if (!leave_out) return tl::unexpected<Error>(leave_out.error());
+  if (!options.map.empty()) return read_mapped(path, options, std::move(*leave_out), consumer);
+  if (is_foreign(path)) {
+    const auto kind = bytes_kind(path);
+    if (!kind) return tl::unexpected<Error>(kind.error());
+    if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
+    if (!options.config.empty()) return read_capture(path, options, std::move(*leave_out), consumer);
+    return make_error(
+        path, fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismcal inspect "
+                          "{} finds the description",
+                          *kind, shell_word(path)));
+  }
+  return read_log(path, options, std::move(*leave_out), consumer);
+}
+
+}  // namespace
+
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options,
+                                 const SecondConsumer& consumer) {
+  auto recording = read(path, options, consumer);
+  if (!recording || options.several) return recording;
+  UnmatchedRanges unmatched(options.leave_out);
+  unmatched.add(*recording);
+  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
+  return recording;
+}
+
+Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {
+  if (!options.map.empty()) return std::vector<std::string>();
+  return is_foreign(path) ? axes_of_capture(options) : axes_of_log(path);
+}
+
+Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options) {
+  if (options.no_earth_rate) return 0.0;
+  const auto placement = placement_of(recording, options);
+  if (!placement) return tl::unexpected<Error>(placement.error());
+  return compensation::earth_rate_deg_per_h(*placement);
+}
+
+Result<compensation::AxisPlacement> placement_of(const Recording& recording, const SiteOptions& options) {
+  compensation::AxisPlacement placement;
+  if (!options.latitude_deg || !options.elevation_deg) {
+    const auto site = site_of(recording);
+    if (!site) return tl::unexpected<Error>(site.error());
+    placement = *site;
+  }
+  placement.latitude_deg = options.latitude_deg.value_or(placement.latitude_deg);
+  placement.elevation_deg = options.elevation_deg.value_or(placement.elevation_deg);
+  placement.azimuth_deg = options.azimuth_deg.value_or(placement.azimuth_deg);
+  const bool from_options = options.latitude_deg && options.elevation_deg && !options.azimuth_deg;
+  const double range = compensation::azimuth_range_deg_per_h(placement);
+  if (from_options && range >= compensation::kAzimuthMatters)
+    return make_error("--azimuth",
+                      fmt::format("found none, expected it for an axis that is not vertical: the Earth rate "
+                                  "on it depends on the azimuth by up to {:.3g} deg/h",
+                                  range));
+  return placement;
+}
+
+}  // namespace prism::recordings

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// A recording: a stream of one-second means from a log of prismd, a capture, or any CSV with mapped columns.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.hpp"
+#include "compensation/earth_rate.hpp"
+#include "compensation/second_averager.hpp"
+#include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/leave_out.hpp"
+#include "tools/prismcal/plain_table.hpp"
+
+namespace prism::recordings {
+
+struct SourceFile {
+  std::string path, sha256;
+  std::size_t rows = 0;
+};
+
+struct Recording {
+  std::string name;  ///< name of the file or folder, without directory and extension
+  std::vector<SourceFile> files;
+  std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
+  std::size_t seconds = 0;                       ///< rows, also partial ones
+  bool is_date = false;                          ///< the seconds count from 1970
+  SensorList sensor_list;                        ///< of the first second; null: no sensors
+  std::map<std::uint32_t, std::size_t> samples;  ///< seconds by their number of samples
+  std::vector<Finding> findings;                 ///< complete after the last second
+  std::vector<std::string> unmatched;            ///< ranges of SourceOptions::leave_out without a second of it
+
+  std::string value(const std::string& key) const;  ///< metadata value; empty: none
+  /// Sensors whose values the seconds contain; empty if there are no seconds.
+  std::vector<SensorName> sensors() const;
+  void add_metadata(const std::string& lines);  ///< adds "# key: value" lines; ignores other lines
+  std::vector<std::string> remarks() const { return lines_of(findings, Severity::kRemark); }
+  std::vector<std::string> questions() const { return lines_of(findings, Severity::kQuestion); }
+};
+
+struct SourceOptions {
+  /// "rate=COLUMN:UNIT", "temperature=…", "uhfo=…", "time=…". COLUMN: name or number from 1. UNIT: see
+  /// ../tables/units.hpp, else by the header; "rate=Gx:deg/s*0.061-1.2" scales and shifts a column to its unit. Empty:
+  /// not a mapped CSV.
+  std::vector<std::string> map;
+  tables::TableOptions table;  ///< how a mapped table is written; its interval_s: spacing of rows without a time, > 0
+  bool judged = true;          ///< mapped table: implausible values and outliers are left out (findings.hpp)
+  std::string config;          ///< capture: configuration of the prismd that recorded it
+  std::string axis;            ///< selects one axis of a log or capture with several
+  std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()
+  bool several = false;  ///< one of several recordings: a range of leave_out may contain none of its times
+};
+
+struct SiteOptions {
+  std::optional<double> latitude_deg, elevation_deg, azimuth_deg;  ///< override the site in the recording
+  bool no_earth_rate = false;
+  bool accept_unit = false;  ///< also if the mean rate is the Earth rate in another unit
+};
+
+/// Receives the seconds of a recording. Errors end the reading.
+struct SecondConsumer {
+  /// Called once, before the first second: `recording` has its name, metadata and sensors.
+  std::function<Result<void>(const Recording& recording)> begin;
+  /// Called with each second in order; seconds increase within a session.
+  std::function<Result<void>(const compensation::SecondMean& second_mean, bool begins_session)> push;
+};
+
+/// Passes the seconds that are not left out to a consumer, counts them in the recording, and finds jumps.
+class SecondFeed {
+ public:
+  /// `is_date`: the seconds count from 1970.
+  SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, const SecondConsumer& consumer)
+      : recording_(recording), leave_out_(leave_out), consumer_(consumer) {
+    recording.is_date = is_date;
+  }
+  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
+  /// Adds the findings to the recording. Calls begin(), if there was no second.
+  Result<void> finish();
+
+ private:
+  Result<void> begin();
+
+  Recording& recording_;
+  LeaveOut& leave_out_;
+  const SecondConsumer& consumer_;
+  JumpFinder jumps_;
+  bool any_ = false, begun_ = false;
+  bool session_begins_ = false;  ///< its first seconds were left out
+};
+
+// Files with the bytes of a line, which need a frame description.
+
+/// Returns true if the first bytes are those of pcap or pcapng.
+bool is_capture(const std::string& path);
+
+/// "capture", "bytes" (binary) or "log of sentences"; empty: probably a table. Reads the first bytes.
+/// Errors: those of FileReader::open(); a damaged container (MATLAB); a text that shows bytes (has_sentences()).
+Result<std::string> bytes_kind(const std::string& path);
+
+/// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
+/// of seconds. Errors: also those of the consumer; a range of leave_out without a second of it, unless options.several.
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer);
+
+/// Finds ranges of --leave-out that contain no second of any of several recordings.
+class UnmatchedRanges {
+ public:
+  explicit UnmatchedRanges(std::vector<std::string> ranges) : ranges_(std::move(ranges)) {}
+  void add(const Recording& recording);
+  Result<void> finish() const;  ///< Errors: there is one.
+
+ private:
+  std::vector<std::string> ranges_;
+};
+
+/// Returns the axes to choose from: those in the headers of the logs, or those in the configuration of a capture. Reads
+/// no rows.
+Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options);
+
+/// The site and the input axis, by the options or the recording's "site". Errors: no site in either; no azimuth that
+/// matters.
+Result<compensation::AxisPlacement> placement_of(const Recording& recording, const SiteOptions& options);
+/// Returns the Earth rate on it, deg/h; 0 with --no-earth-rate. Errors: those of placement_of().
+Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
+
+std::vector<std::string> axes_of_log(const std::string& path);
+Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
+
+// The readers, one source file each.
+/// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
+Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                           const SecondConsumer& consumer);
+/// Reads a capture or raw bytes with the frame description of options.config.
+Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                               const SecondConsumer& consumer);
+/// Averages the rows to seconds with SecondAverager, as prismd does.
+Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
+                              const SecondConsumer& consumer);
+
+}  // namespace prism::recordings

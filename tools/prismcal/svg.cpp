@@ -1,0 +1,559 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/svg.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "base/escape.hpp"
+
+namespace prism::report {
+namespace {
+
+constexpr double kWidth = 960, kLeft = 80, kRight = 14, kBottom = 50, kLine = 15, kSample = 24, kEntryGap = 16,
+                 kTickRoom = 50, kFontPx = 12.5;
+constexpr double kLargest = 1e150, kSmallestSpan = 1e-12, kRounding = 1e-6;
+constexpr const char* kTitleInk = " fill=\"#1b2733\"";
+
+// Text.
+
+/// Prints up to two decimals, limited to ±20000; 0 for NaN.
+std::string svg_number(double pixels) {
+  std::string text = fmt::format("{:.2f}", std::isnan(pixels) ? 0 : std::clamp(pixels, -20000.0, 20000.0));
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+std::string numbers(double a, double b) { return svg_number(a) + " " + svg_number(b); }
+
+/// Width in em of the character that starts with `byte`; 0 for continuation bytes.
+double width_em(char byte) {
+  const auto code = static_cast<unsigned char>(byte);
+  if (code >= 0x80) return code < 0xc0 ? 0 : code < 0xe2 ? 0.65 : 1;
+  if (std::string_view(" iljtfrI.,:;'|()[]!/-").find(byte) != std::string_view::npos) return 0.38;
+  if (std::string_view("mwMW%@").find(byte) != std::string_view::npos) return 0.95;
+  return byte >= 'A' && byte <= 'Z' ? 0.75 : 0.63;
+}
+
+/// Estimated pixels of a line of text in a sans-serif font; slightly more than most fonts need.
+double text_width(std::string_view text) {
+  double width = 0;
+  for (const char byte : text) width += kFontPx * width_em(byte);
+  return width;
+}
+
+/// `text`, truncated with "…" if it is wider than `width` pixels.
+std::string fitted(std::string_view text, double width) {
+  constexpr std::size_t kLongest = 2000;  // bytes; more than fit in any width
+  std::string clean = valid_utf8(text.substr(0, kLongest));
+  if (text_width(clean) <= width) return clean;
+  double used = kFontPx;  // width of "…"
+  for (std::size_t i = 0; i < clean.size(); ++i) {
+    used += kFontPx * width_em(clean[i]);
+    if (used > width) return clean.substr(0, i) + "…";
+  }
+  return clean;
+}
+
+/// `anchor`: start, middle or end. `more`: additional attributes.
+std::string text_svg(double x, double y, std::string_view text, const char* anchor, std::string_view more = {}) {
+  if (text.empty()) return {};
+  return fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", svg_number(x), svg_number(y), anchor,
+                     more, html_text(text));
+}
+
+std::string path_svg(const std::string& path, const std::string& attributes) {
+  return path.empty() ? "" : fmt::format("<path d=\"{}\" {}/>\n", path, attributes);
+}
+
+// Axes.
+
+struct Range {
+  double low = HUGE_VAL, high = -HUGE_VAL;  // low > high: empty
+  void add(double value) { low = std::min(low, value), high = std::max(high, value); }
+};
+
+/// Returns false for NaN, infinite values, values so large that differences overflow, and values ≤ 0 on a logarithmic
+/// axis.
+bool is_drawable(double value, bool logarithmic) {
+  return std::abs(value) < kLargest && (!logarithmic || value > 1 / kLargest);
+}
+
+/// Returns the edges of the cells around grid values: half-way between neighbours, and as far outside at both ends.
+/// Empty if there are fewer than two different values.
+std::vector<double> grid_edges(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !is_drawable(v, false); });
+  std::sort(values.begin(), values.end());
+  const auto is_same = [](double a, double b) { return b - a < 1e-9 * std::abs(b) + 1e-12; };
+  values.erase(std::unique(values.begin(), values.end(), is_same), values.end());
+  if (values.size() < 2) return {};
+  std::vector<double> edges = {1.5 * values[0] - 0.5 * values[1]};
+  for (std::size_t i = 0; i + 1 < values.size(); ++i) edges.push_back(0.5 * (values[i] + values[i + 1]));
+  edges.push_back(2 * values.back() - edges.back());
+  return edges;
+}
+
+/// Returns 1, 2 or 5 times a power of ten, so that about `count` steps cover `span`.
+double nice_step(double span, double count) {
+  const double raw = span / std::max(1.0, count), power = std::pow(10, std::floor(std::log10(raw)));
+  const double digit = raw / power;
+  return power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10);
+}
+
+/// Enough digits to distinguish neighbouring ticks.
+std::string number_label(double value, double step) {
+  if (std::abs(value) < kRounding * step) return "0";
+  const int digits = static_cast<int>(std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step))) + 1;
+  return fmt::format("{:.{}g}", value, std::clamp(digits, 6, 15));
+}
+
+struct Tick {
+  double at_px;
+  std::string label;  ///< content of an SVG text element: digits, or 10 with a raised exponent
+  bool is_power() const { return label.starts_with("10<"); }
+};
+
+/// Range, conversion of values to pixels, and ticks.
+class Scale {
+ public:
+  /// `low_px`, `high_px`: pixels of both ends. `room_px`: minimum distance of ticks. `extend`: extends the range to the
+  /// next ticks. If `data` is empty, the range is 0 to 1, or 1 to 10.
+  Scale(const Axis& axis, Range data, double low_px, double high_px, double room_px, bool extend)
+      : logarithmic_(axis.logarithmic), low_px_(low_px), high_px_(high_px) {
+    if (data.low > data.high) data = logarithmic_ ? Range{1, 10} : Range{0, 1};
+    low_ = logarithmic_ ? std::log10(data.low) : data.low;
+    high_ = logarithmic_ ? std::log10(data.high) : data.high;
+    const double smallest = std::max(logarithmic_ ? 1e-9 : 1 / kLargest,  // keeps ticks different
+                                     kSmallestSpan * std::max(std::abs(low_), std::abs(high_)));
+    if (!(high_ - low_ > smallest)) {
+      const double room = std::abs(low_) > 1 / kLargest && !logarithmic_ ? 0.05 * std::abs(low_) : 0.5;
+      high_ = low_ + room;  // one value
+      low_ -= room;
+    }
+    const double count = std::abs(high_px - low_px) / (logarithmic_ ? std::max(20.0, 0.6 * room_px) : room_px);
+    const double step = std::max(nice_step(high_ - low_, count), logarithmic_ ? 1.0 : 0.0);
+    if (extend && (!logarithmic_ || high_ - low_ > 1)) {
+      low_ = step * std::floor(low_ / step + kRounding);
+      high_ = step * std::ceil(high_ / step - kRounding);
+    }
+    if (!logarithmic_) {
+      add_linear_ticks(low_, high_, step);
+    } else if (high_ - low_ < 0.7) {
+      const double low = std::pow(10, low_), high = std::pow(10, high_);
+      add_linear_ticks(low, high, nice_step(high - low, count));
+    } else if (high_ - low_ < 2) {
+      add_digits(room_px);
+    } else {
+      add_powers(step);
+    }
+  }
+
+  bool shows(double value) const { return is_drawable(value, logarithmic_); }
+  /// `value` must be drawable.
+  double px(double value) const { return at(logarithmic_ ? std::log10(value) : value); }
+  /// Base of bars: zero, or the lower end of a logarithmic axis.
+  double base_px() const { return logarithmic_ ? low_px_ : px(0); }
+  const std::vector<Tick>& ticks() const { return ticks_; }
+  /// Ticks without labels: 2 to 9 times the powers of ten on a logarithmic axis.
+  const std::vector<double>& minor_px() const { return minor_px_; }
+
+ private:
+  double at(double position) const { return low_px_ + (position - low_) / (high_ - low_) * (high_px_ - low_px_); }
+
+  void add_linear_ticks(double low, double high, double step) {
+    for (double i = std::ceil(low / step - kRounding); i * step <= high + kRounding * step; ++i)
+      ticks_.push_back({px(i * step), number_label(i * step, step)});
+  }
+
+  /// Adds ticks at 1, 2 and 5 times the powers of ten, unless labels would touch.
+  void add_digits(double room_px) {
+    for (double power = std::floor(low_); power <= high_ + kRounding; ++power) {
+      for (const double digit : {1, 2, 5}) {
+        const double position = power + std::log10(digit), value = digit * std::pow(10, power);
+        if (position < low_ - kRounding || position > high_ + kRounding) continue;
+        if (!ticks_.empty() && std::abs(at(position) - ticks_.back().at_px) < 0.5 * room_px) continue;
+        ticks_.push_back({at(position), fmt::format("{:g}", value)});
+      }
+    }
+  }
+
+  void add_powers(double step) {
+    for (double i = std::ceil(low_ / step - kRounding); i * step <= high_ + kRounding; ++i)
+      ticks_.push_back(
+          {at(i * step), fmt::format("10<tspan dy=\"-4\" font-size=\"9\">{:.0f}</tspan>", i * step + 0.0)});
+    if (step > 1) return;
+    for (double power = std::floor(low_); power < high_; ++power) {
+      for (int digit = 2; digit < 10; ++digit) {
+        const double position = power + std::log10(digit);
+        if (position > low_ && position < high_) minor_px_.push_back(at(position));
+      }
+    }
+  }
+
+  bool logarithmic_;
+  double low_ = 0, high_ = 0;  // of log10 on a logarithmic axis
+  double low_px_, high_px_;
+  std::vector<Tick> ticks_{};
+  std::vector<double> minor_px_{};
+};
+
+// Series.
+
+/// `width` in pixels. `dash`: lengths of dashes and gaps in pixels, separated by commas; "": solid line.
+struct CurveStyle {
+  const char* colour;
+  double width;
+  const char* dash;
+};
+
+const CurveStyle& curve_style(Ink ink) {
+  static constexpr CurveStyle kStyles[] = {
+      // in the order of Ink
+      {"#9db2c7", 1.3, ""},    {"#c2410c", 1.8, ""},         {"#12385f", 1.4, ""},   {"#1f7a5c", 1.5, "9,4"},
+      {"#7a4fa3", 1.5, "3,3"}, {"#b8860b", 1.5, "12,3,2,3"}, {"#6b7280", 1.0, "5,4"}};
+  return kStyles[static_cast<std::size_t>(ink)];
+}
+
+struct Point {
+  double x, y;
+};
+using Run = std::vector<Point>;
+
+std::size_t size_of(const Series& series) { return std::min(series.x.size(), series.y.size()); }
+
+/// Pixels of `values` over the x of `series`, split at values that are not drawable.
+std::vector<Run> runs_of(const Series& series, const std::vector<double>& values, const Scale& x, const Scale& y) {
+  const bool band = series.form == SeriesStyle::kBand;
+  std::vector<Run> runs(1);
+  for (std::size_t i = 0; i < size_of(series); ++i) {
+    const bool drawable =
+        x.shows(series.x[i]) && y.shows(series.y[i]) && (!band || (i < series.high.size() && y.shows(series.high[i])));
+    if (drawable) {
+      runs.back().push_back({x.px(series.x[i]), y.px(values[i])});
+    } else if (!runs.back().empty()) {
+      runs.emplace_back();
+    }
+  }
+  return runs;
+}
+
+/// Keeps the lowest and the highest point of each pixel column, in order.
+Run in_columns(const Run& run) {
+  Run result;
+  for (std::size_t begin = 0, end = 0; begin < run.size(); begin = end) {
+    std::size_t low = begin, high = begin;
+    for (end = begin; end < run.size() && std::floor(run[end].x) == std::floor(run[begin].x); ++end) {
+      if (run[end].y < run[low].y) low = end;
+      if (run[end].y > run[high].y) high = end;
+    }
+    result.push_back(run[std::min(low, high)]);
+    if (low != high) result.push_back(run[std::max(low, high)]);
+  }
+  return result;
+}
+
+/// "M x y L x y x y …"; a single point becomes a line of zero length.
+void append_line(std::string& path, const Run& run) {
+  for (std::size_t i = 0; i < run.size(); ++i)
+    path += (i == 0 ? "M" : i == 1 ? "L" : " ") + numbers(run[i].x, run[i].y);
+  if (run.size() == 1) path += "h0";
+}
+
+std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
+  std::string path;
+  for (const Run& run : runs) append_line(path, in_columns(run));
+  const std::string dash =
+      *style.dash == '\0' ? "stroke-linecap=\"round\"" : fmt::format("stroke-dasharray=\"{}\"", style.dash);
+  return path_svg(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" {}",
+                                    style.colour, style.width, dash));
+}
+
+/// Filled points are lines of zero length with round ends: the shortest path.
+std::string points_svg(const std::vector<Run>& runs, const CurveStyle& style, double radius, bool filled) {
+  std::set<std::pair<long, long>> covered;
+  const std::string r = svg_number(radius), back = svg_number(-2 * radius), forth = svg_number(2 * radius);
+  const std::string circle =
+      filled ? "h0" : fmt::format("m-{0} 0a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 {2} 0", r, forth, back);
+  std::string path;
+  for (const Run& run : runs) {
+    for (const Point& point : run) {
+      if (covered.emplace(std::lround(point.x / radius), std::lround(point.y / radius)).second)
+        path += "M" + numbers(point.x, point.y) + circle;
+    }
+  }
+  return path_svg(path, filled ? fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\"",
+                                             style.colour, 2 * radius)
+                               : fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"", style.colour));
+}
+
+std::string band_svg(const std::vector<Run>& low, const std::vector<Run>& high, const CurveStyle& style) {
+  std::string path;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    Run edge = in_columns(low[i]);
+    const Run upper = in_columns(high[i]);
+    if (edge.empty()) continue;
+    edge.insert(edge.end(), upper.rbegin(), upper.rend());
+    append_line(path, edge);
+    path += "z";
+  }
+  return path_svg(path, fmt::format("fill=\"{}\" fill-opacity=\"0.22\"", style.colour));
+}
+
+std::string bars_svg(const std::vector<Run>& runs, double base_px, const CurveStyle& style) {
+  std::vector<double> middles;
+  std::string path;
+  for (const Run& run : runs) {
+    for (const Point& bar : in_columns(run)) {
+      path += fmt::format("M{}V{}", numbers(bar.x, base_px), svg_number(bar.y));
+      middles.push_back(bar.x);
+    }
+  }
+  std::sort(middles.begin(), middles.end());
+  double gap = HUGE_VAL;
+  for (std::size_t i = 1; i < middles.size(); ++i) {
+    if (middles[i] - middles[i - 1] > 0.01) gap = std::min(gap, middles[i] - middles[i - 1]);
+  }
+  return path_svg(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.75\" stroke-width=\"{}\"",
+                                    style.colour, svg_number(std::isfinite(gap) ? std::max(0.5, 0.9 * gap) : 40)));
+}
+
+std::string form_svg(const Series& series, const std::vector<Run>& runs, const std::vector<Run>& high, double base_px) {
+  const CurveStyle& style = curve_style(series.ink);
+  switch (series.form) {
+    case SeriesStyle::kLine:
+      return line_svg(runs, style);
+    case SeriesStyle::kPoints:
+      return points_svg(runs, style, 1.3, true);
+    case SeriesStyle::kOpenPoints:
+      return points_svg(runs, style, 1.9, false);
+    case SeriesStyle::kLinePoints:
+      return line_svg(runs, style) + points_svg(runs, style, 1.8, true);
+    case SeriesStyle::kBand:
+      return band_svg(runs, high, style);
+    case SeriesStyle::kBars:
+      return bars_svg(runs, base_px, style);
+  }
+  return {};
+}
+
+/// Invisible circles with the values of few points: a browser shows them at the pointer.
+std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
+  constexpr std::size_t kMost = 100;
+  const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints ||
+                      series.form == SeriesStyle::kLinePoints;
+  if (!points || size_of(series) > kMost) return {};
+  std::string text;
+  for (std::size_t i = 0; i < size_of(series); ++i) {
+    if (x.shows(series.x[i]) && y.shows(series.y[i]))
+      text += fmt::format("<path d=\"M{}h0\"><title>{:.4g}, {:.4g}</title></path>\n",
+                          numbers(x.px(series.x[i]), y.px(series.y[i])), series.x[i], series.y[i]);
+  }
+  if (text.empty()) return {};
+  return "<g fill=\"none\" stroke=\"#000\" stroke-opacity=\"0\" stroke-width=\"9\" stroke-linecap=\"round\">\n" + text +
+         "</g>\n";
+}
+
+std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
+  const bool band = series.form == SeriesStyle::kBand;
+  return form_svg(series, runs_of(series, series.y, x, y),
+                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px()) +
+         titles_svg(series, x, y);
+}
+
+/// Sample of a series in the key: kSample pixels wide, centred at `y`.
+std::string key_sample_svg(const Series& series, double left, double y) {
+  const double middle = left + kSample / 2, right = left + kSample;
+  switch (series.form) {
+    case SeriesStyle::kLine:
+      return form_svg(series, {{{left, y}, {right, y}}}, {}, y);
+    case SeriesStyle::kLinePoints:
+      return form_svg(series, {{{left, y}, {middle, y}, {right, y}}}, {}, y);
+    case SeriesStyle::kBand:
+      return form_svg(series, {{{left, y + 4}, {right, y + 4}}}, {{{left, y - 4}, {right, y - 4}}}, y);
+    case SeriesStyle::kBars:
+      return form_svg(series, {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
+    default:
+      return form_svg(series, {{{middle, y}}}, {}, y);
+  }
+}
+
+// Panels.
+
+struct KeyEntry {
+  const Series* series;
+  std::string name;
+  double width;
+};
+
+/// Lines above a panel: the wrapped key, and the title above it if both do not fit on one line.
+struct Heading {
+  std::vector<std::vector<KeyEntry>> key;
+  bool title_above = false;
+  std::size_t lines() const { return std::max<std::size_t>(1, key.size() + (title_above ? 1 : 0)); }
+};
+
+Heading heading_of(const Panel& panel, double width) {
+  Heading heading;
+  double used = 0;
+  for (const Series& series : panel.series) {
+    if (series.name.empty()) continue;
+    std::string name = fitted(series.name, width - kSample - kEntryGap);
+    const double entry = kSample + kEntryGap + text_width(name);
+    if (heading.key.empty() || used + entry > width) {
+      heading.key.emplace_back();
+      used = 0;
+    }
+    heading.key.back().push_back({&series, std::move(name), entry});
+    used += entry;
+  }
+  const bool same_line = heading.key.size() <= 1 && used + text_width(fitted(panel.title, width)) + kEntryGap <= width;
+  heading.title_above = !panel.title.empty() && !heading.key.empty() && !same_line;
+  return heading;
+}
+
+struct Ranges {
+  Range x, y;
+};
+
+Ranges ranges_of(const Panel& panel) {
+  Ranges ranges;
+  const bool log_x = panel.x.logarithmic, log_y = panel.y.logarithmic;
+  for (const Series& series : panel.series) {
+    if (series.form == SeriesStyle::kBars) {  // the outer edges of its cells, or the values if there are fewer than two
+      const std::vector<double> edges = grid_edges(series.x);
+      for (const double edge : edges.empty() ? series.x : edges) {
+        if (is_drawable(edge, log_x)) ranges.x.add(edge);
+      }
+      if (!log_y) ranges.y.add(0);
+    }
+    for (std::size_t i = 0; i < size_of(series); ++i) {
+      if (!is_drawable(series.x[i], log_x) || !is_drawable(series.y[i], log_y)) continue;
+      ranges.x.add(series.x[i]);
+      ranges.y.add(series.y[i]);
+      if (series.form == SeriesStyle::kBand && i < series.high.size() && is_drawable(series.high[i], log_y))
+        ranges.y.add(series.high[i]);
+    }
+  }
+  return ranges;
+}
+
+/// A panel, with the pixels of its frame in the drawing.
+class PanelDrawing {
+ public:
+  PanelDrawing(const Panel& panel, const Heading& heading, double left, double right, double top, double bottom)
+      : PanelDrawing(panel, heading, ranges_of(panel), left, right, top, bottom) {}
+
+  std::string text() const {
+    std::string svg = grid();
+    for (const Series& series : panel_.series) svg += series_svg(series, x_, y_);
+    return svg + frame() + labels() + heading();
+  }
+
+ private:
+  PanelDrawing(const Panel& panel, const Heading& heading, const Ranges& ranges, double left, double right, double top,
+               double bottom)
+      : panel_(panel),
+        heading_(heading),
+        left_(left),
+        right_(right),
+        top_(top),
+        bottom_(bottom),
+        x_(panel.x, ranges.x, left, right, 60, false),
+        y_(panel.y, ranges.y, bottom, top, 30, true) {}
+
+  std::string grid() const {
+    std::string path;
+    for (const Tick& tick : x_.ticks()) path += fmt::format("M{}V{}", numbers(tick.at_px, top_), svg_number(bottom_));
+    for (const Tick& tick : y_.ticks()) path += fmt::format("M{}H{}", numbers(left_, tick.at_px), svg_number(right_));
+    return fmt::format("<path d=\"{}\" stroke=\"#e5e7eb\" stroke-width=\"0.8\"/>\n", path);
+  }
+
+  /// The frame with tick marks.
+  std::string frame() const {
+    std::string path =
+        fmt::format("M{}H{}V{}H{}z", numbers(left_, top_), svg_number(right_), svg_number(bottom_), svg_number(left_));
+    for (const Tick& tick : x_.ticks()) path += fmt::format("M{}v-5", numbers(tick.at_px, bottom_));
+    for (const double at : x_.minor_px()) path += fmt::format("M{}v-3", numbers(at, bottom_));
+    for (const Tick& tick : y_.ticks()) path += fmt::format("M{}h5", numbers(left_, tick.at_px));
+    for (const double at : y_.minor_px()) path += fmt::format("M{}h3", numbers(left_, at));
+    return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"#9ca3af\" stroke-width=\"0.8\"/>\n", path);
+  }
+
+  static std::string tick_label(double x, double y, const Tick& tick, const char* anchor) {
+    const bool wide = !tick.is_power() && text_width(tick.label) > kTickRoom;
+    return fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", svg_number(x), svg_number(y), anchor,
+                       wide ? fmt::format(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", kTickRoom) : "",
+                       tick.label);
+  }
+
+  std::string labels() const {
+    std::string svg;
+    for (const Tick& tick : x_.ticks()) {
+      const double half = tick.is_power() ? 12 : text_width(tick.label) / 2;
+      svg += tick_label(std::min(tick.at_px, kWidth - half), bottom_ + 17, tick, "middle");
+    }
+    for (const Tick& tick : y_.ticks()) svg += tick_label(left_ - 6, tick.at_px + 4, tick, "end");
+    const double x = left_ - 63, middle = (top_ + bottom_) / 2;
+    svg += text_svg((left_ + right_) / 2, bottom_ + 36, fitted(panel_.x.label, right_ - left_), "middle");
+    return svg + text_svg(x, middle, fitted(panel_.y.label, bottom_ - top_), "middle",
+                          fmt::format(" transform=\"rotate(-90 {})\"", numbers(x, middle)));
+  }
+
+  std::string heading() const {
+    const double base = top_ - 8;
+    std::string svg =
+        text_svg(left_, base - (heading_.title_above ? kLine * static_cast<double>(heading_.key.size()) : 0),
+                 fitted(panel_.title, right_ - left_), "start", kTitleInk);
+    for (std::size_t line = 0; line < heading_.key.size(); ++line) {
+      const double y = base - kLine * static_cast<double>(heading_.key.size() - 1 - line);
+      double x = right_ + kEntryGap - 6;
+      for (const KeyEntry& entry : heading_.key[line]) x -= entry.width;
+      for (const KeyEntry& entry : heading_.key[line]) {
+        svg += key_sample_svg(*entry.series, x, y - 4);
+        svg += text_svg(x + kSample + 5, y, entry.name, "start", kTitleInk);
+        x += entry.width;
+      }
+    }
+    return svg;
+  }
+
+  const Panel& panel_;
+  const Heading& heading_;
+  double left_, right_, top_, bottom_;
+  Scale x_, y_;
+};
+
+}  // namespace
+
+std::string draw_svg(const Plot& plot) {
+  const int count = static_cast<int>(plot.panels.size()), columns = std::clamp(plot.columns, 1, 6);
+  const double cell = kWidth / columns, width = cell - kLeft - kRight;
+  std::vector<Heading> headings;
+  std::size_t lines = 1;
+  for (const Panel& panel : plot.panels) {
+    headings.push_back(heading_of(panel, width));
+    lines = std::max(lines, headings.back().lines());
+  }
+  const double above = 20 + kLine * static_cast<double>(lines);
+  const double height = std::max(plot.panel_height, above + kBottom + 60);
+  const double all = height * std::max(1, (count + columns - 1) / columns);
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+      "font-family=\"sans-serif\" font-size=\"{2}\" fill=\"#374151\">\n",
+      kWidth, all, kFontPx);
+  for (int i = 0; i < count; ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    const int row = i / columns;
+    const double x = cell * (i % columns), y = height * row;
+    svg +=
+        PanelDrawing(plot.panels[p], headings[p], x + kLeft, x + cell - kRight, y + above, y + height - kBottom).text();
+  }
+  return svg + "</svg>";
+}
+
+}  // namespace prism::report

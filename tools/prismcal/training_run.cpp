@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/training_run.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/escape.hpp"
+#include "base/text_number.hpp"
+#include "compensation/evaluation/allan.hpp"
+#include "compensation/model_text.hpp"
+#include "compensation/training/composite.hpp"
+#include "compensation/training/response.hpp"
+#include "compensation/training/trainer.hpp"
+#include "config/version.hpp"
+#include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/data_quality_table.hpp"
+#include "tools/prismcal/input_choice.hpp"
+#include "tools/prismcal/model_evaluation.hpp"
+#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/progress_bars.hpp"
+#include "tools/prismcal/recording_options.hpp"
+#include "tools/prismcal/text_output.hpp"
+
+namespace prism::commands {
+namespace {
+
+/// An input that has the same value in all samples; the temperature's first, because it is the reason of others.
+std::optional<Error> constant_input(const training::TrainingData& data) {
+  std::vector<std::string> changing;
+  std::optional<Error> constant;
+  for (std::size_t d = 0; d < data.names.size(); ++d) {
+    const auto row = data.inputs.row(static_cast<Eigen::Index>(d));
+    const double value = row.minCoeff();
+    if (value != row.maxCoeff()) {
+      changing.push_back(data.names[d]);
+    } else if (!constant || data.names[d] == compensation::kInputTemperature) {
+      constant = Error{"input " + data.names[d], fmt::format("always {:.6g}: it cannot explain anything", value)};
+    }
+  }
+  if (constant && !changing.empty()) constant->what += fmt::format("; use --inputs {}", fmt::join(changing, ","));
+  return constant;
+}
+
+// Checks the data quality of all recordings, and returns the worst. Adds the results to set.facts and prints those that
+// do not pass.
+Result<evaluation::DataQuality> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
+  std::optional<Error> rejected;
+  evaluation::DataQuality worst;
+  for (std::size_t i = 0; i < set.tables.size(); ++i) {
+    const recordings::BlockTable& table = set.tables[i];
+    const auto quality = analysis::check_blocks(table);
+    if (!quality) return tl::unexpected<Error>(quality.error());
+    set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
+    if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
+      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
+    const std::string reason = analysis::data_quality_error(*quality);
+    if (!reason.empty()) rejected = Error{table.name, reason};
+    if (i == 0 || quality->verdict > worst.verdict) worst = *quality;
+  }
+  if (rejected && !choice.force)
+    return make_error(rejected->where, rejected->what +
+                                           " Record again without these faults, or leave them out (--leave-out, or of "
+                                           "the table); --force trains anyway.");
+  return worst;
+}
+
+std::string provenance(const recordings::TrainingSet& set, const nlohmann::ordered_json& summary) {
+  nlohmann::ordered_json json = {{"tool", fmt::format("prismcal {}", kVersion)},
+                                 {"made", utc_text(std::time(nullptr))}};
+  json["recordings"] = set.facts;
+  json["training"] = provenance_json(summary);
+  return json_text(json);
+}
+
+/// Evaluates the model on the held-out part of each recording, without a bias limit.
+Result<nlohmann::ordered_json> evaluate_held_out(const training::TrainedModel& trained,
+                                                 const recordings::TrainingSet& set) {
+  analysis::CorrectionSettings correction;
+  correction.engine.max_bias_deg_per_h = std::numeric_limits<double>::max();
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const recordings::BlockTable& table : set.held_out) {
+    const auto evaluated = analysis::evaluate_model(trained.model, table, correction, evaluation::Divisor::kNMinus1);
+    if (!evaluated) return tl::unexpected<Error>(evaluated.error());
+    const evaluation::BiasStability& stability = evaluated->stability;
+    json.push_back({{"recording", table.name},
+                    {"part", set.hold_out.text()},
+                    {"blocks", table.size()},
+                    {"raw_deg_per_h", stability.before.sd},
+                    {"corrected_deg_per_h", stability.after.sd},
+                    {"improvement_percent", nullptr},
+                    {"extrapolated_percent", evaluated->extrapolated_percent()}});
+    if (stability.improvement) json.back()["improvement_percent"] = 100 * *stability.improvement;
+  }
+  return json;
+}
+
+std::string check_response(std::string& word) {
+  const auto seconds = parse_number<int>(word);
+  if (word == "auto" || (seconds && *seconds >= 0 && *seconds <= 1'000'000)) return {};
+  return fmt::format("found \"{}\", expected auto or whole seconds within 0 to 1000000", word);
+}
+
+/// The samples with T and dTdt alone, the first two candidates.
+training::TrainingData by_temperature(const training::TrainingData& data) {
+  return {{compensation::kInputTemperature, compensation::kInputSlope},
+          data.inputs.topRows(2),
+          data.target,
+          data.runs,
+          data.time_s};
+}
+
+std::string response_text(const training::ResponseSearch& found) {
+  return found.tau_s > 0
+             ? fmt::format(
+                   "the gyro follows this thermometer in {:.0f} min ({:.0f} to {:.0f}): T and dTdt are of its body",
+                   found.tau_s / 60.0, found.low_s / 60, found.high_s / 60)
+             : "the gyro follows this thermometer at once: T and dTdt are as measured";
+}
+
+/// N and B of what the model leaves; without a certain N, the noise that the model states. Nullopt if the recordings
+/// have no one-second means.
+std::optional<compensation::RateNoise> rate_noise_of(const training::TrainedModel& trained,
+                                                     const recordings::TrainingSet& set) {
+  const auto& spread = trained.model->info().spread;
+  if (!spread || !(spread->noise_deg_per_h > 0) || !(set.second_sd_deg_per_h > 0)) return std::nullopt;
+  const double length_s = set.features.length_s;
+  compensation::RateNoise noise{spread->noise_deg_per_h * std::sqrt(length_s / 3600), 0, set.second_sd_deg_per_h};
+  std::vector<double> left;
+  for (Eigen::Index i = 0; i < set.data.target.size(); ++i) {
+    if (i > 0 && set.data.time_s[i] - set.data.time_s[i - 1] != length_s) left.push_back(evaluation::kAllanBreak);
+    left.push_back(set.data.target[i] - trained.samples.fitted[i]);
+  }
+  const auto allan = evaluation::analyse_allan(std::move(left), length_s, evaluation::AllanGrid::kOctave, "");
+  if (!allan || !allan->coefficients) return noise;
+  const auto value = [&](evaluation::NoiseType type) { return coefficient(*allan->coefficients, type).value; };
+  noise.n_deg_per_sqrt_h = value(evaluation::NoiseType::kAngleRandomWalk).value_or(noise.n_deg_per_sqrt_h);
+  noise.b_deg_per_h = value(evaluation::NoiseType::kBiasInstability).value_or(0);
+  return noise;
+}
+
+/// The attempts that the advice names if the model predicts badly. The paper's other methods are tried only against the
+/// composite kernel: they take about as long as it does.
+Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& set,
+                     const training::TrainingSettings& settings, const evaluation::DataQuality& quality,
+                     const std::optional<training::ResponseSearch>& response) {
+  constexpr double kLong_h = 8;
+  const bool narrow = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& finding) {
+    return finding.name == std::string("temperature_span") && finding.verdict != evaluation::Verdict::kPass;
+  });
+  const double hours = static_cast<double>(set.data.target.size()) * set.features.length_s / 3600;
+  Attempts tried{.method = settings.method->name,
+                 .inputs = fmt::format("{}", fmt::join(set.data.names, ", ")),
+                 .response = "",
+                 .all_inputs = choice.inputs == "auto",
+                 .longer_helps = hours < kLong_h || narrow || training::one_passage(set.data),
+                 .others = {}};
+  if (const auto found = set.features.response_s.find(compensation::kInputTemperature);
+      found != set.features.response_s.end()) {
+    tried.response = fmt::format("a response of {:.0f} min", found->second / 60.0);
+  } else if (response) {
+    tried.response = "no response, which fits best";
+  }
+  if (!settings.method->has(training::kOwnSearch) || !settings.siblings.empty()) return tried;
+  for (const char* const name : {"stepwise", "ir-lssvm"}) {
+    MethodOptions options;
+    options.method = name;
+    options.threads = choice.method.threads;
+    options.memory_mb = choice.method.memory_mb;
+    auto other = settings_of(options);
+    if (!other || !set_terms(options, set.data.names, training::second_order_terms(set.data.names.size()),
+                             {"T", "T^2", "dTdt"}, *other))
+      continue;
+    other->stop = settings.stop;
+    compensation::ModelInfo info;
+    info.features = set.features;
+    const auto trained = training::train(set.data, std::move(info), *other);
+    if (!trained) continue;
+    if (const auto expected = expectation_of(trained->held_out, set.data))
+      tried.others.emplace_back(name, expected->explained);
+  }
+  return tried;
+}
+
+}  // namespace
+
+std::string TrainingRun::model_text() const {
+  const auto& spread = trained.model->info().spread;
+  return compensation::format_model(*trained.model, provenance(set, summary), rate_noise_of(trained, set),
+                                    spread
+                                        ? training::monitor_of(trained.held_out, *spread, training::runs_of(set.data),
+                                                               set.data.time_s, set.features.length_s)
+                                        : std::nullopt);
+}
+
+Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
+  TrainChoice choice = requested;
+  if (choice.method.quiet) choice.recordings.source.table.silence();
+  auto settings = settings_of(choice.method);
+  if (!settings) return tl::unexpected<Error>(settings.error());
+  const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
+  settings->stop = stopped;
+  std::map<std::string, int>& response_s = choice.recordings.features.response_s;
+  bool open = choice.response == "auto";
+  if (const int tau_s = open ? 0 : std::stoi(choice.response); tau_s > 0)
+    response_s[compensation::kInputTemperature] = tau_s;
+  std::optional<training::ResponseSearch> response;
+  const auto usable = [&](const recordings::Loaded& loaded) -> Result<void> {
+    const std::string reason = choice.force ? "" : analysis::why_unusable(loaded, true);
+    return reason.empty() ? Result<void>() : make_error(loaded.table.name, reason);
+  };
+  std::vector<std::pair<std::string, std::string>> left_out;
+  const auto read_once = [&](const std::vector<std::string>& inputs) {
+    const bool several = choice.files.size() > 1;  // check_recordings() says more of one
+    auto set =
+        recordings::read_training_set(choice.files, inputs, choice.recordings,
+                                      several ? usable : std::function<Result<void>(const recordings::Loaded&)>());
+    if (!set) return set;
+    for (const auto& entry : set->left_out) {
+      std::erase(choice.files, entry.first);
+      left_out.push_back(entry);
+    }
+    return set;
+  };
+  // Reads the recordings, and the models of --prior for their gyro. If the response is open, it is that of these
+  // models, or the one by which T and dTdt predict the bias best: the recordings are read once more with it.
+  const auto read = [&](const std::vector<std::string>& inputs) -> Result<recordings::TrainingSet> {
+    auto set = read_once(inputs);
+    if (!set) return set;
+    if (!choice.prior.empty() && settings->siblings.empty()) {
+      auto models = read_population_models(choice.prior, choice.serial.empty() ? set->serial : choice.serial);
+      if (!models) return tl::unexpected<Error>(models.error());
+      settings->siblings = std::move(*models);
+    }
+    if (!std::exchange(open, false)) return set;
+    if (!settings->siblings.empty()) {
+      response_s = settings->siblings.front()->info().features.response_s;
+    } else {
+      response = training::find_response(choice.inputs == "auto" ? by_temperature(set->data) : set->data, *settings,
+                                         choice.recordings.features.length_s);
+      if (response && response->tau_s > 0) response_s[compensation::kInputTemperature] = response->tau_s;
+    }
+    return response_s.empty() ? std::move(set) : read_once(inputs);
+  };
+  std::optional<InputSearch> search;
+  if (choice.inputs == "auto") {
+    const auto candidates = candidate_inputs(choice);
+    if (!candidates) return tl::unexpected<Error>(candidates.error());
+    const auto all = read(*candidates);
+    if (!all) return tl::unexpected<Error>(all.error());
+    auto found = search_inputs(all->data);
+    if (!found) return tl::unexpected<Error>(found.error());
+    choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
+    search = std::move(*found);
+    if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
+  }
+  const std::vector<std::string> names = tables::list_items(choice.inputs);
+  if (auto good =
+          set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
+      !good)
+    return tl::unexpected<Error>(good.error());
+  auto set = read(names);
+  if (!set) return tl::unexpected<Error>(set.error());
+  if (!choice.method.quiet) {
+    for (const auto& [path, reason] : left_out) fmt::print(stderr, "left out: {}\n", printable(reason));
+    for (const std::string& note : set->notes) fmt::print(stderr, "{}\n", note);
+    if (response) fmt::print(stderr, "{}\n", response_text(*response));
+  }
+  // A recording that cannot be used must not be called usable first. Of a constant temperature its quality says more.
+  const auto constant = constant_input(set->data);
+  const bool is_temperature = constant && constant->where == std::string("input ") + compensation::kInputTemperature;
+  if (constant && !is_temperature) return tl::unexpected<Error>(*constant);
+  auto quality = check_recordings(*set, choice);
+  if (!quality) return tl::unexpected<Error>(quality.error());
+  if (constant) return tl::unexpected<Error>(*constant);
+  std::vector<TrainingRun::Curve> curves;
+  for (recordings::BlockTable& table : set->tables)
+    curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
+  set->tables = {};  // a year has 80 MB of blocks
+  const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
+  if (!plan) return tl::unexpected<Error>(plan.error());
+  if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
+  compensation::ModelInfo info;
+  info.name = choice.name.empty() ? fmt::format("{} {}", settings->method->name, choice.inputs) : choice.name;
+  if (choice.name.empty() && !choice.recordings.source.axis.empty()) info.name += " " + choice.recordings.source.axis;
+  info.gyro_serial = choice.serial.empty() ? set->serial : choice.serial;
+  if (!info.gyro_serial.empty()) info.gyro_axis = set->axis;
+  info.features = set->features;
+  if (info.gyro_serial.empty() && !choice.method.quiet)
+    fmt::print(stderr, "the recordings name no gyro: the model is for any; --serial NAME binds it to one\n");
+  settings->progress = progress_bar(choice.method.quiet);
+  auto trained = training::train(set->data, std::move(info), *settings);
+  end_progress();
+  if (!trained) return tl::unexpected<Error>(trained.error());
+  if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
+  auto summary = summary_json(*trained, *settings, names);
+  auto expected = expectation_of(trained->held_out, set->data);
+  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions,
+                              [&] { return attempts_of(requested, *set, *settings, *quality, response); });
+  summary["stopped_early"] = stopped && *stopped;
+  summary["readiness"] = readiness_text(judgement.readiness);
+  summary["expected"] = expectation_json(expected);
+  summary["recordings"] = set->facts;
+  for (const auto& [path, reason] : left_out) summary["left_out"].push_back({{"path", path}, {"reason", reason}});
+  if (response)
+    summary["response"] = {{"tau_s", response->tau_s},
+                           {"interval_s", {response->low_s, response->high_s}},
+                           {"log_likelihood_gain", response->gain}};
+  if (search) summary["input_search"] = search_json(*search);
+  if (set->hold_out.wanted()) {
+    auto held_out = evaluate_held_out(*trained, *set);
+    if (!held_out) return tl::unexpected<Error>(held_out.error());
+    summary["held_out"] = std::move(*held_out);
+  }
+  return TrainingRun{std::move(*trained), std::move(*set),     std::move(curves),    std::move(*settings),
+                     std::move(*quality), std::move(expected), std::move(judgement), std::move(summary)};
+}
+
+void add_train_options(CLI::App& command, TrainChoice& choice) {
+  add_options(command, {{"--inputs", &choice.inputs, "T, dTdt, U; for a sensor NAME, dNAME/dt, NAME-T; or auto"},
+                        {"--response", &choice.response,
+                         "time constant with which the gyro follows a thermometer outside it, s; 0: none; auto: by "
+                         "the recordings",
+                         CLI::Validator(check_response, "")},
+                        {"--serial", &choice.serial, "gyro serial number (default: from the recordings)"},
+                        {"--name", &choice.name, "readable name of the model"},
+                        {"--prior", &choice.prior,
+                         training::method_names(training::kSiblings) +
+                             ": folder with two or more models of gyros of the same type"},
+                        {"--force", &choice.force, "train even if the data-quality check rejects a recording"}});
+  add_options(command,
+              {{"--strict", &choice.recordings.strict,
+                "end at a recording that cannot be used; else it is left out and named"}},
+              Need::kFew);
+  add_training_set_options(command, choice.recordings);
+  add_method_options(command, choice.method);
+}
+
+}  // namespace prism::commands

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "tools/prismcal/training_set.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "base/plain_text.hpp"
+#include "compensation/block_stability.hpp"
+#include "compensation/evaluation/statistics.hpp"
+#include "tools/prismcal/fingerprint.hpp"
+
+namespace prism::recordings {
+namespace {
+
+/// Compares `key` of a recording with the previous ones. Errors: they differ; a model is for one axis of one gyro.
+/// `none`: value that version 0.1 wrote for unknown.
+Result<void> check_source(const Recording& recording, const char* key, const char* called, const char* none,
+                          std::string& known) {
+  const std::string found = recording.value(key);
+  if (found.empty() || found == none) return {};
+  if (!known.empty() && known != found) {
+    return make_error(recording.name, fmt::format("found {} \"{}\", expected \"{}\" as in the previous recordings",
+                                                  called, found, known));
+  }
+  known = found;
+  return {};
+}
+
+tl::unexpected<Error> no_input(const std::string& name) {
+  return make_error(
+      "--inputs",
+      fmt::format("found \"{}\", expected T, dTdt, U, or for a sensor NAME, dNAME/dt or NAME-T (same unit); "
+                  "a gyro that follows its thermometer slowly has --response",
+                  name));
+}
+
+/// Checks that a recording has all sensors of the inputs, with the units of the first recording.
+Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
+  const std::vector<SensorName> available = recording.sensors();
+  const bool first = set.tables.empty();
+  for (const std::string& name : compensation::sensors_of(set.data.names)) {
+    const std::size_t index = sensor_index(available, name);
+    if (index == available.size())
+      return name.starts_with("lag") ? no_input(name)
+                                     : make_error(recording.name, fmt::format("found no sensor \"{}\" of --inputs; its "
+                                                                              "sensors: {}",
+                                                                              name, sensors_text(available)));
+    if (first) set.features.sensors.push_back(available[index]);
+    const std::string& unit = set.features.sensors[sensor_index(set.features.sensors, name)].unit;
+    if (unit != available[index].unit)
+      return make_error(recording.name, fmt::format("found \"{}\" in {}, expected {} as in the first recording", name,
+                                                    available[index].unit, unit));
+  }
+  for (const std::string& name : set.data.names) {
+    if (!compensation::has_input(set.features, name)) return no_input(name);
+  }
+  return {};
+}
+
+/// Checks a recording against the set.
+Result<void> check_recording(const Recording& recording, TrainingSet& set) {
+  if (auto same = check_source(recording, "gyro_serial", "gyro", "unknown", set.serial); !same) return same;
+  if (auto same = check_source(recording, "axis", "axis", "-", set.axis); !same) return same;
+  return check_inputs(recording, set);
+}
+
+nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
+  nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
+  for (const SourceFile& file : recording.files)
+    facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
+  facts.update({{"blocks", table.size()},
+                {"blocks_left_out", left_out},
+                {"gaps", table.gaps},
+                {"missing_s", table.missing_s},
+                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
+                {"fingerprint", fingerprint_json(table)}});
+  if (auto remarks = recording.remarks(); !remarks.empty()) facts["remarks"] = std::move(remarks);
+  if (auto questions = recording.questions(); !questions.empty()) facts["questions"] = std::move(questions);
+  return facts;
+}
+
+/// Why no block has all inputs.
+tl::unexpected<Error> missing_input(const TrainingSet& set) {
+  std::vector<std::string> known, missing;
+  for (const std::string& name : set.data.names) {
+    const bool found = std::any_of(set.tables.begin(), set.tables.end(), [&](const BlockTable& table) {
+      const std::vector<double> column = table.column(name);
+      return std::any_of(column.begin(), column.end(), [](double value) { return std::isfinite(value); });
+    });
+    (found ? known : missing).push_back(name);
+  }
+  if (!missing.empty())
+    return make_error("input " + missing.front(), fmt::format("{}; use --inputs {}",
+                                                              missing.front() == compensation::kInputUhfo
+                                                                  ? "the recording contains no oscillator voltage"
+                                                                  : "it is unknown in all blocks",
+                                                              fmt::join(known, ",")));
+  return make_error("recordings", "found no block in which every input is known");
+}
+
+/// Adds the training blocks to set.data and the held-out ones to set.held_out. Returns the number of blocks left out.
+Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) {
+  if (!set.hold_out.wanted()) return append_blocks(table, set.data);
+  auto split = split_blocks(table, set.hold_out);
+  if (!split) return tl::unexpected<Error>(split.error());
+  set.notes.push_back(fmt::format("{}: {} training blocks, {} held-out blocks ({}), {} unused between them", table.name,
+                                  split->training.size(), split->held_out.size(), set.hold_out.text(), split->between));
+  set.held_out.push_back(std::move(split->held_out));
+  return append_blocks(split->training, set.data);
+}
+
+/// Appends the sd of each window's length of one-second means without a gap.
+void append_second_sds(const BlockTable& table, std::vector<double>& sds) {
+  compensation::RunningVariance block;
+  std::int64_t next = 0;
+  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
+    if (second != std::exchange(next, second + 1)) block = {};
+    block.add(rate);
+    if (block.count() < table.features.length_s) return;
+    sds.push_back(block.sd());
+    block = {};
+  });
+}
+
+}  // namespace
+
+std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
+  const int run = data.runs.empty() ? 0 : data.runs.back() + 1;
+  const std::vector<double> hours = table.hours();
+  std::vector<std::size_t> good;
+  std::vector<std::vector<double>> columns;
+  for (const std::string& name : data.names) columns.push_back(table.column(name));
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    bool known = std::isfinite(table.bias_deg_per_h[i]);
+    for (const auto& column : columns) known = known && std::isfinite(column[i]);
+    if (known) good.push_back(i);
+  }
+  const Eigen::Index before = data.target.size(), added = static_cast<Eigen::Index>(good.size());
+  data.inputs.conservativeResize(static_cast<Eigen::Index>(data.names.size()), before + added);
+  data.target.conservativeResize(before + added);
+  data.time_s.conservativeResize(before + added);
+  for (Eigen::Index j = 0; j < added; ++j) {
+    const std::size_t i = good[static_cast<std::size_t>(j)];
+    for (std::size_t d = 0; d < columns.size(); ++d)
+      data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
+    data.target[before + j] = table.bias_deg_per_h[i];
+    data.time_s[before + j] = 3600 * hours[i];
+    data.runs.push_back(run);
+  }
+  return table.size() - good.size();
+}
+
+compensation::FeatureDefinition TrainingSetOptions::window() const {
+  compensation::FeatureDefinition chosen = features;
+  chosen.slope =
+      slope == "difference" ? compensation::SlopeMethod::kDifference : compensation::SlopeMethod::kLeastSquares;
+  chosen.end_mean_s = std::min(chosen.end_mean_s, chosen.length_s);
+  return chosen;
+}
+
+Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
+                                      const TrainingSetOptions& options,
+                                      const std::function<Result<void>(const Loaded&)>& usable) {
+  TrainingSet set;
+  set.features = options.window();
+  set.data.names = inputs;
+  set.facts = nlohmann::ordered_json::array();
+  if (!options.hold_out.empty()) {
+    const auto hold_out = parse_hold_out(options.hold_out);
+    if (!hold_out) return tl::unexpected<Error>(hold_out.error());
+    set.hold_out = *hold_out;
+  }
+  for (const std::string& name : inputs) {
+    if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
+  }
+  SourceOptions source = options.source;
+  source.several = true;
+  UnmatchedRanges unmatched(source.leave_out);
+  std::vector<double> second_sds;
+  std::optional<Error> first;
+  for (const std::string& path : paths) {
+    const auto before = std::tuple(set.serial, set.axis, set.features.sensors);
+    auto loaded = read_blocks(path, source, options.site, set.features,
+                              [&](const Recording& recording) { return check_recording(recording, set); });
+    const auto good = loaded && usable ? usable(*loaded) : Result<void>();
+    if (!loaded || !good) {
+      const Error error = loaded ? good.error() : loaded.error();
+      if (options.strict || paths.size() == 1) return tl::unexpected<Error>(error);
+      if (!first) first = error;
+      set.left_out.emplace_back(path, error.text());
+      std::tie(set.serial, set.axis, set.features.sensors) = before;
+      continue;
+    }
+    auto& [recording, table] = *loaded;
+    unmatched.add(recording);
+    const auto left_out = append_recording(table, set);
+    if (!left_out) return tl::unexpected<Error>(left_out.error());
+    const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
+    std::vector<Finding> to_note;
+    if (!announced) to_note = recording.findings;
+    const double mean_deg_per_h = table.mean_rate_deg_per_h();
+    if (auto question = sign_question(mean_deg_per_h, table.earth_rate_deg_per_h)) {
+      recording.findings.push_back(*question);
+      to_note.push_back(std::move(*question));
+    }
+    set.facts.push_back(facts_of(recording, table, *left_out));
+    append_second_sds(table, second_sds);
+    table.seconds = {};  // not needed for training
+    set.notes.push_back(
+        fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input); mean bias {:.4g} deg/h, "
+                    "without the Earth rate on the axis, {:.4g} deg/h",
+                    recording.name, counted(table.size() - *left_out, "block"), set.features.length_s,
+                    counted(table.gaps, "gap"), table.missing_s, counted(*left_out, "block"),
+                    mean_deg_per_h - table.earth_rate_deg_per_h, table.earth_rate_deg_per_h));
+    for (const Severity severity : {Severity::kRemark, Severity::kQuestion}) {
+      for (const std::string& line : lines_of(to_note, severity)) set.notes.push_back(recording.name + ": " + line);
+    }
+    const std::vector<std::string> questions = recording.questions();
+    set.questions.insert(set.questions.end(), questions.begin(), questions.end());
+    set.tables.push_back(std::move(table));
+  }
+  if (set.tables.empty()) return tl::unexpected<Error>(*first);
+  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
+  if (set.data.target.size() == 0) return missing_input(set);
+  if (!second_sds.empty()) set.second_sd_deg_per_h = evaluation::median_of(std::move(second_sds));
+  return set;
+}
+
+}  // namespace prism::recordings

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Recordings → training samples, one per block. Uses the same feature extraction as prismd and subtracts the Earth
+// rate.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compensation/training/trainer.hpp"
+#include "tools/prismcal/block_table.hpp"
+#include "tools/prismcal/hold_out.hpp"
+#include "tools/prismcal/recording.hpp"
+
+namespace prism::recordings {
+
+struct TrainingSetOptions {
+  SourceOptions source;
+  compensation::FeatureDefinition features;
+  std::string slope = "difference";
+  SiteOptions site;
+  std::string hold_out;  ///< see parse_hold_out(); empty: all blocks are used for training
+  bool strict = false;   ///< the first of several recordings that cannot be used is an error
+
+  /// The features with `slope`.
+  compensation::FeatureDefinition window() const;
+};
+
+struct TrainingSet {
+  training::TrainingData data;  ///< one run per recording
+  compensation::FeatureDefinition features;
+  std::string axis;                ///< axis name in the recordings; empty: none
+  std::string serial;              ///< gyro serial number in the recordings; empty: unknown
+  nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate, remarks
+  std::vector<BlockTable> tables;  ///< one per recording, without `seconds`: for the data-quality check
+  HoldOut hold_out;
+  std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
+  double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< recordings that cannot be used: path, and reason
+  std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
+  std::vector<std::string> questions;  ///< Recording::questions of all
+};
+
+/// Several recordings: leaves out those with an error, and those that `usable` refuses. Errors: of the only recording,
+/// or the first if none is left or `strict`: another gyro or axis than before, inputs that it does not have, and those
+/// of read_recording() and split_blocks(); no block with all inputs.
+Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
+                                      const TrainingSetOptions& options,
+                                      const std::function<Result<void>(const Loaded&)>& usable = {});
+
+/// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, and returns
+/// their number.
+std::size_t append_blocks(const BlockTable& table, training::TrainingData& data);
+
+}  // namespace prism::recordings
