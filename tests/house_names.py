@@ -16,14 +16,18 @@ TOKEN = re.compile(
 )
 
 
+# The steps of prismcal, whose files are in one folder.
+STEPS = "prism::(report|tables|recordings|analysis|design|campaign|c_export|verification|commands)"
+
+
 def room_namespace(path):
-    """Returns the namespace of a file: the name of its directory, except for directories that only group files of a module."""
+    """Returns a pattern of the namespace of a file: the name of its directory, except for directories that only group files of a module."""
     if VOCABULARY.match(path):
         return "prism"
     folder = os.path.dirname(path)
     if folder.startswith("drivers/wire"):
         return "prism::wire"
-    return "prism::" + ("commands" if folder == "tools/prismcal" else os.path.basename(folder))
+    return STEPS if folder == "tools/prismcal" else "prism::" + os.path.basename(folder)
 
 
 def without_preprocessor(code):
@@ -56,7 +60,7 @@ def check_namespaces(path, code):
         return
     room = room_namespace(path)
     for offset, what, name, anonymous in scopes(code):
-        fits = name == room or (room != "prism" and name.startswith(room + "::"))
+        fits = name == room or (room != "prism" and re.fullmatch(room + "(::.*)?", name))
         if what == "space" and (name + "::").startswith("prism::") and not fits:
             yield offset, f"opens namespace {name}, expected {room}"
         elif what == "type" and "::" not in name and not anonymous:
