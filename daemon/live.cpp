@@ -164,14 +164,10 @@ class Live {
 
   // Stored before it is in force, so that a restart cannot lose it.
   void set_offset(std::size_t axis, std::optional<pipeline::Offset> offset, socket::Rpc::Done done) {
-    const compensation::ModelPtr& model = setup().axes[axis].model;
     const std::string path = offset_path(setup(), axis);
     if (path.empty()) return done(make_error("offset", "no log is written, expected one: it records the offset"));
-    if (offset) {
-      if (auto good = pipeline::check_offset(model, offset->deg_per_h); !good)
-        return done(tl::unexpected<Error>(good.error()));
-      offset->model = model->info().id;
-    }
+    if (auto good = offset ? bind_offset(setup().axes[axis].model, *offset) : Result<void>(); !good)
+      return done(tl::unexpected<Error>(good.error()));
     const auto stored = [this, axis, offset, done](const Result<void>& result) {
       asio::post(io_, [this, axis, offset, done, result] {
         if (!result) return done(tl::unexpected<Error>(result.error()));
@@ -184,27 +180,15 @@ class Live {
         [path, stored](const std::string& why) { stored(make_error(path, why)); });
   }
 
-  // An offset of another model ends; one that has expired does at the first tick.
+  // One that has expired ends at the first tick.
   void restore_offsets() {
+    device_.call_at_end_of_offsets([this](std::size_t axis, const pipeline::Offset& ended) {
+      disk_.post(0, [path = offset_path(setup(), axis), ended] { pipeline::forget_offset(path, ended); });
+    });
     for (std::size_t i = 0; i < device_.axes.size(); ++i) {
       const auto found = pipeline::load_offset(offset_path(setup(), i));
       if (!found) tell_(Severity::kError, "offset", "not restored: " + found.error().text());
-      if (!found || !*found) continue;
-      has_offset_[i] = true;
-      device_.use_offset(i, *found, "restored");
-      const compensation::ModelPtr& model = setup().axes[i].model;
-      if (!model || model->info().id != (*found)->model) device_.use_offset(i, {}, "ended: another model is in use");
-    }
-  }
-
-  // Also removes the file of an offset that ended otherwise than by command.
-  void end_offsets() {
-    device_.end_offsets(host_time_ns() / 1'000'000'000);
-    for (std::size_t i = 0; i < device_.axes.size(); ++i) {
-      const bool had_offset = has_offset_[i];
-      has_offset_[i] = device_.axes[i].offset.has_value();
-      if (had_offset && !has_offset_[i])
-        disk_.post(0, [path = offset_path(setup(), i)] { (void)pipeline::store_offset(path, {}); });
+      if (found && *found) device_.use_offset(i, *found, "restored");
     }
   }
 
@@ -311,7 +295,7 @@ class Live {
       co_await tick_.async_wait(kUse);
       if (!problems_.has(pipeline::kDiskBlocked)) device_.sync();
       watch_disk();
-      end_offsets();
+      device_.end_offsets(host_time_ns() / 1'000'000'000, uptime_s());
       events_.tell_late();
       follow_clock();
       read_verdicts();
@@ -340,9 +324,8 @@ class Live {
   const pipeline::Tell tell_ = events_.teller();
   pipeline::Device device_;
   line::ArrivalClock clock_;
-  std::vector<std::unique_ptr<line::LiveLine>> lines_;                     ///< in the device's order
-  std::vector<std::unique_ptr<line::OutputLine>> outputs_;                 ///< as Device::outputs
-  std::vector<bool> has_offset_ = std::vector<bool>(device_.axes.size());  ///< at the last tick
+  std::vector<std::unique_ptr<line::LiveLine>> lines_;      ///< in the device's order
+  std::vector<std::unique_ptr<line::OutputLine>> outputs_;  ///< as Device::outputs
   std::shared_ptr<Reloader> reloader_;
   socket::Rpc rpc_;
   asio::signal_set signals_;

@@ -282,10 +282,8 @@ Result<bool> Device::reconfigure(Setup next) {
     axes[i].at_rest = at_rest_of(setup, i);
     axes[i].verdict.reset();
     if (axes[i].log) axes[i].log->set_metadata(log_metadata(setup, i));
-    if (!axes[i].offset) continue;
-    pipeline->set_offset(i, axes[i].offset->deg_per_h);
-    const compensation::ModelPtr& model = setup.axes[i].model;
-    if (!model || model->info().id != axes[i].offset->model) use_offset(i, {}, "ended by the reload: another model");
+    if (axes[i].offset) pipeline->set_offset(i, axes[i].offset->deg_per_h);
+    end_offset_of_other_model(i);
   }
   return reopen;
 }
@@ -308,20 +306,32 @@ void Device::take_verdicts(const config::ModelVerdicts& verdicts) {
 void Device::use_offset(std::size_t axis, std::optional<Offset> offset, const std::string& how) {
   AxisRecord& record = axes[axis];
   if (!offset && !record.offset) return;
-  tell_(Severity::kWarning, "offset",
-        fmt::format("{}offset {}: {}", record.prefix, how, offset_text(offset ? *offset : *record.offset)));
+  const Offset told = offset ? *offset : *record.offset;
+  tell_(Severity::kWarning, "offset", fmt::format("{}offset {}: {}", record.prefix, how, offset_text(told)));
   record.offset = std::move(offset);
+  record.offset_ends_s.reset();
   pipeline->set_offset(axis, record.offset ? record.offset->deg_per_h : kUnknown);
   for (CorrectedFrames& output : outputs) output.correction_changed();
   record.stability.reset();
   record.at_rest = at_rest_of(setup, axis);
   problems.clear(record.prefix + kEarthRate, record.prefix + "the offset changed: the comparison starts again");
+  if (!record.offset) offset_ended_(axis, told);
+  end_offset_of_other_model(axis);
 }
 
-void Device::end_offsets(std::int64_t now_s) {
+void Device::end_offset_of_other_model(std::size_t axis) {
+  const compensation::ModelPtr& model = setup.axes[axis].model;
+  if (axes[axis].offset && (!model || model->info().id != axes[axis].offset->model))
+    use_offset(axis, {}, "ended, another model is in use");
+}
+
+void Device::end_offsets(std::int64_t now_s, std::int64_t uptime_s) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const std::optional<Offset>& offset = axes[i].offset;
-    if (offset && offset->expires_s > 0 && offset->expires_s <= now_s) use_offset(i, {}, "expired");
+    if (!offset || offset->expires_s == 0) continue;
+    std::optional<std::int64_t>& ends_s = axes[i].offset_ends_s;
+    if (!ends_s) ends_s = uptime_s + offset->expires_s - std::max(now_s, offset->set_s);
+    if (offset->expires_s <= now_s || *ends_s <= uptime_s) use_offset(i, {}, "expired");
   }
 }
 

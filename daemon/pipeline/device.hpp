@@ -78,6 +78,7 @@ struct AxisRecord {
   compensation::AtRest at_rest;
   std::optional<config::ModelVerdict> verdict;  ///< the last one of prismcal monitor on the model in use
   std::optional<Offset> offset;                 ///< in use
+  std::optional<std::int64_t> offset_ends_s;    ///< uptime at which it expires, also if the host's clock is set back
   std::uint64_t seconds = 0;                    ///< rows since the start
   std::uint64_t windows = 0;                    ///< of these: with a full window
   std::uint64_t corrected = 0;                  ///< of these: with a corrected rate
@@ -114,6 +115,7 @@ class Device {
   using Publish = std::function<void(const Rows&)>;
   /// Takes the bytes that leave on an output because of one call: whole frames, and bytes between frames.
   using Send = std::function<void(std::size_t output, std::span<const std::uint8_t> bytes)>;
+  using OffsetEnded = std::function<void(std::size_t axis, const Offset& ended)>;
 
   /// `logs`: one per axis, or empty (no log). `captures`: one per line, or empty. `problems` must outlive this.
   Device(Setup setup, std::vector<std::unique_ptr<RowWriter>> logs, std::vector<std::unique_ptr<CaptureSink>> captures,
@@ -140,10 +142,12 @@ class Device {
   /// The verdicts of prismcal monitor, by axis. Ignores those on another model than that in use.
   void take_verdicts(const config::ModelVerdicts& verdicts);
   /// Sets the offset of an axis, or ends it (nullopt); `how` is for the event. The comparison at rest and the stability
-  /// begin again.
+  /// begin again. An offset of another model than that in use ends at once.
   void use_offset(std::size_t axis, std::optional<Offset> offset, const std::string& how);
-  /// Ends the offsets that have expired. Call once a second.
-  void end_offsets(std::int64_t now_s);
+  /// Ends the offsets that have expired, by the host's clock or by its uptime. Call once a second.
+  void end_offsets(std::int64_t now_s, std::int64_t uptime_s);
+  /// Called with each offset that ends.
+  void call_at_end_of_offsets(OffsetEnded ended) { offset_ended_ = std::move(ended); }
 
   /// Applies a new set-up completely, or not at all. Another frame description, axis or clock starts a new pipeline.
   /// Returns true if the lines must be reopened. Errors: a changed socket, directory or number of logs (needs a
@@ -170,6 +174,7 @@ class Device {
   void keep(Rows& rows, std::span<const std::uint8_t> bytes = {});
   void end_session(Rows& rows);
   void make_outputs();
+  void end_offset_of_other_model(std::size_t axis);
   void watch(const Rows& rows);
   void watch_clock();
   void watch_stages(std::int64_t now_ns);
@@ -178,6 +183,7 @@ class Device {
   const Publish publish_;
   const Tell tell_;
   Send send_;
+  OffsetEnded offset_ended_ = [](std::size_t, const Offset&) {};
   StageMonitor stages_;
   std::int64_t stages_checked_ns_ = 0;
   std::uint64_t frames_before_ = 0;

@@ -28,17 +28,20 @@ std::string offset_text(const Offset& offset) {
   return fmt::format("{:+.5f} deg/h{}: {}", offset.deg_per_h, until, offset.reason);
 }
 
-Result<void> check_offset(const compensation::ModelPtr& model, double deg_per_h) {
+Result<void> bind_offset(const compensation::ModelPtr& model, Offset& offset) {
   constexpr double kMost = 3;  // standard deviations
   if (!model) return make_error("offset", "found no model, expected one: the offset is a part of its bias");
+  const auto& monitor = model->info().monitor;
   const auto& spread = model->info().spread;
-  if (!spread) return make_error("offset", "the model does not state how runs differ: train it again");
-  const double sd = spread->factor * std::hypot(spread->offset_deg_per_h, spread->nuisance_deg_per_h);
-  if (std::abs(deg_per_h) <= kMost * sd) return {};
+  if (!monitor && !spread) return make_error("offset", "the model does not state how runs differ: train it again");
+  const double sd = monitor ? monitor->offset_deg_per_h
+                            : spread->factor * std::hypot(spread->offset_deg_per_h, spread->nuisance_deg_per_h);
+  offset.model = model->info().id;
+  if (std::abs(offset.deg_per_h) <= kMost * sd) return {};
   return make_error("offset",
                     fmt::format("found {:g} deg/h, expected at most {:.3g}: {:g} times the {:.3g} deg/h by which "
-                                "runs differ in the model; for a larger shift: prismcal train --from",
-                                deg_per_h, kMost * sd, kMost, sd));
+                                "switch-ons differ in the model; for a larger shift: prismcal train --from",
+                                offset.deg_per_h, kMost * sd, kMost, sd));
 }
 
 std::string offset_path(const Setup& setup, std::size_t axis) {
@@ -66,6 +69,11 @@ Result<void> store_offset(const std::string& path, const std::optional<Offset>& 
   if (error) return make_error(path, "cannot be removed: " + error.message());
   sync_directory(std::filesystem::path(path).parent_path().string());
   return {};
+}
+
+void forget_offset(const std::string& path, const Offset& ended) {
+  const auto found = load_offset(path);
+  if (found && *found == ended) (void)store_offset(path, {});
 }
 
 }  // namespace prism::pipeline

@@ -19,6 +19,8 @@ struct Offset {
   std::string model;           ///< id of the model whose error it is
   std::int64_t set_s = 0;      ///< host time
   std::int64_t expires_s = 0;  ///< host time; 0: never
+
+  bool operator==(const Offset&) const = default;
 };
 
 JsonTable<Offset> offset_keys();
@@ -26,9 +28,10 @@ JsonTable<Offset> offset_keys();
 /// "+0.00200 deg/h until 2026-11-29T20:00:00Z: REASON"
 std::string offset_text(const Offset& offset);
 
-/// Errors: no model, or one that does not state how runs differ; an offset beyond 3 standard deviations of the error
-/// that it states for another run. A larger shift has another cause: the gyro or its mount has changed.
-Result<void> check_offset(const compensation::ModelPtr& model, double deg_per_h);
+/// Makes the offset one of the model. Errors: no model, or one that does not state how switch-ons differ; an offset
+/// beyond 3 standard deviations of that: by its monitor, else by its error in another run. A larger shift has another
+/// cause: the gyro or its mount has changed.
+Result<void> bind_offset(const compensation::ModelPtr& model, Offset& offset);
 
 /// The file that keeps the offset of an axis over a restart, in the directory of its log; empty without a log.
 std::string offset_path(const Setup& setup, std::size_t axis);
@@ -36,5 +39,7 @@ std::string offset_path(const Setup& setup, std::size_t axis);
 Result<std::optional<Offset>> load_offset(const std::string& path);
 /// Without an offset, removes the file.
 Result<void> store_offset(const std::string& path, const std::optional<Offset>& offset);
+/// Removes the file if it has this offset, which ended: a later one may be stored, but not yet in force.
+void forget_offset(const std::string& path, const Offset& ended);
 
 }  // namespace prism::pipeline

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A bias that moved: an offset by command has its own column, is an event, survives a restart, ends at its expiry, and is limited by the model's
-# statement on other runs; train --from proposes a new constant of the model and keeps its shape.
+# turn-on repeatability; train --from proposes a new constant of the model and keeps its shape.
 . "$(dirname "$0")/lib.sh"
 frames 2
 site='"site": {"latitude_deg": 34.25, "elevation_deg": 90}'
@@ -36,7 +36,7 @@ start_sim --profile steady --speed 100 --seed 3
 start_prismd
 wait_for 60 field_is .quality status good
 ! prismctl offset --set 0.2 --reason "too much" 2>limit.err || fail "an offset of 0.2 deg/h was accepted"
-contains "the limit" "$(cat limit.err)" "by which runs differ in the model; for a larger shift: prismcal train --from"
+contains "the limit" "$(cat limit.err)" "by which switch-ons differ in the model; for a larger shift: prismcal train --from"
 ! prismctl offset --set 0.001 2>reason.err || fail "an offset without a reason was accepted"
 contains "set" "$(prismctl offset --set 0.001 --reason "turn-on of today")" "+0.00100 deg/h: turn-on of today"
 wait_for 10 field_is .window.offset_deg_per_h status 0.001

@@ -17,16 +17,27 @@ namespace {
 
 using testing::HasSubstr;
 
+Result<void> bound(const compensation::ModelPtr& model, double deg_per_h) {
+  Offset offset;
+  offset.deg_per_h = deg_per_h;
+  return bind_offset(model, offset);
+}
+
 TEST(Offset, IsLimitedByWhatTheModelStatesOfAnotherRun) {
   compensation::ModelInfo info = test::linear_model({"T"}, {1})->info();
-  EXPECT_THAT(check_offset(nullptr, 0.001).error().text(), HasSubstr("found no model"));
-  EXPECT_THAT(check_offset(test::linear_model({"T"}, {1}), 0.001).error().text(),
-              HasSubstr("does not state how runs differ"));
+  EXPECT_THAT(bound(nullptr, 0.001).error().text(), HasSubstr("found no model"));
+  EXPECT_THAT(bound(test::linear_model({"T"}, {1}), 0.001).error().text(), HasSubstr("does not state how runs differ"));
+  const std::vector<compensation::Term> terms = {{{1}, 1}};
   info.spread = {.nuisance_deg_per_h = 0.003, .offset_deg_per_h = 0.004, .noise_deg_per_h = 1, .factor = 2};
-  const auto model = std::make_shared<compensation::PolynomialModel>(info, std::vector<compensation::Term>{{{1}, 1}});
-  for (const double good : {0.0, 0.0299, -0.0299}) EXPECT_TRUE(check_offset(model, good)) << good;
-  EXPECT_THAT(check_offset(model, -0.0301).error().text(),
-              HasSubstr("found -0.0301 deg/h, expected at most 0.03: 3 times the 0.01 deg/h by which runs differ"));
+  auto model = std::make_shared<compensation::PolynomialModel>(info, terms);
+  for (const double good : {0.0, 0.0299, -0.0299}) EXPECT_TRUE(bound(model, good)) << good;
+  EXPECT_THAT(
+      bound(model, -0.0301).error().text(),
+      HasSubstr("found -0.0301 deg/h, expected at most 0.03: 3 times the 0.01 deg/h by which switch-ons differ"));
+  info.monitor = {.offset_deg_per_h = 0.002};
+  model = std::make_shared<compensation::PolynomialModel>(info, terms);
+  EXPECT_TRUE(bound(model, 0.0059));
+  EXPECT_THAT(bound(model, 0.0061).error().text(), HasSubstr("3 times the 0.002 deg/h")) << "the monitor knows better";
 }
 
 TEST(Offset, IsKeptInAFile) {
@@ -41,6 +52,12 @@ TEST(Offset, IsKeptInAFile) {
   ASSERT_TRUE(store_offset(path, std::nullopt));
   EXPECT_EQ(load_offset(path).value(), std::nullopt);
   EXPECT_TRUE(store_offset(path, std::nullopt)) << "the file does not exist";
+  const Offset ended{.deg_per_h = 1, .reason = "r", .model = "m"}, later{.deg_per_h = 2, .reason = "r", .model = "m"};
+  ASSERT_TRUE(store_offset(path, later));
+  forget_offset(path, ended);
+  EXPECT_EQ(load_offset(path).value(), later) << "a later one remains";
+  forget_offset(path, later);
+  EXPECT_EQ(load_offset(path).value(), std::nullopt);
   std::ofstream(path) << R"({"deg_per_h": "much", "reason": "r", "model": "m", "set_s": 1})";
   EXPECT_THAT(load_offset(path).error().text(), HasSubstr("gyro.offset.json:/deg_per_h: found \"much\""));
 }
