@@ -20,7 +20,7 @@ double earth_rate_deg_per_h(const AxisPlacement& placement);
 
 /// Standard deviation of that rate on an axis whose direction is uncertain by `direction_rad` each way: Ω sin θ, cos θ
 /// = rate / Ω.
-double mount_sd_deg_per_h(double earth_rate_deg_per_h, double direction_rad = 1e-3);
+double mount_sd_deg_per_h(double earth_rate_deg_per_h, double direction_rad);
 
 /// The largest difference that the azimuth can make to north, deg/h: 2 Ω cos φ |cos e|. A smaller one than
 /// kAzimuthMatters needs no azimuth.

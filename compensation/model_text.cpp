@@ -212,66 +212,40 @@ void check_inputs(const Section& top, ModelInfo& info) {
 JsonTable<BetweenRunError> spread_keys() {
   using B = BetweenRunError;
   return JsonTable<B>()
-      .number("nuisance_deg_per_h", {0, 1e9}, &B::nuisance_deg_per_h, "")
-      .required()
-      .number("offset_deg_per_h", {0, 1e9}, &B::offset_deg_per_h, "")
-      .required()
-      .number("noise_deg_per_h", {0, 1e9}, &B::noise_deg_per_h, "")
-      .required()
+      .number("nuisance_deg_per_h", {0, 1e9}, &B::nuisance_deg_per_h, kRequired)
+      .number("offset_deg_per_h", {0, 1e9}, &B::offset_deg_per_h, kRequired)
+      .number("noise_deg_per_h", {0, 1e9}, &B::noise_deg_per_h, kRequired)
       .number("factor", {1e-6, 1e6}, &B::factor, "")
-      .integer("blocks", {0, 1e9}, &B::blocks, "")
-      .required()
-      .integer("samples", {0, 1e9}, &B::samples, "")
-      .required();
+      .integer("blocks", {0, 1e9}, &B::blocks, kRequired)
+      .integer("samples", {0, 1e9}, &B::samples, kRequired);
 }
 
 JsonTable<RateNoise> noise_keys() {
   using N = RateNoise;
   return JsonTable<N>()
-      .number("n_deg_per_sqrt_h", kPositive, &N::n_deg_per_sqrt_h, "angle random walk")
-      .required()
-      .number("b_deg_per_h", {0, 1e9}, &N::b_deg_per_h, "bias instability")
-      .required()
-      .number("second_deg_per_h", kPositive, &N::second_deg_per_h, "sd of one-second means within a window")
-      .required();
-}
-
-std::string noise_text(const RateNoise& n) {
-  return fmt::format("  \"rate_noise\": {{\"n_deg_per_sqrt_h\": {}, \"b_deg_per_h\": {}, \"second_deg_per_h\": {}}},\n",
-                     exact_text(n.n_deg_per_sqrt_h), exact_text(n.b_deg_per_h), exact_text(n.second_deg_per_h));
+      .number("n_deg_per_sqrt_h", kPositive, &N::n_deg_per_sqrt_h, {kRequired, "angle random walk"})
+      .number("b_deg_per_h", {0, 1e9}, &N::b_deg_per_h, {kRequired, "bias instability"})
+      .number("second_deg_per_h", kPositive, &N::second_deg_per_h,
+              {kRequired, "sd of one-second means within a window"});
 }
 
 JsonTable<MonitorSettings> monitor_keys() {
   using M = MonitorSettings;
   return JsonTable<M>()
-      .integer("every", {1, 1e6}, &M::every, "windows per value")
-      .required()
-      .number("sd_deg_per_h", kPositive, &M::sd_deg_per_h, "of the values")
-      .required()
-      .number("offset_deg_per_h", {0, 1e9}, &M::offset_deg_per_h, "sd between switch-ons")
-      .required()
-      .number("correlation", {-1, 1}, &M::correlation, "of neighbouring values")
-      .required()
-      .number("threshold", kPositive, &M::threshold, "of the sums, in sd")
-      .required()
-      .number("delay_h", kPositive, &M::delay_h, "time at rest that finds a shift of 1 sd")
-      .required();
+      .integer("every", {1, 1e6}, &M::every, {kRequired, "windows per value"})
+      .number("sd_deg_per_h", kPositive, &M::sd_deg_per_h, {kRequired, "of the values"})
+      .number("offset_deg_per_h", {0, 1e9}, &M::offset_deg_per_h, {kRequired, "sd between switch-ons"})
+      .number("correlation", {-1, 1}, &M::correlation, {kRequired, "of neighbouring values"})
+      .number("threshold", kPositive, &M::threshold, {kRequired, "of the sums, in sd"})
+      .number("delay_h", kPositive, &M::delay_h, {kRequired, "time at rest that finds a shift of 1 sd"});
 }
 
-std::string monitor_text(const MonitorSettings& m) {
-  return fmt::format(
-      "  \"monitor\": {{\"every\": {}, \"sd_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"correlation\": {}, "
-      "\"threshold\": {}, \"delay_h\": {}}},\n",
-      m.every, exact_text(m.sd_deg_per_h), exact_text(m.offset_deg_per_h), exact_text(m.correlation),
-      exact_text(m.threshold), exact_text(m.delay_h));
-}
-
-std::string spread_text(const BetweenRunError& s) {
-  return fmt::format(
-      "  \"spread\": {{\"nuisance_deg_per_h\": {}, \"offset_deg_per_h\": {}, \"noise_deg_per_h\": {}, \"factor\": {}, "
-      "\"blocks\": {}, \"samples\": {}}},\n",
-      exact_text(s.nuisance_deg_per_h), exact_text(s.offset_deg_per_h), exact_text(s.noise_deg_per_h),
-      exact_text(s.factor), s.blocks, s.samples);
+/// A line of the file: an object of numbers.
+std::string object_line(const char* key, const Json& object) {
+  std::string text;
+  for (const auto& [name, value] : object.items())
+    text += fmt::format("{}\"{}\": {}", text.empty() ? "" : ", ", name, exact_text(value.get<double>()));
+  return fmt::format("  \"{}\": {{{}}},\n", key, text);
 }
 
 // Checks format and version before any other key.
@@ -422,10 +396,10 @@ std::string format_model(const Model& model, const std::string& provenance_json,
     text += "}";
   }
   text += "\n  ],\n";
-  if (info.spread) text += spread_text(*info.spread);
+  if (info.spread) text += object_line("spread", spread_keys().print(*info.spread));
   text += find_model_kind(info.kind)->content(model);
-  if (noise) text += noise_text(*noise);
-  if (monitor) text += monitor_text(*monitor);
+  if (noise) text += object_line("rate_noise", noise_keys().print(*noise));
+  if (monitor) text += object_line("monitor", monitor_keys().print(*monitor));
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 

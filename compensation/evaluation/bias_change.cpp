@@ -12,17 +12,7 @@ namespace {
 
 constexpr double kDay_s = 86400, kCertain = 4, kExplained = 3, kMostCorrelation = 0.9;
 
-double mean_of(std::span<const double> values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-/// Of neighbours; 0 if the values are too few or constant.
-double correlation_of(std::span<const double> values) {
-  const auto found = autocorrelate(values, 1, "");
-  return found ? found->coefficient[1] : 0;
-}
+double mean_of(std::span<const double> values) { return neumaier_sum(values) / static_cast<double>(values.size()); }
 
 /// Means of complete days, and the middle times of their values.
 struct Days {
@@ -59,7 +49,7 @@ std::optional<BiasChange::Estimate> trend_of(const Days& days) {
     left.push_back(days.mean[i] - level - slope * (days.time[i] - time));
     left_squares += left.back() * left.back();
   }
-  const double r = std::clamp(correlation_of(left), 0.0, kMostCorrelation);
+  const double r = std::clamp(neighbour_correlation(left), 0.0, kMostCorrelation);
   const double sd = std::sqrt(left_squares / (n - 2) / squares * (1 + r) / (1 - r));
   return std::abs(slope) > kCertain * sd ? std::optional(BiasChange::Estimate{slope, sd}) : std::nullopt;
 }
@@ -82,7 +72,7 @@ BiasChange bias_change(std::span<const double> time_s, std::span<const double> e
     within += std::abs(rest[i]) <= 2 * sd_mean[i];
   }
   change.within = static_cast<double>(within) / static_cast<double>(rest.size());
-  change.correlation = correlation_of(rest);
+  change.correlation = neighbour_correlation(rest);
   return change;
 }
 

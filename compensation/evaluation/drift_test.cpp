@@ -170,7 +170,7 @@ std::optional<compensation::MonitorSettings> monitor_settings(Residuals residual
   settings.every = residuals.every;
   settings.sd_deg_per_h = std::max(summary->sd, least_sd_deg_per_h);
   settings.offset_deg_per_h = std::hypot(offset_sd_deg_per_h, part_sd(record));
-  if (const auto found = autocorrelate(record, 1, "")) settings.correlation = found->coefficient[1];
+  settings.correlation = neighbour_correlation(record);
   const double values_per_h = 3600 / (residuals.window_s * residuals.every), day = 24 * values_per_h;
   const auto n = static_cast<double>(record.size());
   const double block = std::max(1.0, std::min(day, n / kParts));

@@ -114,6 +114,11 @@ Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_
   return result;
 }
 
+double neighbour_correlation(std::span<const double> values) {
+  const auto found = autocorrelate(values, 1, "");
+  return found ? found->coefficient[1] : 0;
+}
+
 std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows) {
   double squares = 0;
   std::size_t pairs = 0;

@@ -61,6 +61,8 @@ struct Autocorrelation {
 /// r_k = Σ (x_i − m)(x_{i+k} − m) / Σ (x_i − m)², the biased form, always within ±1. max_lag is limited to N − 1.
 /// Errors: fewer than three values, a value that is not finite, a constant series.
 Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where);
+/// r_1; 0 if it is undefined.
+double neighbour_correlation(std::span<const double> values);
 
 /// "Bias stability" of a laser gyro: the standard deviation (1 sigma) of non-overlapping means, of 100 s by default,
 /// deg/h. Not the Allan minimum ("bias instability"), although both names are in use for both numbers.

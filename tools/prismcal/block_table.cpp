@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
+#include "compensation/block_stability.hpp"
 #include "tools/prismcal/findings.hpp"
 #include "tools/prismcal/table_time.hpp"
 
@@ -48,6 +49,19 @@ double BlockTable::mean_rate_deg_per_h() const {
     ++count;
   }
   return sum / static_cast<double>(count) + earth_rate_deg_per_h;
+}
+
+std::vector<double> BlockTable::second_sds() const {
+  std::vector<double> sds(size(), kUnknown);
+  compensation::RunningVariance values;
+  std::size_t block = 0;
+  for_each_known(seconds, [&](std::int64_t at, double rate) {
+    while (block < size() && second(block) < at) ++block, values = {};
+    if (block == size() || at <= second(block) - features.length_s) return;
+    values.add(rate);
+    if (at == second(block)) sds[block] = values.sd();
+  });
+  return sds;
 }
 
 BlockTableBuilder::BlockTableBuilder(const compensation::FeatureDefinition& features, double earth_rate_deg_per_h,

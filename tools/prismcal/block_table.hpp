@@ -42,9 +42,10 @@ struct BlockTable {
   std::size_t size() const { return blocks.size(); }
   std::int64_t second(std::size_t block) const { return blocks[block].second_mean.second; }  ///< its last one
   std::vector<double> column(
-      const std::string& input) const;  ///< values of an input ("T", "dTdt", "U", …), one per block
-  std::vector<double> hours() const;    ///< end of each block since the start of the first, h
-  double mean_rate_deg_per_h() const;   ///< over the blocks, with the Earth rate
+      const std::string& input) const;     ///< values of an input ("T", "dTdt", "U", …), one per block
+  std::vector<double> hours() const;       ///< end of each block since the start of the first, h
+  double mean_rate_deg_per_h() const;      ///< over the blocks, with the Earth rate
+  std::vector<double> second_sds() const;  ///< sd of the one-second means of each block; kUnknown: its last is missing
 };
 
 /// Runs one-second means through FeatureExtractor, as prismd does, and keeps the windows that end a block. Skips

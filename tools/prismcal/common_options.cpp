@@ -129,6 +129,7 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
       return make_error(options.source.config,
                         fmt::format("found {} axes, expected --axis with one of them", config->axes.size()));
     settings.engine = axis->engine;
+    settings.direction_rad = axis->direction_mrad / 1000;
     if (fallback.empty()) fallback = axis->fallback_model;
   }
   if (options.max_bias_deg_per_h) settings.engine.max_bias_deg_per_h = *options.max_bias_deg_per_h;

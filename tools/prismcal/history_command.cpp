@@ -21,35 +21,30 @@ struct HistoryChoice {
 /// Rows with one model, in the order of the log.
 struct Period {
   std::string model;  ///< id and name, or "none"
-  std::int64_t first_s = 0, last_s = 0;
+  std::int64_t first_s, last_s = 0;
   std::size_t rows = 0;
 };
-
-Result<std::vector<Period>> periods_of(recordings::LogFolder& folder) {
-  std::vector<Period> periods;
-  tables::ReadMeter meter(read_progress(), folder.bytes());
-  for (recordings::LogSegment& segment : folder.segments) {
-    const std::string model = segment.value("model");
-    const auto add = [&](const recordings::LogRow& row) -> Result<void> {
-      const std::int64_t second = row.second_mean.second;
-      if (periods.empty() || periods.back().model != model) periods.push_back({model, second, second});
-      periods.back().last_s = second;
-      ++periods.back().rows;
-      return {};
-    };
-    if (auto done = recordings::read_log_segment(segment, add, meter); !done)
-      return tl::unexpected<Error>(done.error());
-  }
-  return periods;
-}
 
 Result<int> history(const HistoryChoice& choice) {
   auto folder = recordings::LogFolder::open(choice.log, choice.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
-  const auto periods = periods_of(*folder);
+  std::vector<Period> periods;
+  tables::ReadMeter meter(read_progress(), folder->bytes());
+  for (recordings::LogSegment& segment : folder->segments) {
+    std::int64_t last_s = 0;
+    const auto at = [&](const recordings::LogRow& row) -> Result<void> {
+      last_s = row.second_mean.second;
+      return {};
+    };
+    if (auto done = recordings::read_log_segment(segment, at, meter); !done) return tl::unexpected<Error>(done.error());
+    if (segment.rows == 0) continue;
+    const std::string model = segment.value("model");
+    if (periods.empty() || periods.back().model != model) periods.push_back({model, *segment.first_second});
+    periods.back().last_s = last_s;
+    periods.back().rows += segment.rows;
+  }
   end_progress();
-  if (!periods) return tl::unexpected<Error>(periods.error());
-  for (const Period& period : *periods) {
+  for (const Period& period : periods) {
     const std::size_t space = std::min(period.model.find(' '), period.model.size());  // after the id
     fmt::print("{} to {}  {:>9} rows  {}{}\n", utc_text(period.first_s), utc_text(period.last_s), period.rows,
                printable(period.model.substr(0, std::min<std::size_t>(space, 12))),

@@ -45,7 +45,7 @@ void count_coverage(const compensation::Model& model, const recordings::BlockTab
     error.push_back(table.bias_deg_per_h[i] - prediction.bias_deg_per_h);
     sd.push_back(prediction.sd_deg_per_h), sd_mean.push_back(prediction.sd_mean_deg_per_h);
   }
-  const double mount_sd = compensation::mount_sd_deg_per_h(table.earth_rate_deg_per_h);
+  const double mount_sd = compensation::mount_sd_deg_per_h(table.earth_rate_deg_per_h, settings.direction_rad);
   if (!error.empty()) result.change = evaluation::bias_change(time_s, error, sd, sd_mean, mount_sd);
 }
 

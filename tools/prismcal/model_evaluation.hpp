@@ -20,6 +20,7 @@ namespace prism::analysis {
 struct CorrectionSettings {
   compensation::CompensationSettings engine;  ///< bias limit, and the rule outside the training range
   compensation::ModelPtr fallback;            ///< used while the window is not full; null: none
+  double direction_rad = 1e-3;                ///< standard deviation of the axis's direction, each way
 
   std::string text() const;  ///< one readable line
 };

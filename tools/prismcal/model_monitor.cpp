@@ -23,20 +23,6 @@ constexpr double kBin_degc = 10, kFewestDegc = 0.25, kCertain = 2, kMoreNoise = 
 constexpr std::size_t kShown = 20;  // switch-ons
 constexpr std::int64_t kSwitchOn_s = 60, kHour_s = 3600;
 
-/// The sd of the one-second means of each block; kUnknown if one is missing.
-std::vector<double> second_sds(const recordings::BlockTable& table) {
-  std::vector<double> sds(table.size(), kUnknown);
-  compensation::RunningVariance seconds;
-  std::size_t block = 0;
-  recordings::for_each_known(table.seconds, [&](std::int64_t second, double rate) {
-    while (block < table.size() && table.second(block) < second) ++block, seconds = {};
-    if (block == table.size() || second <= table.second(block) - table.features.length_s) return;
-    seconds.add(rate);
-    if (second == table.second(block)) sds[block] = seconds.sd();
-  });
-  return sds;
-}
-
 /// Settings of the monitor with the length of a window.
 struct Basis {
   compensation::MonitorSettings settings;
@@ -45,36 +31,8 @@ struct Basis {
   double hours(const std::vector<RestMean>& means) const {
     return static_cast<double>(means.size()) * window_s / kHour_s;
   }
+  MeanDifference mean(const std::vector<RestMean>& means) const { return mean_difference(means, settings, window_s); }
 };
-
-/// A mean difference; kUnknown without any.
-struct Mean {
-  double deg_per_h = kUnknown, within_sd = kUnknown, sd = kUnknown;  ///< sd: with that of switch-ons
-};
-
-/// Its standard deviation is that of the means of hours, larger by the correlation of neighbours, and of the offsets of
-/// switch-ons.
-Mean mean_of(const std::vector<RestMean>& means, const Basis& basis) {
-  if (means.empty()) return {};
-  std::map<std::int64_t, compensation::RunningVariance> in_hour;
-  std::set<int> runs;
-  compensation::RunningVariance all;
-  for (const RestMean& one : means) {
-    in_hour[one.second / kHour_s].add(one.difference_deg_per_h);
-    all.add(one.difference_deg_per_h);
-    runs.insert(one.run);
-  }
-  std::vector<double> hours;
-  for (const auto& [hour, values] : in_hour) hours.push_back(values.mean());
-  const auto found = evaluation::autocorrelate(hours, 1, "");
-  const double r = found ? std::clamp(found->coefficient[1], 0.0, 0.9) : 0;
-  double sd = basis.settings.sd_deg_per_h * std::sqrt(basis.window_s / kHour_s);  // at least that of white residuals
-  if (const auto summary = evaluation::summarise(hours, evaluation::Divisor::kNMinus1, ""))
-    sd = std::max(sd, summary->sd);
-  const double within_sd = sd * std::sqrt((1 + r) / (1 - r) / static_cast<double>(hours.size()));
-  return {all.mean(), within_sd,
-          std::hypot(within_sd, basis.settings.offset_deg_per_h / std::sqrt(double(runs.size())))};
-}
 
 template <class Keep>
 std::vector<RestMean> only(const std::vector<RestMean>& means, Keep keep) {
@@ -109,24 +67,22 @@ void describe_drift(MonitorResult& result, const Basis& basis, const std::vector
                     const std::vector<RestMean>& since, double middle_degc) {
   // The change of the differences at some temperatures.
   const auto change = [&](auto inside) {
-    Mean after = mean_of(only(since, inside), basis);
-    const Mean first = mean_of(only(before, inside), basis);
+    MeanDifference after = basis.mean(only(since, inside));
+    const MeanDifference first = basis.mean(only(before, inside));
     if (std::isfinite(first.deg_per_h)) {
       after.deg_per_h -= first.deg_per_h;
       after.within_sd = std::hypot(after.within_sd, first.within_sd), after.sd = std::hypot(after.sd, first.sd);
     }
     return after;
   };
-  Mean all = change([](const RestMean&) { return true; });
-  const Mean cold = change([&](const RestMean&one) { return one.temperature_degc < middle_degc; }),
-             hot = change([&](const RestMean&one) { return one.temperature_degc >= middle_degc; });
+  MeanDifference all = change([](const RestMean&) { return true; });
+  const MeanDifference cold = change([&](const RestMean&one) { return one.temperature_degc < middle_degc; }),
+                       hot = change([&](const RestMean&one) { return one.temperature_degc >= middle_degc; });
   const double slope = hot.deg_per_h - cold.deg_per_h;
-  // Noise is what neighbours differ by; a drift is slow.
-  double squares = 0;
-  for (std::size_t i = 1; i < since.size(); ++i)
-    squares += std::pow(since[i].difference_deg_per_h - since[i - 1].difference_deg_per_h, 2);
-  const double noise = std::sqrt(squares / 2 / static_cast<double>(since.size())),
-               noisier = noise / (basis.settings.sd_deg_per_h * std::sqrt(1 - basis.settings.correlation));
+  std::vector<double> differences;
+  for (const RestMean& one : since) differences.push_back(one.difference_deg_per_h);
+  const double noisier = evaluation::noise_floor(differences, {}).value_or(0) /
+                         (basis.settings.sd_deg_per_h * std::sqrt(1 - basis.settings.correlation));
   std::string where;
   if (std::abs(slope) > kCertain * std::hypot(hot.within_sd, cold.within_sd) &&
       std::abs(slope) > std::abs(all.deg_per_h) / 4) {
@@ -158,7 +114,7 @@ std::optional<std::pair<std::size_t, double>> degrees_seen(const compensation::M
 
 /// Hours, mean difference and its sd.
 void put(std::vector<report::Cell>& row, const std::vector<RestMean>& means, const Basis& basis) {
-  const Mean mean = mean_of(means, basis);
+  const MeanDifference mean = basis.mean(means);
   row.push_back(report::fixed_cell(basis.hours(means), 1));
   for (const double value : {mean.deg_per_h, mean.sd}) row.push_back(report::fixed_cell(value, 4));
 }
@@ -190,7 +146,7 @@ report::Table switch_on_table(const std::vector<RestMean>& means, const Basis& b
     while (end < means.size() && means[end].run == means[i].run) ++end;
     const std::vector<RestMean> run(means.begin() + static_cast<std::ptrdiff_t>(i),
                                     means.begin() + static_cast<std::ptrdiff_t>(end));
-    if (basis.hours(run) >= 1) offsets.push_back(mean_of(run, basis).deg_per_h);
+    if (basis.hours(run) >= 1) offsets.push_back(basis.mean(run).deg_per_h);
     table.rows.push_back({utc_text(means[i].second)});
     put(table.rows.back(), run, basis);
   }
@@ -201,6 +157,27 @@ report::Table switch_on_table(const std::vector<RestMean>& means, const Basis& b
 
 }  // namespace
 
+MeanDifference mean_difference(const std::vector<RestMean>& means, const compensation::MonitorSettings& settings,
+                               double window_s) {
+  if (means.empty()) return {};
+  std::map<std::int64_t, compensation::RunningVariance> in_hour;
+  std::set<int> runs;
+  compensation::RunningVariance all;
+  for (const RestMean& one : means) {
+    in_hour[one.second / kHour_s].add(one.difference_deg_per_h);
+    all.add(one.difference_deg_per_h);
+    runs.insert(one.run);
+  }
+  std::vector<double> hours;
+  for (const auto& [hour, values] : in_hour) hours.push_back(values.mean());
+  const double r = std::clamp(evaluation::neighbour_correlation(hours), 0.0, 0.9);
+  double sd = settings.sd_deg_per_h * std::sqrt(window_s / kHour_s);  // at least that of white residuals
+  if (const auto summary = evaluation::summarise(hours, evaluation::Divisor::kNMinus1, ""))
+    sd = std::max(sd, summary->sd);
+  const double within_sd = sd * std::sqrt((1 + r) / (1 - r) / static_cast<double>(hours.size()));
+  return {all.mean(), within_sd, std::hypot(within_sd, settings.offset_deg_per_h / std::sqrt(double(runs.size())))};
+}
+
 Result<std::vector<RestMean>> means_at_rest(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                             const CorrectionSettings& correction) {
   const auto noise = compensation::noise_of(model->info());
@@ -209,7 +186,7 @@ Result<std::vector<RestMean>> means_at_rest(const compensation::ModelPtr& model,
   compensation::CompensationEngine engine(correction.engine);
   if (auto used = engine.use(model, nullptr); !used) return tl::unexpected<Error>(used.error());
   const compensation::RestLimits limits = compensation::rest_limits(*noise, table.features.length_s);
-  const std::vector<double> sds = second_sds(table);
+  const std::vector<double> sds = table.second_sds();
   const int history_s = compensation::history_s(table.features);
   std::vector<RestMean> kept, row;  // row: neighbours at rest
   const auto end_row = [&] {
@@ -234,7 +211,7 @@ Result<std::vector<RestMean>> means_at_rest(const compensation::ModelPtr& model,
       continue;
     }
     if (!row.empty() && std::abs(difference - row.back().difference_deg_per_h) > limits.step_deg_per_h) end_row();
-    row.push_back({table.second(i), table.blocks[i].temperature_degc, difference, run});
+    row.push_back({table.second(i), table.blocks[i].temperature_degc, difference, run, found.sd_deg_per_h});
   }
   end_row();
   return kept;

@@ -15,7 +15,8 @@ namespace prism::analysis {
 struct RestMean {
   std::int64_t second = 0;  ///< its last one
   double temperature_degc = 0, difference_deg_per_h = 0;
-  int run = 0;  ///< switch-on, from 0
+  int run = 0;              ///< switch-on, from 0
+  double sd_deg_per_h = 0;  ///< of the model, in a new run
 };
 
 /// The windows of a recording in which the gyro was at rest inside the training range: their seconds vary as at rest
@@ -23,6 +24,15 @@ struct RestMean {
 /// switch-on. Errors: a model without a noise.
 Result<std::vector<RestMean>> means_at_rest(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                             const CorrectionSettings& correction);
+
+/// A mean difference; kUnknown without any.
+struct MeanDifference {
+  double deg_per_h = kUnknown;
+  double within_sd = kUnknown;  ///< of the means of hours, larger by the correlation of neighbours
+  double sd = kUnknown;         ///< also of the offsets of switch-ons
+};
+MeanDifference mean_difference(const std::vector<RestMean>& means, const compensation::MonitorSettings& settings,
+                               double window_s);
 
 struct MonitorResult {
   std::string verdict;  ///< "holds", "drifted" or "too_little"

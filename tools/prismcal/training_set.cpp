@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "base/plain_text.hpp"
-#include "compensation/block_stability.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/fingerprint.hpp"
 
@@ -69,21 +68,6 @@ Result<void> check_recording(const Recording& recording, TrainingSet& set) {
   return check_inputs(recording, set);
 }
 
-nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
-  nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
-  for (const SourceFile& file : recording.files)
-    facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
-  facts.update({{"blocks", table.size()},
-                {"blocks_left_out", left_out},
-                {"gaps", table.gaps},
-                {"missing_s", table.missing_s},
-                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
-                {"fingerprint", fingerprint_json(table)}});
-  if (auto remarks = recording.remarks(); !remarks.empty()) facts["remarks"] = std::move(remarks);
-  if (auto questions = recording.questions(); !questions.empty()) facts["questions"] = std::move(questions);
-  return facts;
-}
-
 /// Why no block has all inputs.
 tl::unexpected<Error> missing_input(const TrainingSet& set) {
   std::vector<std::string> known, missing;
@@ -114,20 +98,22 @@ Result<std::size_t> append_recording(const BlockTable& table, TrainingSet& set) 
   return append_blocks(split->training, set.data);
 }
 
-/// Appends the sd of each window's length of one-second means without a gap.
-void append_second_sds(const BlockTable& table, std::vector<double>& sds) {
-  compensation::RunningVariance block;
-  std::int64_t next = 0;
-  for_each_known(table.seconds, [&](std::int64_t second, double rate) {
-    if (second != std::exchange(next, second + 1)) block = {};
-    block.add(rate);
-    if (block.count() < table.features.length_s) return;
-    sds.push_back(block.sd());
-    block = {};
-  });
-}
-
 }  // namespace
+
+nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out) {
+  nlohmann::ordered_json facts = {{"name", recording.name}, {"files", nlohmann::ordered_json::array()}};
+  for (const SourceFile& file : recording.files)
+    facts["files"].push_back({{"path", file.path}, {"sha256", file.sha256}, {"rows", file.rows}});
+  facts.update({{"blocks", table.size()},
+                {"blocks_left_out", left_out},
+                {"gaps", table.gaps},
+                {"missing_s", table.missing_s},
+                {"earth_rate_deg_per_h", table.earth_rate_deg_per_h},
+                {"fingerprint", fingerprint_json(table)}});
+  if (auto remarks = recording.remarks(); !remarks.empty()) facts["remarks"] = std::move(remarks);
+  if (auto questions = recording.questions(); !questions.empty()) facts["questions"] = std::move(questions);
+  return facts;
+}
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
   const int run = data.runs.empty() ? 0 : data.runs.back() + 1;
@@ -209,7 +195,9 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
       to_note.push_back(std::move(*question));
     }
     set.facts.push_back(facts_of(recording, table, *left_out));
-    append_second_sds(table, second_sds);
+    for (const double sd : table.second_sds()) {
+      if (std::isfinite(sd)) second_sds.push_back(sd);
+    }
     table.seconds = {};  // not needed for training
     set.notes.push_back(
         fmt::format("{}: {} of {} s; {}, {} s in all; {} more left out (unknown input); mean bias {:.4g} deg/h, "

@@ -36,8 +36,8 @@ struct TrainingSet {
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate, remarks
   std::vector<BlockTable> tables;  ///< one per recording, without `seconds`: for the data-quality check
   HoldOut hold_out;
-  std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
-  double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
+  std::vector<BlockTable> held_out;                           ///< one per recording; empty if no blocks are held out
+  double second_sd_deg_per_h = kUnknown;                      ///< of one-second means within a block: the median
   std::vector<std::pair<std::string, std::string>> left_out;  ///< recordings that cannot be used: path, and reason
   std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
   std::vector<std::string> questions;  ///< Recording::questions of all
@@ -49,6 +49,9 @@ struct TrainingSet {
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
                                       const TrainingSetOptions& options,
                                       const std::function<Result<void>(const Loaded&)>& usable = {});
+
+/// An entry of the provenance: name, files with SHA-256, blocks, gaps, Earth rate, remarks, fingerprint.
+nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out);
 
 /// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, and returns
 /// their number.
