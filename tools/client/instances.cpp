@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <set>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -56,6 +57,19 @@ std::string unknown_name(const std::string& name, const std::vector<std::string>
 }
 
 }  // namespace
+
+std::optional<std::string> instances_error(const std::vector<std::string>& entries) {
+  std::set<std::string> names;
+  for (const std::string& entry : entries) {
+    if (entry.empty()) return "contains an empty string, expected names, sockets or directories/";
+    if (entry.back() == '/') continue;
+    const std::string name = config::instance_name(entry);
+    if (!follows(TextRule::kName, name))
+      return fmt::format("found \"{}\", expected a name of {}", shortened(name), rule_text(TextRule::kName));
+    if (!names.insert(name).second) return fmt::format("found \"{}\" twice", name);
+  }
+  return std::nullopt;
+}
 
 std::vector<InstanceSocket> list_instances(const std::vector<std::string>& entries, std::vector<std::string>* invalid) {
   if (entries.empty()) return all_places(invalid);

@@ -2,6 +2,7 @@
 // The instances of this host: one rule for all programs.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ struct InstanceSocket {
 
   bool operator==(const InstanceSocket&) const = default;
 };
+
+/// Why `entries` of a configuration are wrong, in one line: an empty one, an invalid name, or two of one name.
+std::optional<std::string> instances_error(const std::vector<std::string>& entries);
 
 /// Returns the instances that `entries` name: a name, a socket, or a directory ending in '/' for all its sockets; of
 /// all config::socket_folders() if `entries` is empty. A name is searched in these folders; one that is in none is

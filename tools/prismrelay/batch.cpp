@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <boost/endian/conversion.hpp>
 #include <cmath>
 #include <iterator>
 #include <optional>
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/hex_bytes.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "base/text_number.hpp"
@@ -20,8 +23,9 @@
 namespace prism::prismrelay {
 namespace {
 
-using compensation::ColumnInfo;
-using compensation::kColumnInfo;
+using compensation::ColumnType;
+using compensation::kLogColumns;
+using compensation::LogColumn;
 using nlohmann::json;
 
 constexpr std::size_t kMaxNameBytes = 128;
@@ -30,7 +34,31 @@ constexpr double kMaxTime_s = 9.2e9;          // the year 2261
 constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 
 // The times are converted; all other columns have the same name in the log and in prism.rows.
-bool is_copied(const ColumnInfo& column) { return column.type != compensation::ColumnType::kTime; }
+bool is_copied(const LogColumn& column) { return column.type != ColumnType::kTime; }
+
+// The last `size` bytes, the most significant one first.
+void append_number(std::string& text, std::int64_t value, std::size_t size) {
+  const auto bytes = std::bit_cast<std::array<char, 8>>(boost::endian::native_to_big(value));
+  text.append(bytes.end() - size, bytes.end());
+}
+
+// A field of COPY's binary format is its size and its bytes; the size -1 is null.
+void append_field(std::string& text, std::int64_t value, std::size_t size) {
+  append_number(text, static_cast<std::int64_t>(size), 4);
+  append_number(text, value, size);
+}
+
+void append_text(std::string& text, std::string_view value) {
+  append_number(text, static_cast<std::int64_t>(value.size()), 4);
+  text += value;
+}
+
+void append_null(std::string& text) { append_number(text, -1, 4); }
+
+// Microseconds since 2000 UTC.
+void append_time(std::string& text, std::int64_t time_ns) {
+  append_field(text, time_ns / 1000 - 946'684'800'000'000, 8);
+}
 
 // JSON whose texts PostgreSQL can store.
 std::string database_json(const json& value) {
@@ -45,50 +73,60 @@ std::string database_json(const json& value) {
 class RowConverter {
  public:
   /// `columns`: the header line of the segment. Columns are identified by name; unknown ones are skipped.
-  explicit RowConverter(const std::string& columns) {
+  explicit RowConverter(const std::string& columns) : has_partial_(columns.ends_with(",partial")) {
     std::vector<SensorName> sensors;
     for (std::size_t begin = 0, end = 0; end != columns.size(); begin = end + 1) {
       end = std::min(columns.find(',', begin), columns.size());
       const std::string name = columns.substr(begin, end - begin);
       const auto sensor = sensor_of_column(name);
-      if (const std::size_t column = compensation::column_index(name); column < exists_.size()) {
-        exists_[column] = true;
-      } else if (sensor && is_sensor_name(sensor->name)) {
-        sensors.push_back(*sensor);
-      }
+      const bool is_known = compensation::column_index(name) < kLogColumns.size();
+      if (!is_known && sensor && is_sensor_name(sensor->name)) sensors.push_back(*sensor);
     }
     layout_ = compensation::CsvLayout::parse(columns, "", std::make_shared<const std::vector<SensorName>>(sensors));
   }
 
-  /// Appends record.line to `csv`, and sets record.arrival_ns. Returns an error and appends nothing if the line is not
-  /// a row.
-  std::optional<std::string> append(std::string& csv, std::string_view prefix, Record& record) {
+  /// Appends record.line to `text`, after `prefix`, and sets record.arrival_ns. Returns an error and appends nothing if
+  /// the line is not a row.
+  std::optional<std::string> append(std::string& text, std::string_view prefix, Record& record) {
     if (!layout_) return layout_.error().what;
     if (const auto read = compensation::read_csv(record.line, "", *layout_, row_); !read) return read.error().what;
     const compensation::SecondMean& second = row_.window.second_mean;
     const std::int64_t time_ns = (second.second + 1) * 1'000'000'000;
     record.arrival_ns = second.arrival_ns > 0 ? second.arrival_ns : time_ns;  // logs of 0.1 have no arrival
     if (record.arrival_ns < 0) return "found a time before 1970";
+    if (second.samples > INT32_MAX)
+      return fmt::format("found {} samples, expected at most {}", second.samples, INT32_MAX);
     std::string sensors;
     for (std::size_t i = 0; i < second.sensors.size(); ++i) {
       if (!std::isfinite(second.sensors[i])) continue;
-      fmt::format_to(std::back_inserter(sensors), "{}\"\"{}\"\":{}", sensors.empty() ? "" : ",",
+      fmt::format_to(std::back_inserter(sensors), "{}\"{}\":{}", sensors.empty() ? "\1{" : ",",  // 1: version of jsonb
                      sensor_column((*second.sensor_list)[i]), second.sensors[i]);
     }
-    fmt::format_to(std::back_inserter(csv), "{}{},{},{},", prefix, record.row, utc_nano_text(record.arrival_ns),
-                   utc_nano_text(time_ns));
-    if (!sensors.empty()) ((csv += "\"{") += sensors) += "}\"";
-    for (std::size_t c = 0; c < kColumnInfo.size(); ++c) {
-      if (!is_copied(kColumnInfo[c])) continue;
-      csv += ',';
-      if (exists_[c]) compensation::kLogColumns[c].append(csv, row_);
-    }
-    csv += '\n';
+    text += prefix;
+    append_field(text, static_cast<std::int64_t>(record.row), 4);
+    append_time(text, record.arrival_ns);
+    append_time(text, time_ns);
+    sensors.empty() ? append_null(text) : append_text(text, sensors += '}');
+    for (const LogColumn& column : kLogColumns) append_column(text, column);
     return std::nullopt;
   }
 
  private:
-  std::array<bool, kColumnInfo.size()> exists_ = {};  ///< in the header line
+  void append_column(std::string& text, const LogColumn& column) {
+    if (!is_copied(column)) return;
+    if (column.type == ColumnType::kReal) {
+      const double value = column.value(row_);
+      return std::isfinite(value) ? append_field(text, std::bit_cast<std::int64_t>(value), 8) : append_null(text);
+    }
+    std::string value;
+    column.append(value, row_);
+    const std::int64_t number = parse_number<std::int64_t>(value).value_or(0);
+    if (column.type == ColumnType::kText) return append_text(text, value);
+    if (column.type == ColumnType::kFlag) return has_partial_ ? append_field(text, number, 2) : append_null(text);
+    append_field(text, number, column.type == ColumnType::kInteger ? 4 : 8);
+  }
+
+  bool has_partial_;
   Result<compensation::CsvLayout> layout_;
   compensation::CompensatedWindow row_;  ///< the last one
 };
@@ -132,15 +170,22 @@ void add_refused(BatchItem& item, const Record& record, const std::string& reaso
 void add_segment(BatchItem& item, const json& segment) {
   Record record;
   record.segment = count_member(segment, "segment"), record.row = count_member(segment, "first");
-  const std::string prefix = fmt::format("{}{},{},", key_fields(item.log), item.log_id, record.segment);
   const json& metadata = member(segment, "metadata");
   std::string& text = item.texts[kSegments];
   const bool has_model = member(metadata, "model").is_string();
-  text += fmt::format("{}{},{},{}\n", prefix, csv_text(printable(text_member(segment, "file")), kMaxFieldBytes),
+  text += fmt::format("{}{},{},{},{},{}\n", key_fields(item.log), item.log_id, record.segment,
+                      csv_text(printable(text_member(segment, "file")), kMaxFieldBytes),
                       has_model ? csv_text(text_member(metadata, "model"), kMaxFieldBytes) : "",
                       metadata.is_object() ? csv_text(database_json(metadata)) : "{}");
   item.records[kSegments].push_back(
       {.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>(), .end = text.size()});
+  std::string prefix;  // of a row: the number of its fields, and the first ones
+  append_number(prefix, 8 + std::ranges::count_if(kLogColumns, is_copied), 2);
+  append_text(prefix, item.log.gyro);
+  append_text(prefix, item.log.axis);
+  const std::vector<std::uint8_t> log_id = hex_bytes(item.log_id);
+  append_text(prefix, {reinterpret_cast<const char*>(log_id.data()), log_id.size()});
+  append_field(prefix, static_cast<std::int64_t>(record.segment), 4);
   RowConverter converter(member(segment, "columns").get_ref<const std::string&>());
   for (const json& row : member(segment, "rows")) {
     record.line = row.get_ref<const std::string&>();
@@ -223,7 +268,7 @@ std::string place_line(const BatchItem& item) {
 
 std::string row_columns() {
   std::string text = "gyro, axis, log, segment, row_number, arrival, time, sensors";
-  for (const ColumnInfo& column : kColumnInfo) {
+  for (const LogColumn& column : kLogColumns) {
     if (is_copied(column)) (text += ", ") += column.name;
   }
   return text;

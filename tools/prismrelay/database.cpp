@@ -34,13 +34,14 @@ constexpr int kSchemaVersion = std::size(kSchemaFiles);
 /// A table of the schema. `merge` copies lines into in_NAME, a temporary table with the same columns, and inserts those
 /// that do not exist. `copy` is faster: an existing line is an error.
 struct Destination {
-  Destination(const char* name, const std::string& columns, const char* conflict = "DO NOTHING")
+  Destination(const char* name, const std::string& columns, const char* conflict = "DO NOTHING",
+              const char* format = "csv")
       : create(fmt::format("CREATE TEMPORARY TABLE in_{0} ON COMMIT DELETE ROWS AS SELECT {1} FROM prism.{0} LIMIT 0;",
                            name, columns)),
-        copy(fmt::format("COPY prism.{} ({}) FROM STDIN (FORMAT csv)", name, columns)),
-        merge(fmt::format("DELETE FROM in_{0}; COPY in_{0} FROM STDIN (FORMAT csv); "
+        copy(fmt::format("COPY prism.{} ({}) FROM STDIN (FORMAT {})", name, columns, format)),
+        merge(fmt::format("DELETE FROM in_{0}; COPY in_{0} FROM STDIN (FORMAT {3}); "
                           "INSERT INTO prism.{0} AS old ({1}) SELECT {1} FROM in_{0} ON CONFLICT {2}",
-                          name, columns, conflict)) {}
+                          name, columns, conflict, format)) {}
   std::string create, copy, merge;
 };
 
@@ -48,7 +49,7 @@ struct Destination {
 const std::array<Destination, kTables>& destinations() {
   static const std::array<Destination, kTables> kDestinations = {{
       {"segments", "gyro, axis, log, segment, file, model, metadata"},
-      {"rows", row_columns()},
+      {"rows", row_columns(), "DO NOTHING", "binary"},
       {"gaps", "gyro, axis, kind, behind, missing"},
       {"events", "gyro, time, severity, kind, text"},
       {"refused_rows", "gyro, axis, log, segment, row_number, why, line"},
@@ -131,11 +132,13 @@ class Session {
   }
 
   /// Runs statements of which one is COPY … FROM STDIN, with `lines`.
-  Result<void> copy(const std::string& sql, const std::string& lines) {
+  Result<void> copy(const std::string& sql, const std::string& lines, bool is_binary) {
+    constexpr std::string_view kHeader("PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19), kEnd("\377\377", 2);
     if (auto begun = run(sql); !begun) return begun;
-    if (PQputCopyData(connection_.get(), lines.data(), static_cast<int>(lines.size())) != 1 ||
-        PQputCopyEnd(connection_.get(), nullptr) != 1)
-      return error();
+    for (const std::string_view part : {is_binary ? kHeader : "", std::string_view(lines), is_binary ? kEnd : ""}) {
+      if (PQputCopyData(connection_.get(), part.data(), static_cast<int>(part.size())) != 1) return error();
+    }
+    if (PQputCopyEnd(connection_.get(), nullptr) != 1) return error();
     Result<QueryResult> done = QueryResult();
     while (PGresult* const result = PQgetResult(connection_.get())) {
       QueryResult next(result);
@@ -225,7 +228,7 @@ Result<void> store_texts(Session& session, const Texts& texts, bool is_new = fal
     const Destination& to = destinations()[i];
     const bool is_copied = is_new && i == kRows;
     if (texts[i].empty()) continue;
-    if (auto done = session.copy(is_copied ? to.copy : to.merge, texts[i]); !done) return done;
+    if (auto done = session.copy(is_copied ? to.copy : to.merge, texts[i], i == kRows); !done) return done;
   }
   return {};
 }

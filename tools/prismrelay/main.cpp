@@ -2,6 +2,7 @@
 // prismrelay: sends the rows of this host's prismds to PostgreSQL, and their state to MQTT.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -38,17 +39,15 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   tools::use_readable_help(app);
   app.set_version_flag("--version", std::string("prismrelay ") + kVersion);
   app.add_option("config", options.config, "configuration file")->capture_default_str();
-  auto* check = app.add_flag("--check", options.check, "validate the configuration and exit");
-  auto* schema = app.add_flag("--schema", options.schema, "print the SQL of --init and exit");
-  auto* init = app.add_flag("--init", options.init, "create or update the tables in the configured database and exit");
-  auto* status = app.add_flag("--status", options.status, "print the running relay's status; exit 1 if none");
-  auto* as_json = app.add_flag("--json", options.json, "with --status: print JSON");
-  as_json->needs(status);
-  for (auto* one : {check, schema, init, status}) {
-    for (auto* other : {check, schema, init, status}) {
-      if (one != other) one->excludes(other);
-    }
+  const std::array tasks = {
+      app.add_flag("--check", options.check, "validate the configuration and exit"),
+      app.add_flag("--schema", options.schema, "print the SQL of --init and exit"),
+      app.add_flag("--init", options.init, "create or update the tables in the configured database and exit"),
+      app.add_flag("--status", options.status, "print the running relay's status; exit 1 if none")};
+  for (auto* one : tasks) {
+    for (auto* other : tasks) one == other ? nullptr : one->excludes(other);
   }
+  app.add_flag("--json", options.json, "with --status: print JSON")->needs(tasks.back());
   tools::add_examples(app, {"prismrelay --init /etc/prism/relay.json", "prismrelay --status"});
   try {
     app.parse(argc, argv);
@@ -73,32 +72,29 @@ std::string time_text(const json& time_s) {
 // A printable text of a status file.
 std::string printable_member(const json& object, const char* key) { return printable(text_member(object, key)); }
 
+// ": REASON", or nothing.
+std::string reason(const json& object) {
+  const std::string error = printable_member(object, "error");
+  return error.empty() ? "" : ": " + error;
+}
+
 std::string target_view(const std::string& name, const json& target) {
-  std::string text = fmt::format("{:<12}{} since {}", printable(name), flag_member(target, "up") ? "up" : "DOWN",
-                                 time_text(member(target, "since_s")));
-  if (const std::string error = printable_member(target, "error"); !error.empty()) text += ": " + error;
-  if (const auto dropped = count_member(target, "dropped_messages"); dropped > 0)
-    text += fmt::format("; {} messages dropped", dropped);
-  return text + "\n";
+  const auto dropped = count_member(target, "dropped_messages");
+  return fmt::format("{:<12}{} since {}{}{}\n", printable(name), flag_member(target, "up") ? "up" : "DOWN",
+                     time_text(member(target, "since_s")), reason(target),
+                     dropped > 0 ? fmt::format("; {} messages dropped", dropped) : "");
 }
 
 std::string log_view(const json& log) {
-  const std::string error = printable_member(log, "error");
-  std::string text = fmt::format("{:<24}axis {}: {} rows, ", printable_member(log, "gyro"),
-                                 printable_member(log, "axis"), count_member(log, "rows"));
+  const std::string error = reason(log);
   const double late_s = number_member(log, "behind_s");
-  if (error.empty() && flag_member(log, "caught_up")) {
-    text += "up to date";
-  } else if (error.empty() || late_s > 0) {
-    text += fmt::format("{:.0f} s behind", late_s);
-  } else {
-    text += "not sending";
-  }
-  if (const auto missing = count_member(log, "missing_rows"); missing > 0)
-    text += ", " + counted(missing, "row") + " deleted before sending";
-  if (const auto invalid = count_member(log, "refused_rows"); invalid > 0)
-    text += ", " + counted(invalid, "invalid line");
-  return text + (error.empty() ? "" : ": " + error) + "\n";
+  const auto missing = count_member(log, "missing_rows"), invalid = count_member(log, "refused_rows");
+  std::string state = error.empty() || late_s > 0 ? fmt::format("{:.0f} s behind", late_s) : "not sending";
+  if (error.empty() && flag_member(log, "caught_up")) state = "up to date";
+  if (missing > 0) state += ", " + counted(missing, "row") + " deleted before sending";
+  if (invalid > 0) state += ", " + counted(invalid, "invalid line");
+  return fmt::format("{:<24}axis {}: {} rows, {}{}\n", printable_member(log, "gyro"), printable_member(log, "axis"),
+                     count_member(log, "rows"), state, error);
 }
 
 // For a person. `age_s`: its age if it is stale.
@@ -110,9 +106,7 @@ std::string status_view(const json& status, std::optional<double> age_s) {
   text += fmt::format("site        {}\n", printable_member(status, "site"));
   for (const auto& [name, target] : member(status, "targets").items()) text += target_view(name, target);
   for (const auto& [gyro, instance] : member(status, "instances").items()) {
-    const std::string error = printable_member(instance, "error");
-    text += fmt::format("{:<24}{}{}\n", printable(gyro), printable_member(instance, "state"),
-                        error.empty() ? "" : ": " + error);
+    text += fmt::format("{:<24}{}{}\n", printable(gyro), printable_member(instance, "state"), reason(instance));
   }
   for (const json& log : member(status, "logs")) text += log_view(log);
   return text;

@@ -124,12 +124,6 @@ class Relay {
     std::map<std::string, std::shared_ptr<Log>> logs;  // by axis
     std::uint64_t events_generation = 0;               // of the database that has the events
   };
-  /// A large page in progress.
-  struct Slot {
-    explicit Slot(int& pages) : used(pages) { ++used; }
-    ~Slot() { --used; }
-    int& used;
-  };
 
   void stop() {
     notify_stopping();
@@ -349,7 +343,7 @@ class Relay {
         on_stored(log, *item);
         if (!item->cursor_error.empty()) co_await sleep(kErrorDelay);
       }
-      while (generation_ == 0 || (database_up_ && log.is_behind && large_pages_ >= kMaxLarge))
+      while (generation_ == 0 || (database_up_ && log.is_behind && large_pages_.use_count() > kMaxLarge))
         co_await wait(log, scaled(1s));
       const bool up = database_up_, is_large = up && log.is_behind;
       const std::uint64_t generation = generation_;
@@ -361,7 +355,7 @@ class Relay {
                                                                      : kSmallPage},
                            {"wait_s", up && !log.is_behind ? kWait_s : 0},
                            {"axis", log.key.axis}};
-      const auto slot = is_large ? std::make_unique<Slot>(large_pages_) : nullptr;
+      const auto slot = is_large ? large_pages_ : nullptr;
       auto response = co_await log.client.ask("rows", params);
       if (log.client.state() != client::State::kConnected) co_return "";
       if (response) watch_retention(log, client::of_axis(*response, log.key.axis));
@@ -605,7 +599,8 @@ class Relay {
   Target database_target_{"postgresql"}, broker_target_{"mqtt"};
   Problems problems_;
   std::set<std::string> warnings_;
-  int large_pages_ = 0, late_ = 0;
+  const std::shared_ptr<int> large_pages_ = std::make_shared<int>();  ///< used once more by each large page in progress
+  int late_ = 0;
   asio::io_context io_{1};
   asio::signal_set signals_{io_, SIGTERM, SIGINT};
   std::optional<Mqtt> mqtt_;

@@ -7,7 +7,6 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <set>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
@@ -16,6 +15,7 @@
 #include "base/json_table.hpp"
 #include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
+#include "tools/client/instances.hpp"
 #include "tools/prismrelay/mqtt.hpp"
 
 namespace prism::prismrelay {
@@ -86,20 +86,6 @@ JsonTable<MqttSettings> mqtt_keys() {
       });
 }
 
-void check_instances(const Section& top, const std::vector<std::string>& instances) {
-  std::set<std::string> names;
-  for (const std::string& entry : instances) {
-    if (entry.empty())
-      return top.fail("instances", "contains an empty string, expected names, sockets or directories/");
-    if (entry.back() == '/') continue;
-    const std::string name = config::instance_name(entry);
-    if (!follows(TextRule::kName, name))
-      return top.fail("instances",
-                      fmt::format("found \"{}\", expected a name of {}", shortened(name), rule_text(TextRule::kName)));
-    if (!names.insert(name).second) return top.fail("instances", fmt::format("found \"{}\" twice", name));
-  }
-}
-
 JsonTable<Settings> keys() {
   using S = Settings;
   return JsonTable<S>()
@@ -124,7 +110,7 @@ JsonTable<Settings> keys() {
       .object("mqtt", mqtt_keys(), &S::mqtt, "")
       .then([](const Section& top, S& settings) {
         check_topic_part(top, "site", settings.site);
-        check_instances(top, settings.instances);
+        if (const auto wrong = client::instances_error(settings.instances)) top.fail("instances", *wrong);
         if (top.good() && !settings.postgresql && !settings.mqtt)
           top.fail("", "has no target, expected postgresql or mqtt");
       });

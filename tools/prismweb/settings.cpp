@@ -18,6 +18,7 @@
 #include "base/time_scale.hpp"
 #include "config/search_path.hpp"
 #include "config/version.hpp"
+#include "tools/client/instances.hpp"
 #include "tools/command_line.hpp"
 
 namespace prism::prismweb {
@@ -120,6 +121,7 @@ Result<void> parse_web_config(std::string_view text, const std::string& path, Se
   const Section section(*document);
   settings.warnings = section.removed(KeyFile::kWeb);
   keys().read(section, settings);
+  if (const auto wrong = client::instances_error(settings.instances)) section.fail("instances", *wrong);
   for (auto& [key, file] : {std::pair("socket", &settings.unix_socket), std::pair("page", &settings.page),
                             std::pair("dygraphs", &settings.dygraphs), std::pair("state", &settings.state)}) {
     if (section.has(key) && !file->empty()) *file = (base / *file).lexically_normal().string();

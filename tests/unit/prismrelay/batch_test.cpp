@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Responses of prismd are converted to lines of COPY; the expected lines are written by hand.
+// Responses of prismd are converted to records of COPY; the expected ones are written by hand.
 #include "tools/prismrelay/batch.hpp"
 
 #include <fmt/format.h>
@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <utf8.h>
 
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -24,11 +25,42 @@ using testing::HasSubstr;
 
 const std::string kLog(32, 'a');
 const LogKey kKey = {"lab/g", "z"};
+const std::string kKeyFields = "|lab/g|z|aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa|2|";
 
 constexpr const char* kColumns =
     "time_utc,time_s,samples,missing,rate_deg_per_h,temperature_degc,uhfo_v,status,mean_rate_deg_per_h,mean_"
     "temperature_degc,"
     "slope_degc_per_s,mean_uhfo_v,bias_deg_per_h,sd_deg_per_h,corrected_deg_per_h,corrected_mean_deg_per_h,quality";
+
+/// Records of prism.rows in COPY's binary format, a line each: its fields after a |; of a null nothing. Bytes of texts
+/// that are not printable are in hexadecimal.
+std::string shown(std::string_view records) {
+  constexpr std::string_view kTypes = "tttiiiitiirrrirrrrrrrrtrrri";  // text, integer or real
+  const auto number = [&](std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i)
+      value |= std::uint64_t{static_cast<unsigned char>(records.at(i))} << (56 - 8 * i);
+    records.remove_prefix(size);
+    return static_cast<std::int64_t>(value) >> (64 - 8 * size);
+  };
+  std::string text;
+  while (!records.empty()) {
+    EXPECT_EQ(number(2), 27);
+    for (const char type : kTypes) {
+      const std::int64_t size = number(4);
+      text += '|';
+      if (size < 0) continue;
+      if (type == 'i') text += fmt::format("{}", number(static_cast<std::size_t>(size)));
+      if (type == 'r') text += fmt::format("{}", std::bit_cast<double>(number(8)));
+      if (type != 't') continue;
+      for (const char c : records.substr(0, static_cast<std::size_t>(size)))
+        text += c >= ' ' && c <= '~' ? std::string(1, c) : fmt::format("{:02x}", static_cast<unsigned char>(c));
+      records.remove_prefix(static_cast<std::size_t>(size));
+    }
+    text += '\n';
+  }
+  return text;
+}
 
 /// A row of kColumns.
 std::string row_of(const std::string& time_s, int samples) {
@@ -37,7 +69,7 @@ std::string row_of(const std::string& time_s, int samples) {
 
 json segment_of(const std::string& columns, const std::vector<std::string>& rows) {
   return {{"segment", 2},
-          {"file", "gyro1-1.csv"},
+          {"file", "gyro1-1.fields"},
           {"metadata", {{"model", "m1"}, {"note", std::string("a\0\"b", 4)}}},
           {"columns", columns},
           {"first", 5},
@@ -68,13 +100,14 @@ TEST(Batch, ConvertsAPageToRowsSegmentAndCursor) {
   EXPECT_EQ(page.error, "row 6 of segment 2: found 1 columns, expected 17");
   EXPECT_TRUE(page.more);
   EXPECT_EQ(page.days, (std::set<std::int64_t>{0, 1}));
-  EXPECT_THAT(page.texts[kRows], HasSubstr("\"lab/g\",\"z\"," + kLog +
-                                           ",2,5,1970-01-01T00:00:10.000000000Z,1970-01-01T00:00:10.000000000Z,"));
-  EXPECT_THAT(page.texts[kRows], HasSubstr("," + kLog + ",2,7,1970-01-02T00:00:11.000000000Z,"));
+  EXPECT_EQ(shown(page.texts[kRows]),
+            kKeyFields + "5|-946684790000000|-946684790000000||7|0||||0|||||||||warming||||\n" + kKeyFields +
+                "7|-946598389000000|-946598389000000||8|0||||0|||||||||warming||||\n");
   EXPECT_EQ(page.texts[kRefused], "\"lab/g\",\"z\"," + kLog + ",2,6,\"found 1 columns, expected 17\",\"truncated\"\n");
-  EXPECT_EQ(page.texts[kSegments],
-            "\"lab/g\",\"z\"," + kLog +
-                ",2,\"gyro1-1.csv\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
+  EXPECT_EQ(
+      page.texts[kSegments],
+      "\"lab/g\",\"z\"," + kLog +
+          ",2,\"gyro1-1.fields\",\"m1\",\"{\"\"model\"\":\"\"m1\"\",\"\"note\"\":\"\"a\xef\xbf\xbd\\\"\"b\"\"}\"\n");
   EXPECT_EQ(place_line(page),
             "\"lab/g\",\"z\",\"" + kLog + "-2-7-9\"," + kLog + ",2,7,1970-01-02T00:00:11.000000000Z,2\n");
   EXPECT_EQ(page.texts[kGaps], "");
@@ -191,8 +224,7 @@ TEST(Batch, IsAcceptedByTheServerForAnyText) {
     ASSERT_TRUE(item) << item.error().text();
     EXPECT_EQ((*item)->records[kRows].size(), 1u);
     const auto event = event_item("lab/g", {{"time_s", 1}, {"severity", text}, {"kind", text}, {"text", text}});
-    const std::pair<std::string, std::size_t> lines[] = {{(*item)->texts[kRows], 27},
-                                                         {(*item)->texts[kSegments], 7},
+    const std::pair<std::string, std::size_t> lines[] = {{(*item)->texts[kSegments], 7},
                                                          {(*item)->texts[kRefused], 7},
                                                          {place_line(**item), 8},
                                                          {event->texts[kEvents], 5}};
@@ -225,7 +257,7 @@ constexpr const char* kRow =
     "0.008400,8.465526,8.465377,good,,1795425061.004,,,24.5,,0";
 
 struct Converted {
-  std::string error, csv;
+  std::string error, fields;
   std::int64_t day = 0, arrival_ns = 0;
 };
 
@@ -234,10 +266,10 @@ Converted convert(const std::string& columns, const std::string& line) {
   page["segments"] = {segment_of(columns, {line})};
   const auto item = page_item(kKey, "c", json{{"axes", {{"z", unsigned_numbers(page)}}}});
   Converted row;
-  const std::string prefix = "row 5 of segment 2: ", key = "\"lab/g\",\"z\"," + kLog + ",2,5,";
+  const std::string prefix = "row 5 of segment 2: ", key = kKeyFields + "5|";
   if (!(*item)->error.empty()) row.error = (*item)->error.substr(prefix.size());
   if ((*item)->records[kRows].empty()) return row;
-  row.csv = (*item)->texts[kRows].substr(key.size());
+  row.fields = shown((*item)->texts[kRows]).substr(key.size());
   row.day = *(*item)->days.begin();
   row.arrival_ns = (*item)->records[kRows][0].arrival_ns;
   return row;
@@ -246,23 +278,23 @@ Converted convert(const std::string& columns, const std::string& line) {
 TEST(RowConverter, IdentifiesColumnsByName) {
   const Converted row = convert(kAllColumns, kRow);
   EXPECT_EQ(row.error, "");
-  EXPECT_EQ(row.csv,
-            "2026-11-23T09:11:01.004000000Z,2026-11-23T09:11:01.000000000Z,\"{\"\"case_degc\"\":24.5}\",199,1,8.465401,"
-            "25.01310,5.251000,0,8.465252,"
-            "25.01250,0.00001000,5.250500,-0.000125,0.008400,8.465526,8.465377,good,,,,0\n");
+  EXPECT_EQ(row.fields,
+            "848740261004000|848740261000000|01{\"case_degc\":24.5}|199|1|8.465401|25.0131|5.251|0|8.465252|25.0125|1e-"
+            "05|5.2505|"
+            "-0.000125|0.0084|8.465526|8.465377|good||||0\n");
   EXPECT_EQ(row.day, 20780);  // 2026-11-23
   EXPECT_EQ(row.arrival_ns, 1'795'425'061'004'000'000);
 }
 
 TEST(RowConverter, UsesTheTimeOfALogWithoutArrivals) {
   const Converted row = convert(kColumns, row_of("86400", 5));
-  EXPECT_EQ(row.csv, "1970-01-02T00:00:00.000000000Z,1970-01-02T00:00:00.000000000Z,,5,0,,,,0,,,,,,,,,warming,,,,\n");
+  EXPECT_EQ(row.fields, "-946598400000000|-946598400000000||5|0||||0|||||||||warming||||\n");
   EXPECT_EQ(row.day, 1);
 }
 
 TEST(RowConverter, SkipsUnknownColumns) {
-  EXPECT_EQ(convert(std::string("unknown,T_degc,") + kColumns, "abc,d," + row_of("5", 6)).csv,
-            convert(kColumns, row_of("5", 6)).csv);
+  EXPECT_EQ(convert(std::string("unknown,T_degc,") + kColumns, "abc,d," + row_of("5", 6)).fields,
+            convert(kColumns, row_of("5", 6)).fields);
 }
 
 TEST(RowConverter, RefusesALineThatIsNotARow) {
@@ -273,12 +305,13 @@ TEST(RowConverter, RefusesALineThatIsNotARow) {
     for (int i = 0; i < before; ++i) begin = line.find(',', begin) + 1;
     line.replace(begin, line.find(',', begin) - begin, value);
     const Converted bad = convert(columns, line);
-    EXPECT_EQ(bad.csv, "") << line;
+    EXPECT_EQ(bad.fields, "") << line;
     return bad.error;
   };
   EXPECT_THAT(error("uhfo_v", "nan"), HasSubstr("uhfo_v: found \"nan\""));
   for (const char* value : {"1e999", "0x10", " 1"}) EXPECT_NE(error("uhfo_v", value), "");
   EXPECT_NE(error("samples", "4294967296"), "");
+  EXPECT_EQ(error("samples", "2147483648"), "found 2147483648 samples, expected at most 2147483647");
   EXPECT_NE(error("status", "9223372036854775808"), "");
   EXPECT_NE(error("quality", "a\"b"), "");
   EXPECT_NE(error("quality", std::string("a\0b", 3)), "");

@@ -33,7 +33,6 @@ CREATE TABLE IF NOT EXISTS prism.rows (
   corrected_mean_deg_per_h double precision,
   quality text,
   sd_mean_deg_per_h double precision,
-  sent_deg_per_h double precision,
   partial smallint,
   sensors jsonb,                  -- values by column name
   PRIMARY KEY (gyro, axis, log, segment, row_number, arrival)
