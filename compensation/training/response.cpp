@@ -77,8 +77,10 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   const auto depends_on_t = [](const std::string& name) {  // otherwise than T and dTdt
     return name.starts_with("T-") || name.ends_with("-T");
   };
-  const bool has_t = std::count(raw.names.begin(), raw.names.end(), compensation::kInputTemperature) > 0;
-  if (!has_t || std::any_of(raw.names.begin(), raw.names.end(), depends_on_t) || raw.target.size() < kFewestRows ||
+  const auto has = [&](const char* name) { return std::count(raw.names.begin(), raw.names.end(), name) > 0; };
+  // Without dTdt, a response would stand for the slope that the model lacks.
+  if (!has(compensation::kInputTemperature) || !has(compensation::kInputSlope) ||
+      std::any_of(raw.names.begin(), raw.names.end(), depends_on_t) || raw.target.size() < kFewestRows ||
       static_cast<double>(raw.target.size()) * length_s < kLeast_s || one_passage(raw))
     return {};
   const TrainingData data = without_suspects(raw, settings);

@@ -53,8 +53,8 @@ class Browser:
         return found[0]
 
     def text(self, selector):
-        """Returns the text in the document, without the effects of styles; None if there is no such element."""
-        return self.run("return document.querySelector(arguments[0])?.textContent ?? null", selector)
+        """Returns the text in the document, without the effects of styles; empty if there is no such element."""
+        return self.run("return document.querySelector(arguments[0])?.textContent ?? ''", selector)
 
     def wait(self, what, condition, seconds=10):
         """Waits until condition() is true and returns its value. The error message names `what`."""

@@ -62,7 +62,7 @@ def zoom_and_pan(browser, world):
 def cursor(browser, world):
     browser.wait("the current rows", lambda: "30 min until now" in browser.one(".chart").get_attribute("aria-label"))
     mouse(browser, "mouseMoved", 0.5)
-    browser.wait("the time under the cursor", lambda: "UTC" in (browser.text(".cursor-time") or ""))
+    browser.wait("the time under the cursor", lambda: "UTC" in browser.text(".cursor-time"))
     value = browser.text(".chart .legend .value")
     assert abs(float(value) - 8.465) < 0.1, value
     browser.picture("cursor")
@@ -117,7 +117,7 @@ def rejected_requests_are_repeated(browser, world):
     """The page repeats a request that it needs once per run of prismd until it succeeds."""
     world.say("refuse history events model")
     browser.driver.refresh()
-    browser.wait("the live numbers", lambda: "." in (browser.text(".hero .big") or ""))
+    browser.wait("the live numbers", lambda: "." in browser.text(".hero .big"))
     time.sleep(1)
     assert not browser.all(".events li") and not browser.all(".gauge"), "the fake server rejected no request"
     browser.run("location.hash = '#/'")
@@ -552,7 +552,7 @@ def wrong_token(browser, world):
     browser.driver.delete_all_cookies()
     browser.open("about:blank")
     browser.open(world.url.replace("secret", "wrong"))
-    browser.wait("the rejection", lambda: "rejected" in (browser.text(".alarm") or ""))
+    browser.wait("the rejection", lambda: "rejected" in browser.text(".alarm"))
     browser.open("about:blank")
     browser.open(world.url)
     browser.wait("tiles", lambda: len(browser.all(".tile")) == 5)

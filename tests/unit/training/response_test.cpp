@@ -55,8 +55,11 @@ TEST(Response, IsUnknownOfARecordThatCannotTell) {
   TrainingData other = record(900, 1800);
   other.names[1] = "case-T";
   EXPECT_FALSE(find_response(other, {}, kBlock_s));
-  other.names = {"U", "dTdt"};
-  EXPECT_FALSE(find_response(other, {}, kBlock_s));
+  for (const auto& names :
+       {std::vector<std::string>{"U", "dTdt"}, {"T", "U"}}) {  // without dTdt it would stand for the slope
+    other.names = names;
+    EXPECT_FALSE(find_response(other, {}, kBlock_s));
+  }
   const std::atomic<bool> stop = true;
   TrainingSettings stopped;
   stopped.stop = &stop;
