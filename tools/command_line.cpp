@@ -45,6 +45,28 @@ class HelpText : public CLI::Formatter {
   }
 };
 
+// An error text if the first word is not a command of the program; empty if it is one, if there is no word, or if the
+// program has no commands. CLI11 would only report that a command is required.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (app.get_require_subcommand_min() == 0) return "";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.size() < 2 || word[0] != '-') {
+      std::vector<std::string> names;
+      for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+        if (command->check_name(word)) return "";
+        names.push_back(command->get_name());
+      }
+      const std::string near = nearest_name(word, names);
+      if (!near.empty()) return fmt::format("found the command \"{}\", did you mean \"{}\"?", plain_text(word), near);
+      return fmt::format("found the command \"{}\", expected one of: {}", plain_text(word), fmt::join(names, ", "));
+    }
+    const CLI::Option* option = word == "-" ? nullptr : app.get_option_no_throw(word);
+    if (option != nullptr && option->get_type_size() > 0) ++i;  // its value is not a command
+  }
+  return "";
+}
+
 }  // namespace
 
 CLI::Validator within(double least, double most, const std::string& expected) {
@@ -81,23 +103,17 @@ void add_examples(CLI::App& command, const std::vector<std::string>& lines) {
   command.footer(fmt::format("Examples:\n  {}", fmt::join(lines, "\n  ")));
 }
 
-std::string unknown_command(const CLI::App& app, int argc, char** argv) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.size() < 2 || word[0] != '-') {
-      std::vector<std::string> names;
-      for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-        if (command->check_name(word)) return "";
-        names.push_back(command->get_name());
-      }
-      const std::string near = nearest_name(word, names);
-      if (!near.empty()) return fmt::format("found the command \"{}\", did you mean \"{}\"?", plain_text(word), near);
-      return fmt::format("found the command \"{}\", expected one of: {}", plain_text(word), fmt::join(names, ", "));
-    }
-    const CLI::Option* option = word == "-" ? nullptr : app.get_option_no_throw(word);
-    if (option != nullptr && option->get_type_size() > 0) ++i;  // its value is not a command
+std::optional<int> parse(CLI::App& app, const char* program, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::string what = unknown_command(app, argc, argv);
+    if (what.empty()) what = fmt::format("{}; see {} --help", error.what(), program);
+    fmt::print(stderr, "{}: {}\n", program, printable(what));
+    return 64;
   }
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace prism::tools

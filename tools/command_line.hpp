@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>  // App alone is declared by what these two define
 #include <CLI/Formatter.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,8 @@ void use_readable_help(CLI::App& app);
 /// Adds examples to the end of a command's help, one command per line.
 void add_examples(CLI::App& command, const std::vector<std::string>& lines);
 
-/// Returns an error text if the first word is not a command of the program; empty if it is one, or if there is no word.
-/// CLI11 would only report that a command is required.
-std::string unknown_command(const CLI::App& app, int argc, char** argv);
+/// Parses the command line of `program`. Returns the exit code after its help, its version or an error, for which it
+/// prints a line (64); else nullopt.
+std::optional<int> parse(CLI::App& app, const char* program, int argc, char** argv);
 
 }  // namespace prism::tools

@@ -61,8 +61,9 @@ def near(found, expected):
 def main(arguments):
     if arguments[:1] == ["--write"]:
         for name in arguments[1:] or sorted(os.path.basename(path)[:-len(".expected")] for path in glob.glob(f"{HERE}/*.expected")):
+            text = output(name)
             with open(f"{HERE}/{name}.expected", "w", encoding="utf-8") as file:
-                file.write(output(name))
+                file.write(text)
         return 0
     (name,) = arguments
     with open(f"{HERE}/{name}.expected", encoding="utf-8") as file:

@@ -36,6 +36,6 @@ same "a mistyped name" "$(cat "$dir/e")" "prismctl: --name: found \"othre\", did
 # The error for an unknown command contains its name.
 code=0; prismctl --name bench stauts 2>"$dir/e" || code=$?
 same "a mistyped command: exit code" "$code" 64
-same "a mistyped command" "$(cat "$dir/e")" 'prismctl: found the command "stauts", did you mean "status"? (see prismctl --help)'
+same "a mistyped command" "$(cat "$dir/e")" 'prismctl: found the command "stauts", did you mean "status"?'
 code=0; prismctl 2>"$dir/e" || code=$?
-same "no command" "$(cat "$dir/e")" "prismctl: A subcommand is required (see prismctl --help)"
+same "no command" "$(cat "$dir/e")" "prismctl: A subcommand is required; see prismctl --help"

@@ -41,7 +41,7 @@ wait_for 15 relay_is .targets.mqtt.up true
 wait_for 10 is_retained prism/lab/gyro/z/status '.state + " " + .quality' "running warming"
 same "the relay" "$(retained prism/lab/relay)" online
 same "a window each second" "$(listen -W 5 -C 3 -t prism/lab/gyro/z/window | jq -s 'map(.time_s) | .[2] - .[0]')" 2
-contains "message about a name with a wildcard" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not published: its name contains +, # or a leading $, which MQTT reserves in topics'
+contains "message about a name with a wildcard" "$(cat relay.err)" 'mqtt: the gyro "a+b" is not published: MQTT reserves +, # and a leading $ in topics'
 
 # Hostile texts in every response, and invalid names: all topics are of valid names, and all messages are JSON.
 start_hostile hostile

@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
   using namespace prism;
   using namespace prism::commands;
-  constexpr int kDone = 0, kFailed = 1, kUsage = 64;
+  constexpr int kDone = 0, kFailed = 1;
   CLI::App app("prismcal: trains, evaluates and compares bias models of laser gyros");
   int code = kDone;
   tools::use_readable_help(app);
@@ -26,14 +26,9 @@ int main(int argc, char** argv) {
         add_convert_command, add_design_command, add_export_command, add_verify_command, add_campaign_command})
     add(app, code);
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "prismcal: {}; see prismcal --help\n", error.what());
-    return kUsage;
+    return tools::parse(app, "prismcal", argc, argv).value_or(code);
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "prismcal: out of memory\n");
     return kFailed;
   }
-  return code;
 }

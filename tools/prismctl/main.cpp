@@ -307,15 +307,7 @@ int run(int argc, char** argv) {
   tools::add_examples(*live, {"prismctl watch", "prismctl --json watch --samples --every 10 --count 100"});
   live->callback(calls(watch, watched));
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    const std::string unknown = tools::unknown_command(app, argc, argv);
-    fmt::print(stderr, "prismctl: {} (see prismctl --help)\n", printable(unknown.empty() ? error.what() : unknown));
-    return kUsage;
-  }
-  return code;
+  return tools::parse(app, "prismctl", argc, argv).value_or(code);
 }
 
 }  // namespace

@@ -72,16 +72,13 @@ std::string database_json(const json& value) {
 /// Converts the rows of one segment with the reader of the log, which checks every value: so the server refuses few.
 class RowConverter {
  public:
-  /// `columns`: the header line of the segment. Columns are identified by name; unknown ones are skipped.
-  explicit RowConverter(const std::string& columns) : has_partial_(columns.ends_with(",partial")) {
-    std::vector<SensorName> sensors;
-    for (std::size_t begin = 0, end = 0; end != columns.size(); begin = end + 1) {
-      end = std::min(columns.find(',', begin), columns.size());
-      const std::string name = columns.substr(begin, end - begin);
-      const auto sensor = sensor_of_column(name);
-      const bool is_known = compensation::column_index(name) < kLogColumns.size();
-      if (!is_known && sensor && is_sensor_name(sensor->name)) sensors.push_back(*sensor);
-    }
+  /// Columns are identified by name; unknown ones are skipped.
+  explicit RowConverter(const json& segment) {
+    const std::string columns = text_member(segment, "columns");
+    has_partial_ = columns.ends_with(",partial");
+    const std::string listed = text_member(member(segment, "metadata"), "sensors");
+    std::vector<SensorName> sensors = compensation::sensors_in("# sensors: " + listed + "\n");
+    std::erase_if(sensors, [](const SensorName& sensor) { return !is_sensor_name(sensor.name); });
     layout_ = compensation::CsvLayout::parse(columns, "", std::make_shared<const std::vector<SensorName>>(sensors));
   }
 
@@ -126,7 +123,7 @@ class RowConverter {
     append_field(text, number, column.type == ColumnType::kInteger ? 4 : 8);
   }
 
-  bool has_partial_;
+  bool has_partial_ = false;
   Result<compensation::CsvLayout> layout_;
   compensation::CompensatedWindow row_;  ///< the last one
 };
@@ -186,7 +183,7 @@ void add_segment(BatchItem& item, const json& segment) {
   const std::vector<std::uint8_t> log_id = hex_bytes(item.log_id);
   append_text(prefix, {reinterpret_cast<const char*>(log_id.data()), log_id.size()});
   append_field(prefix, static_cast<std::int64_t>(record.segment), 4);
-  RowConverter converter(member(segment, "columns").get_ref<const std::string&>());
+  RowConverter converter(segment);
   for (const json& row : member(segment, "rows")) {
     record.line = row.get_ref<const std::string&>();
     if (const auto error = converter.append(item.texts[kRows], prefix, record)) {

@@ -5,6 +5,7 @@
 #include <libpq-fe.h>
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -233,46 +234,44 @@ Result<void> store_texts(Session& session, const Texts& texts, bool is_new = fal
   return {};
 }
 
-// Stores the texts, or none of them if the server refuses a line: then returns the reason, else nullopt.
-Result<std::optional<std::string>> try_texts(Session& session, const Texts& texts) {
-  auto stored = session.run("SAVEPOINT line");
-  if (stored) stored = store_texts(session, texts);
-  if (!stored && !session.is_refused(stored)) return error_of(stored);
-  const auto ended = session.run(stored ? "RELEASE line" : "ROLLBACK TO line; RELEASE line");
+// Does the work, or nothing if the server refuses the data: then returns the reason, else nullopt.
+Result<std::optional<std::string>> attempt(Session& session, const std::function<Result<void>()>& work) {
+  auto done = session.run("SAVEPOINT attempt");
+  if (done) done = work();
+  if (!done && !session.is_refused(done)) return error_of(done);
+  const auto ended = session.run(done ? "RELEASE attempt" : "ROLLBACK TO attempt; RELEASE attempt");
   if (!ended) return error_of(ended);
-  return stored ? std::nullopt : std::optional(stored.error().what);
+  return done ? std::nullopt : std::optional(done.error().what);
 }
 
 // Line by line. Refused rows and segments get a line in refused_rows; refused gaps and events are only reported.
-// Returns why the server refuses the cursor, else nullopt.
-Result<std::optional<std::string>> store_lines(Session& session, BatchItem& item) {
+// Errors: also the server's reason to refuse the cursor.
+Result<void> store_lines(Session& session, BatchItem& item) {
   for (const Table table : {kSegments, kRows, kGaps, kEvents}) {
     std::size_t begin = 0;
     for (Record& record : item.records[table]) {
       Texts line;
       line[table] = item.texts[table].substr(begin, record.end - begin);
       begin = record.end;
-      auto refused = try_texts(session, line);
-      if (!refused) return refused;
+      const auto refused = attempt(session, [&] { return store_texts(session, line); });
+      if (!refused) return error_of(refused);
       if (*refused) item.refuse(table, record, **refused);
     }
   }
   Texts last;
   last[kRefused] = item.texts[kRefused];
   last[kPlaces] = place_line(item);
-  return try_texts(session, last);
+  return store_texts(session, last);
 }
 
 // SET CONSTRAINTS: a deferred constraint would refuse the complete transaction.
 Result<void> store_items(Session& session, const Batch& batch) {
   if (auto begun = session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE"); !begun) return begun;
   for (const auto& item : batch) {
-    if (auto begun = session.run("SAVEPOINT item"); !begun) return begun;
-    auto refused = try_texts(session, item->texts);
-    if (refused && *refused) refused = store_lines(session, *item);
+    auto refused = attempt(session, [&] { return store_texts(session, item->texts); });
+    if (refused && *refused) refused = attempt(session, [&] { return store_lines(session, *item); });
     if (!refused) return error_of(refused);
     item->cursor_error = refused->value_or("");
-    if (auto ended = session.run(*refused ? "ROLLBACK TO item; RELEASE item" : "RELEASE item"); !ended) return ended;
   }
   return session.run("COMMIT");
 }

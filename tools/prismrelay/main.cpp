@@ -49,14 +49,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
   }
   app.add_flag("--json", options.json, "with --status: print JSON")->needs(tasks.back());
   tools::add_examples(app, {"prismrelay --init /etc/prism/relay.json", "prismrelay --status"});
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    fmt::print(stderr, "prismrelay: {} (see prismrelay --help)\n", printable(error.what()));
-    return kExitUsage;
-  }
-  return std::nullopt;
+  return tools::parse(app, "prismrelay", argc, argv);
 }
 
 int fail(const Error& error, int code = kExitFailed) {
@@ -127,14 +120,6 @@ int show_status(const Settings& settings, bool as_json) {
   return is_stale ? kExitFailed : kExitDone;
 }
 
-int init(const Settings& settings) {
-  if (!settings.postgresql) return fail({settings.path, "postgresql is missing; --init needs a database"}, kExitConfig);
-  const auto done = init_schema(*settings.postgresql);
-  if (!done) return fail(done.error());
-  fmt::print("{}\n", *done);
-  return kExitDone;
-}
-
 int run(int argc, char** argv) {
   Options options;
   if (const auto code = parse_options(argc, argv, options)) return *code;
@@ -152,8 +137,14 @@ int run(int argc, char** argv) {
     return kExitDone;
   }
   if (options.status) return show_status(*settings, options.json);
-  if (options.init) return init(*settings);
-  run_relay(*settings);
+  if (options.init) {
+    if (!settings->postgresql) return fail({settings->path, "no postgresql, which --init needs"}, kExitConfig);
+    const auto done = init_schema(*settings->postgresql);
+    if (!done) return fail(done.error());
+    fmt::print("{}\n", *done);
+  } else {
+    run_relay(*settings);
+  }
   return kExitDone;
 }
 

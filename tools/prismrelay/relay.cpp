@@ -108,7 +108,7 @@ class Relay {
     double lag_s = 0;                                  // from its arrival to its commit
     bool caught_up = false;
 
-    /// The reason why no rows are sent; empty if rows are sent.
+    /// Why no rows are sent; empty if they are.
     const std::string& fault() const { return error.empty() ? rows_error : error; }
   };
   struct Gyro {
@@ -164,12 +164,7 @@ class Relay {
   template <class Work>
   asio::awaitable<std::invoke_result_t<Work>> in_database(Work work) {
     const auto late = [this] { database_target_.down("postgresql: no response for 20 s"); };
-    const auto kept = [this, &work] {
-      auto done = work();
-      if (!done) database_.reset();
-      return done;
-    };
-    co_return co_await in_thread(database_thread_, kept, late);
+    co_return co_await in_thread(database_thread_, work, late);
   }
 
   asio::awaitable<void> sleep(Clock::duration time) {
@@ -184,43 +179,37 @@ class Relay {
     });
   }
 
+  // Removes those that are neither configured nor running.
   asio::awaitable<void> look_for_gyros() {
     for (;;) {
-      update_gyros();
+      std::vector<std::string> invalid;
+      std::map<std::string, std::string> found;  // the first of equal names
+      for (const auto& [name, path] : client::list_instances(settings_.instances, &invalid))
+        found.try_emplace(settings_.site + "/" + name, path);
+      for (const std::string& path : invalid)
+        warn_once(fmt::format("{}: skipped: expected a name of {}", path, rule_text(TextRule::kName)));
+      for (const auto& [key, socket] : found) {
+        if (!gyros_.contains(key)) add_gyro(key, socket);
+      }
+      std::erase_if(gyros_, [&](const auto& entry) {
+        Gyro& gyro = *entry.second;
+        if (found.contains(gyro.key) || gyro.state == "running") return false;
+        gyro.client.close();
+        for (const auto& [axis, log] : gyro.logs) log->client.close();
+        log_line(Level::kInfo, gyro.key + ": socket removed, gyro no longer followed");
+        return true;
+      });
       notify_watchdog();
       co_await sleep(kLookEvery);
     }
-  }
-
-  // Removes those that are neither configured nor running.
-  void update_gyros() {
-    std::vector<std::string> invalid;
-    std::map<std::string, std::string> found;  // the first of equal names
-    for (const auto& [name, path] : client::list_instances(settings_.instances, &invalid))
-      found.try_emplace(settings_.site + "/" + name, path);
-    for (const std::string& path : invalid)
-      warn_once(fmt::format("{}: skipped: expected a name of {}", path, rule_text(TextRule::kName)));
-    for (const auto& [key, socket] : found) {
-      if (!gyros_.contains(key)) add_gyro(key, socket);
-    }
-    std::erase_if(gyros_, [&](const auto& entry) {
-      Gyro& gyro = *entry.second;
-      if (found.contains(gyro.key) || gyro.state == "running") return false;
-      gyro.client.close();
-      for (const auto& [axis, log] : gyro.logs) log->client.close();
-      log_line(Level::kInfo, gyro.key + ": socket removed, gyro no longer followed");
-      return true;
-    });
   }
 
   void add_gyro(const std::string& key, const std::string& socket) {
     const auto gyro = gyros_[key] = std::make_shared<Gyro>(io_, key, socket);
     gyro->is_published = mqtt_ && is_topic_part(gyro->client.name());
     if (mqtt_ && !gyro->is_published)
-      warn_once(
-          fmt::format("mqtt: the gyro \"{}\" is not published: its name contains +, # or a leading $, which MQTT "
-                      "reserves in topics",
-                      gyro->client.name()));
+      warn_once(fmt::format("mqtt: the gyro \"{}\" is not published: MQTT reserves +, # and a leading $ in topics",
+                            gyro->client.name()));
     start(follow(gyro));
   }
 
@@ -421,6 +410,7 @@ class Relay {
   // were not stored are requested again.
   asio::awaitable<void> store_rows() {
     const auto connect = [this] { return prismrelay::connect(*settings_.postgresql, settings_.site, database_); };
+    const auto close = [this] { return database_ = nullptr; };
     std::chrono::milliseconds pause = kFirstRetry;
     for (;;) {
       auto cursors = co_await in_database(connect);
@@ -439,6 +429,7 @@ class Relay {
       } else {
         database_target_.down(cursors.error().text());
       }
+      co_await in_database(close);
       co_await sleep(pause);
       pause = std::min<std::chrono::milliseconds>(2 * pause, kLongestRetry);
     }
@@ -606,7 +597,7 @@ class Relay {
   std::optional<Mqtt> mqtt_;
   std::map<std::string, std::shared_ptr<Gyro>> gyros_;  ///< by name
 
-  std::shared_ptr<Session> database_;  ///< used in its thread only; null after an error
+  std::shared_ptr<Session> database_;  ///< used in its thread only
   bool database_up_ = false;
   std::uint64_t generation_ = 0;           ///< number of connections of the database
   std::map<LogKey, std::string> cursors_;  ///< of each log: in the database

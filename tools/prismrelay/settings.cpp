@@ -13,7 +13,6 @@
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "base/json_table.hpp"
-#include "base/outside_text.hpp"
 #include "config/socket_path.hpp"
 #include "tools/client/instances.hpp"
 #include "tools/prismrelay/mqtt.hpp"
@@ -99,9 +98,8 @@ JsonTable<Settings> keys() {
       .texts(
           "instances", &S::instances,
           "One or several: a name, found as by prismctl(1) (in /run/prismd, then $XDG_RUNTIME_DIR/prismd), a socket, "
-          "or "
-          "a directory, ending in /, for all its sockets. A name is 1 to 90 bytes of printable UTF-8, without a . or "
-          "blank first or a blank last. An invalid name in a directory is skipped and logged once. Default: "
+          "or a directory, ending in /, for all its sockets. A name is 1 to 90 bytes of printable UTF-8, without a . "
+          "or blank first or a blank last. An invalid name in a directory is skipped and logged once. Default: "
           "/run/prismd/.")
       .text("status_file", &S::status_file,
             "File that --status reads, and prismctl metrics at its default: /run/prismrelay/status.json for the "
@@ -162,9 +160,7 @@ Result<Settings> parse_settings(std::string_view text, const std::string& path) 
 Json settings_schema() { return schema_of_file("prismrelay", "tools/prismrelay/settings.cpp", keys().schema()); }
 
 Result<Settings> load_settings(const std::string& path) {
-  const auto text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
-  return parse_settings(*text, path);
+  return read_text_file(path).and_then([&](const std::string& text) { return parse_settings(text, path); });
 }
 
 Result<std::string> read_password(const std::string& path) {

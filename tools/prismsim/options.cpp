@@ -261,12 +261,7 @@ std::optional<int> parse_sim_options(int argc, char** argv, SimOptions& options)
   declare_gyro(app, line, options);
   declare_truth(app, options.simulation.truth);
   declare_output(app, line, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return complain(kUsage, fmt::format("{}; see prismsim --help", error.what()));
-  }
+  if (const auto code = tools::parse(app, "prismsim", argc, argv)) return code;
   return understand(line, options);
 }
 

@@ -157,12 +157,7 @@ std::optional<int> parse_options(int argc, char** argv, Settings& settings) {
     fmt::print(stderr, "prismweb: {}\n", what);
     return code;
   };
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return exit_with(kExitUsage, std::string(error.what()) + "; see prismweb --help");
-  }
+  if (const auto code = tools::parse(app, "prismweb", argc, argv)) return code;
   settings.page = config::data_places("page", "").back().string();
   settings.dygraphs = kDygraphs;
   settings.state = default_state();

@@ -200,6 +200,8 @@ TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
   }
   EXPECT_GE(covered, 366);  // 380 expected, 1 sigma 4.4
   EXPECT_LE(covered, 394);
+  EXPECT_NEAR(next_of_several(std::vector{0.5, 0.75, 0.75, 0.875}, "four")->value, 0.75,
+              1e-12);  // by the mean logarithm
   EXPECT_EQ(next_of_several(std::vector{0.5, 0.6}, "two").error().text(),
             "two: found 2 recordings, expected 3 or more to estimate their scatter");
   EXPECT_FALSE(next_of_several(std::vector{0.5, 0.6, 1.0}, "one"));

@@ -264,6 +264,8 @@ struct Converted {
 Converted convert(const std::string& columns, const std::string& line) {
   json page = page_of();
   page["segments"] = {segment_of(columns, {line})};
+  if (columns.find(",case_degc,") != std::string::npos)
+    page["segments"][0]["metadata"]["sensors"] = "case_degc chamber.air_degc";
   const auto item = page_item(kKey, "c", json{{"axes", {{"z", unsigned_numbers(page)}}}});
   Converted row;
   const std::string prefix = "row 5 of segment 2: ", key = kKeyFields + "5|";
