@@ -41,6 +41,7 @@ struct MonitorSettings {
   double correlation = 0;       ///< of neighbouring values
   double threshold = 0;         ///< of the sums, in sd: one false alarm in a year at rest
   double delay_h = 0;           ///< a shift of 1 sd is found within twice this time at rest in 95 % of all cases
+  std::int64_t since_s = 0;     ///< since 1970: rows before it had another constant of the bias; 0: of all rows
   bool operator==(const MonitorSettings&) const = default;
 };
 

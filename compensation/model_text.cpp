@@ -237,7 +237,9 @@ JsonTable<MonitorSettings> monitor_keys() {
       .number("offset_deg_per_h", {0, 1e9}, &M::offset_deg_per_h, {kRequired, "sd between switch-ons"})
       .number("correlation", {-1, 1}, &M::correlation, {kRequired, "of neighbouring values"})
       .number("threshold", kPositive, &M::threshold, {kRequired, "of the sums, in sd"})
-      .number("delay_h", kPositive, &M::delay_h, {kRequired, "time at rest that finds a shift of 1 sd"});
+      .number("delay_h", kPositive, &M::delay_h, {kRequired, "time at rest that finds a shift of 1 sd"})
+      .integer("since_s", {0, 1e12}, &M::since_s, "time of the first row to test, s since 1970: of train --from")
+      .print_if([](const M& monitor) { return monitor.since_s > 0; });
 }
 
 /// A line of the file: an object of numbers.

@@ -19,7 +19,6 @@
 #include "base/host_time.hpp"
 #include "base/notify.hpp"
 #include "base/time_scale.hpp"
-#include "config/monitor_file.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/line/live_line.hpp"
 #include "daemon/line/output_line.hpp"
@@ -129,10 +128,10 @@ class Live {
   // Once a minute; prismcal monitor runs once a day.
   void read_verdicts() {
     constexpr int kTicks = 60;
-    const std::string path = config::monitor_file(setup().config);
+    const std::string path = pipeline::monitor_file(setup().config);
     if (path.empty() || ticks_++ % kTicks != 0 || loader_.busy_for().count() > 0) return;
     loader_.post(0, [this, path] {
-      asio::post(io_, [this, verdicts = config::read_verdicts(path)] { device_.take_verdicts(verdicts); });
+      asio::post(io_, [this, verdicts = pipeline::read_verdicts(path)] { device_.take_verdicts(verdicts); });
     });
   }
 

@@ -288,10 +288,10 @@ Result<bool> Device::reconfigure(Setup next) {
   return reopen;
 }
 
-void Device::take_verdicts(const config::ModelVerdicts& verdicts) {
+void Device::take_verdicts(const ModelVerdicts& verdicts) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
     AxisRecord& axis = axes[i];
-    const auto found = verdicts.find(setup.config.by_axes ? axis.name : config::kOnlyAxis);
+    const auto found = verdicts.find(setup.config.by_axes ? axis.name : kOnlyAxis);
     const compensation::ModelPtr& model = setup.axes[i].model;
     const bool current = found != verdicts.end() && model && found->second.model == model->info().id;
     axis.verdict = current ? std::optional(found->second) : std::nullopt;

@@ -16,11 +16,10 @@
 #include "compensation/at_rest.hpp"
 #include "compensation/block_stability.hpp"
 #include "compensation/sample.hpp"
-#include "config/monitor_file.hpp"
 #include "daemon/pipeline/corrected_frames.hpp"
 #include "daemon/pipeline/interfaces.hpp"
-#include "daemon/pipeline/offset.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/pipeline/statements.hpp"
 #include "daemon/pipeline/stream_watch.hpp"
 #include "drivers/commands.hpp"
 #include "drivers/transport/transport.hpp"
@@ -76,12 +75,12 @@ struct AxisRecord {
   std::unique_ptr<RowWriter> log;  ///< null: none is configured
   compensation::BlockStability stability;
   compensation::AtRest at_rest;
-  std::optional<config::ModelVerdict> verdict;  ///< the last one of prismcal monitor on the model in use
-  std::optional<Offset> offset;                 ///< in use
-  std::optional<std::int64_t> offset_ends_s;    ///< uptime at which it expires, also if the host's clock is set back
-  std::uint64_t seconds = 0;                    ///< rows since the start
-  std::uint64_t windows = 0;                    ///< of these: with a full window
-  std::uint64_t corrected = 0;                  ///< of these: with a corrected rate
+  std::optional<ModelVerdict> verdict;        ///< the last one of prismcal monitor on the model in use
+  std::optional<Offset> offset;               ///< in use
+  std::optional<std::int64_t> offset_ends_s;  ///< uptime at which it expires, also if the host's clock is set back
+  std::uint64_t seconds = 0;                  ///< rows since the start
+  std::uint64_t windows = 0;                  ///< of these: with a full window
+  std::uint64_t corrected = 0;                ///< of these: with a corrected rate
   /// Of the current session: none before its first frame or full second, and after its end.
   std::optional<compensation::Compensated> last_sample;
   std::optional<compensation::CompensatedWindow> last_window;
@@ -140,7 +139,7 @@ class Device {
   void sync();
 
   /// The verdicts of prismcal monitor, by axis. Ignores those on another model than that in use.
-  void take_verdicts(const config::ModelVerdicts& verdicts);
+  void take_verdicts(const ModelVerdicts& verdicts);
   /// Sets the offset of an axis, or ends it (nullopt); `how` is for the event. The comparison at rest and the stability
   /// begin again. An offset of another model than that in use ends at once.
   void use_offset(std::size_t axis, std::optional<Offset> offset, const std::string& how);

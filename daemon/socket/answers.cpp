@@ -344,7 +344,7 @@ ordered_json at_rest_json(const compensation::AtRest& at_rest) {
           {"unknown", text_or_null(compensation::kNoDifferenceNames[static_cast<std::size_t>(at_rest.reason())])}};
 }
 
-ordered_json verdict_json(const std::optional<config::ModelVerdict>& verdict) {
+ordered_json verdict_json(const std::optional<pipeline::ModelVerdict>& verdict) {
   if (!verdict) return nullptr;
   return {{"verdict", verdict->verdict}, {"text", verdict->text}, {"at_s", verdict->at_s}};
 }

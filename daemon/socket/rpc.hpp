@@ -19,8 +19,8 @@
 #include "base/result.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/pipeline/interfaces.hpp"
-#include "daemon/pipeline/offset.hpp"
 #include "daemon/pipeline/setup.hpp"
+#include "daemon/pipeline/statements.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"
 

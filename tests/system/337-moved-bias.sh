@@ -23,6 +23,10 @@ jq -es '.[0] as $new | .[1] as $old | .[2] | (.moved_deg_per_h | fabs) > 0.02 an
   and (($new.normalisation.target_shift - $old.normalisation.target_shift - .moved_deg_per_h) | fabs) < 1e-9
   and .interval_deg_per_h[0] < .moved_deg_per_h and .interval_deg_per_h[1] > .moved_deg_per_h' new.json model.json new.out >/dev/null || fail "the constant: $(cat new.out)"
 jq -e '.provenance.constant.at_rest_s and (.provenance.recordings | length) == 2' new.json >/dev/null || fail "its provenance"
+since=$(jq .monitor.since_s new.json)
+[ "$since" -le "$(grep -hv '^#' moved/*.csv | tail -1 | cut -d, -f2)" ] || fail "the time from which the monitor tests the new model: $since"
+jq ".monitor.since_s += 86400" new.json >later.json
+contains "rows before that time" "$(prismcal monitor later.json moved || true)" "the gyro was not at rest"
 ! from new.json moved --out no.json 2>new.err || fail "the new model has another constant on the same log"
 contains "the new model" "$(cat new.err)" "which may be none"
 ! prismcal evaluate new.json moved >evaluate.out 2>&1 || fail "the log that gave the constant is a test"

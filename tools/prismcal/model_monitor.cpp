@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -34,10 +35,11 @@ struct Basis {
   MeanDifference mean(const std::vector<RestMean>& means) const { return mean_difference(means, settings, window_s); }
 };
 
-template <class Keep>
-std::vector<RestMean> only(const std::vector<RestMean>& means, Keep keep) {
+std::vector<RestMean> between(const std::vector<RestMean>& means, double low_degc, double high_degc) {
   std::vector<RestMean> kept;
-  std::copy_if(means.begin(), means.end(), std::back_inserter(kept), keep);
+  std::copy_if(means.begin(), means.end(), std::back_inserter(kept), [&](const RestMean& one) {
+    return one.temperature_degc >= low_degc && one.temperature_degc < high_degc;
+  });
   return kept;
 }
 
@@ -65,19 +67,18 @@ std::size_t find_drift(const Basis& basis, const std::vector<RestMean>& means, d
 /// "drifted since 2026-10-03: +0.006 ± 0.001 deg/h above 40 degC", and the likely cause.
 void describe_drift(MonitorResult& result, const Basis& basis, const std::vector<RestMean>& before,
                     const std::vector<RestMean>& since, double middle_degc) {
-  // The change of the differences at some temperatures.
-  const auto change = [&](auto inside) {
-    MeanDifference after = basis.mean(only(since, inside));
-    const MeanDifference first = basis.mean(only(before, inside));
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const auto change = [&](double low_degc, double high_degc) {
+    MeanDifference after = basis.mean(between(since, low_degc, high_degc));
+    const MeanDifference first = basis.mean(between(before, low_degc, high_degc));
     if (std::isfinite(first.deg_per_h)) {
       after.deg_per_h -= first.deg_per_h;
       after.within_sd = std::hypot(after.within_sd, first.within_sd), after.sd = std::hypot(after.sd, first.sd);
     }
     return after;
   };
-  MeanDifference all = change([](const RestMean&) { return true; });
-  const MeanDifference cold = change([&](const RestMean&one) { return one.temperature_degc < middle_degc; }),
-                       hot = change([&](const RestMean&one) { return one.temperature_degc >= middle_degc; });
+  MeanDifference all = change(-kAny, kAny);
+  const MeanDifference cold = change(-kAny, middle_degc), hot = change(middle_degc, kAny);
   const double slope = hot.deg_per_h - cold.deg_per_h;
   std::vector<double> differences;
   for (const RestMean& one : since) differences.push_back(one.difference_deg_per_h);
@@ -128,12 +129,10 @@ report::Table temperature_table(const std::vector<RestMean>& before, const std::
         "from [degC] | to [degC] | before [h] | difference [deg/h] | ± [deg/h] | since [h] | "
         "difference [deg/h] | ± [deg/h]");
   for (double from = kBin_degc * std::floor(low / kBin_degc); from <= high; from += kBin_degc) {
-    const auto inside = [&](const RestMean& one) {
-      return one.temperature_degc >= from && one.temperature_degc < from + kBin_degc;
-    };
-    table.rows.push_back({report::fixed_cell(from, 0), report::fixed_cell(from + kBin_degc, 0)});
-    put(table.rows.back(), only(before, inside), basis);
-    if (!since.empty()) put(table.rows.back(), only(since, inside), basis);
+    const double to = from + kBin_degc;
+    table.rows.push_back({report::fixed_cell(from, 0), report::fixed_cell(to, 0)});
+    put(table.rows.back(), between(before, from, to), basis);
+    if (!since.empty()) put(table.rows.back(), between(since, from, to), basis);
   }
   return table;
 }

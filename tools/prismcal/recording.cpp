@@ -195,12 +195,6 @@ Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOp
 
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options) {
   if (options.no_earth_rate) return 0.0;
-  const auto placement = placement_of(recording, options);
-  if (!placement) return tl::unexpected<Error>(placement.error());
-  return compensation::earth_rate_deg_per_h(*placement);
-}
-
-Result<compensation::AxisPlacement> placement_of(const Recording& recording, const SiteOptions& options) {
   compensation::AxisPlacement placement;
   if (!options.latitude_deg || !options.elevation_deg) {
     const auto site = site_of(recording);
@@ -217,7 +211,7 @@ Result<compensation::AxisPlacement> placement_of(const Recording& recording, con
                       fmt::format("found none, expected it for an axis that is not vertical: the Earth rate "
                                   "on it depends on the azimuth by up to {:.3g} deg/h",
                                   range));
-  return placement;
+  return compensation::earth_rate_deg_per_h(placement);
 }
 
 }  // namespace prism::recordings

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "compensation/earth_rate.hpp"
 #include "compensation/second_averager.hpp"
 #include "tools/prismcal/findings.hpp"
 #include "tools/prismcal/leave_out.hpp"
@@ -121,10 +120,8 @@ class UnmatchedRanges {
 /// no rows.
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options);
 
-/// The site and the input axis, by the options or the recording's "site". Errors: no site in either; no azimuth that
-/// matters.
-Result<compensation::AxisPlacement> placement_of(const Recording& recording, const SiteOptions& options);
-/// Returns the Earth rate on it, deg/h; 0 with --no-earth-rate. Errors: those of placement_of().
+/// The Earth rate on the input axis, deg/h, by the options or the recording's "site"; 0 with --no-earth-rate. Errors:
+/// no site in either; no azimuth that matters.
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
 
 std::vector<std::string> axes_of_log(const std::string& path);

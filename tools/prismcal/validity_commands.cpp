@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands that compare a log at rest with the Earth rate: monitor, and train --from.
+// Commands that keep a model valid: monitor and train --from, which compare a log at rest with the Earth rate; history.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,13 +18,15 @@
 #include "compensation/lssvm_model.hpp"
 #include "compensation/model_text.hpp"
 #include "compensation/polynomial_model.hpp"
-#include "config/monitor_file.hpp"
 #include "config/version.hpp"
+#include "daemon/pipeline/statements.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/log_folder.hpp"
 #include "tools/prismcal/model_monitor.hpp"
 #include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/progress_bars.hpp"
 #include "tools/prismcal/recording_options.hpp"
 #include "tools/prismcal/training_run.hpp"
 
@@ -37,6 +39,7 @@ using nlohmann::ordered_json;
 constexpr int kHolds = 0, kDrifted = 3, kTooLittle = 4;
 constexpr double kLeastRest_h = 0.5;
 
+/// Of monitor and history.
 struct MonitorChoice {
   std::string model, log, training, out, instance;
   CommonOptions common;
@@ -105,8 +108,9 @@ Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const std::st
     const std::string text = compensation::format_model(*model, info.provenance_json, info.noise, settings);
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
-  const auto rest = read_rest(model, log, choice.common);
+  auto rest = read_rest(model, log, choice.common);
   if (!rest) return tl::unexpected<Error>(rest.error());
+  std::erase_if(rest->means, [&](const analysis::RestMean& mean) { return mean.second < settings->since_s; });
   return analysis::monitor(info, *settings, rest->means, rest->mount_sd_deg_per_h);
 }
 
@@ -114,15 +118,15 @@ Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const std::st
 Result<int> monitor_instance(MonitorChoice choice) {
   const auto config = config::load_config(choice.instance);
   if (!config) return tl::unexpected<Error>(config.error());
-  const std::string path = config::monitor_file(*config);
+  const std::string path = pipeline::monitor_file(*config);
   if (path.empty()) return make_error(choice.instance, "configures no log; expected one");
-  config::ModelVerdicts verdicts;
+  pipeline::ModelVerdicts verdicts;
   for (const config::AxisConfig& axis : config->axes) {
     if (axis.model.empty() || !config->log) continue;
     choice.model = axis.model;
     choice.common.source.axis = config->by_axes ? axis.name : "";
     choice.common.source.config = choice.instance;
-    config::ModelVerdict& verdict = verdicts[config->by_axes ? axis.name : config::kOnlyAxis];
+    pipeline::ModelVerdict& verdict = verdicts[config->by_axes ? axis.name : pipeline::kOnlyAxis];
     verdict.at_s = std::time(nullptr);
     const auto model = load_model(axis.model);
     if (model) verdict.model = (*model)->info().id;
@@ -132,7 +136,7 @@ Result<int> monitor_instance(MonitorChoice choice) {
     verdict.text = found ? found->text : found.error().text();
     fmt::print("{}{}\n", config->by_axes ? axis.name + ": " : "", printable(verdict.text));
   }
-  if (auto done = config::write_verdicts(path, verdicts); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = pipeline::write_verdicts(path, verdicts); !done) return tl::unexpected<Error>(done.error());
   return 0;
 }
 
@@ -142,10 +146,7 @@ Result<int> run(const MonitorChoice& choice) {
   if (!model) return tl::unexpected<Error>(model.error());
   const auto found = monitor_log(*model, choice.log, choice);
   if (!found) return tl::unexpected<Error>(found.error());
-  if (choice.common.json)
-    fmt::print("{}", found->json_text());
-  else
-    fmt::print("{}", printable_lines(found->plain_text()));
+  fmt::print("{}", choice.common.json ? found->json_text() : printable_lines(found->plain_text()));
   return code_of(found->verdict);
 }
 
@@ -167,6 +168,41 @@ Result<ModelPtr> with_constant(const Model& model, compensation::ModelInfo info,
   compensation::LssvmParameters parameters = dynamic_cast<const compensation::LssvmModel&>(model).parameters();
   parameters.normalisation.target_shift += added_deg_per_h;
   return compensation::LssvmModel::make(std::move(info), std::move(parameters));
+}
+
+/// Rows with one model, in the order of the log.
+struct Period {
+  std::string model;  ///< id and name, or "none"
+  std::int64_t first_s, last_s = 0;
+  std::size_t rows = 0;
+};
+
+Result<int> history(const MonitorChoice& choice) {
+  auto folder = recordings::LogFolder::open(choice.log, choice.common.source.axis);
+  if (!folder) return tl::unexpected<Error>(folder.error());
+  std::vector<Period> periods;
+  tables::ReadMeter meter(read_progress(), folder->bytes());
+  for (recordings::LogSegment& segment : folder->segments) {
+    std::int64_t last_s = 0;
+    const auto at = [&](const recordings::LogRow& row) -> Result<void> {
+      last_s = row.second_mean.second;
+      return {};
+    };
+    if (auto done = recordings::read_log_segment(segment, at, meter); !done) return tl::unexpected<Error>(done.error());
+    if (segment.rows == 0) continue;
+    const std::string model = segment.value("model");
+    if (periods.empty() || periods.back().model != model) periods.push_back({model, *segment.first_second});
+    periods.back().last_s = last_s;
+    periods.back().rows += segment.rows;
+  }
+  end_progress();
+  for (const Period& period : periods) {
+    const std::size_t space = std::min(period.model.find(' '), period.model.size());  // after the id
+    fmt::print("{} to {}  {:>9} rows  {}{}\n", utc_text(period.first_s), utc_text(period.last_s), period.rows,
+               printable(period.model.substr(0, std::min<std::size_t>(space, 12))),
+               printable(period.model.substr(space)));
+  }
+  return 0;
 }
 
 }  // namespace
@@ -214,6 +250,7 @@ Result<ordered_json> train_from(const TrainChoice& choice) {
   provenance["constant"] = constant;
   compensation::ModelInfo info = first;
   info.provenance_json = json_text(provenance);
+  if (info.monitor && table.is_date) info.monitor->since_s = table.first_s;
   if (!choice.name.empty()) info.name = choice.name;
   const auto made = with_constant(model, std::move(info), moved);
   if (!made) return tl::unexpected<Error>(made.error());
@@ -252,6 +289,15 @@ void add_monitor_command(CLI::App& app, int& code) {
       throw CLI::RequiredError("model and log, or --instance");
     code = exit_code(run(*choice));
   });
+}
+
+void add_history_command(CLI::App& app, int& code) {
+  CLI::App* command = app.add_subcommand("history", "which model corrected the rows of a log, and when");
+  const auto choice = std::make_shared<MonitorChoice>();
+  command->add_option("log", choice->log, "prismd's log: a file or a folder")->required();
+  command->add_option("--axis", choice->common.source.axis, "axis of a log of several");
+  tools::add_examples(*command, {"prismcal history /var/log/prismd/gyro1"});
+  command->callback([choice, &code] { code = exit_code(history(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An offset by command: its limit, its text and its file.
-#include "daemon/pipeline/offset.hpp"
+#include "daemon/pipeline/statements.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

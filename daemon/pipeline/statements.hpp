@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// An offset by command: a constant that a person subtracts besides the model's bias, recorded and for a time.
+// Statements on the model of an axis, each in a file of its own: the offset by command, and the verdict of the monitor.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -13,6 +14,7 @@
 
 namespace prism::pipeline {
 
+/// A constant that a person subtracts besides the model's bias, recorded and for a time.
 struct Offset {
   double deg_per_h = 0;
   std::string reason;          ///< stated by the person
@@ -41,5 +43,22 @@ Result<std::optional<Offset>> load_offset(const std::string& path);
 Result<void> store_offset(const std::string& path, const std::optional<Offset>& offset);
 /// Removes the file if it has this offset, which ended: a later one may be stored, but not yet in force.
 void forget_offset(const std::string& path, const Offset& ended);
+
+/// The last one of `prismcal monitor`.
+struct ModelVerdict {
+  std::string verdict;    ///< holds, drifted, too_little or failed
+  std::string text;       ///< one sentence
+  std::string model;      ///< id
+  std::int64_t at_s = 0;  ///< host time
+};
+
+using ModelVerdicts = std::map<std::string, ModelVerdict>;  ///< by axis
+inline constexpr const char* kOnlyAxis = "-";               ///< of a configuration without axes
+
+/// monitor.json in $STATE_DIRECTORY (set by systemd), else in the directory of the log; empty without a log.
+std::string monitor_file(const config::Config& config);
+/// Empty if the file is absent or not of prismcal.
+ModelVerdicts read_verdicts(const std::string& path);
+Result<void> write_verdicts(const std::string& path, const ModelVerdicts& verdicts);
 
 }  // namespace prism::pipeline
