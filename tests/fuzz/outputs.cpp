@@ -15,9 +15,8 @@
 #include "daemon/log/log_pager.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/evaluation_run.hpp"
-#include "tools/prismcal/html.hpp"
-#include "tools/prismcal/text_output.hpp"
 #include "tools/prismrelay/batch.hpp"
 
 namespace prism::test {

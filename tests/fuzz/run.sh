@@ -22,7 +22,7 @@ code_of() {
     fuzz_model_text | fuzz_csv_row) echo compensation ;;
     fuzz_config) echo config ;;
     fuzz_capture_reader) echo drivers ;;
-    fuzz_table) echo 'tools/prismcal/(plain_table|table_time|units)' ;;
+    fuzz_table) echo 'tools/prismcal/(plain_table|units)' ;;
     fuzz_rpc_line) echo daemon/socket ;;
     fuzz_log_header) echo daemon/log ;;
     *) echo tools/prismcal ;;

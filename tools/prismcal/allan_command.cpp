@@ -14,10 +14,9 @@
 #include "tools/prismcal/allan_text.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/log_folder.hpp"
 #include "tools/prismcal/option_table.hpp"
-#include "tools/prismcal/recording_options.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::commands {
 namespace {

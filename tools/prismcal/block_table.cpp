@@ -11,7 +11,7 @@
 #include "base/plain_text.hpp"
 #include "compensation/block_stability.hpp"
 #include "tools/prismcal/findings.hpp"
-#include "tools/prismcal/table_time.hpp"
+#include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {
 namespace {

@@ -79,8 +79,8 @@ Result<void> check_options(const LotFile& file) {
   return {};
 }
 
-/// Sets the mean bias, and that in bins of temperature minus the overall mean.
-void set_curve(const std::vector<TrainingRun::Curve>& curves, TaskResult& result) {
+/// The mean bias, and that in bins of temperature minus the overall mean.
+Json training_json(const std::vector<TrainingRun::Curve>& curves) {
   constexpr double kBin_degc = 5;
   std::map<int, std::pair<double, int>> bins;
   double sum = 0;
@@ -95,10 +95,10 @@ void set_curve(const std::vector<TrainingRun::Curve>& curves, TaskResult& result
       ++blocks;
     }
   }
-  if (blocks == 0) return;
-  result.mean_deg_per_h = sum / blocks;
+  std::vector<std::pair<double, double>> curve;
   for (const auto& [bin, mean] : bins)
-    result.curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
+    curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
+  return {{"mean_deg_per_h", blocks > 0 ? Json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
 }
 
 /// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
@@ -112,12 +112,11 @@ std::string loaded_level() {
   return "baseline";
 }
 
-Result<TaskResult> run_work(const Task& task, const std::string& folder) {
-  TaskResult result;
-  result.task = task;
-  result.level = loaded_level();
+Result<Json> run_work(const Task& task, const std::string& folder) {
+  Json result = {{"level", loaded_level()}, {"outcome", "trained"}};
   const auto refused = [&result](const Error& error) {
-    result.refused = error.text();
+    result["outcome"] = "refused";
+    result["why"] = error.text();
     return result;
   };
   auto choice = parse_options(task.model.words, add_train_options);
@@ -131,36 +130,33 @@ Result<TaskResult> run_work(const Task& task, const std::string& folder) {
   if (!trained) return refused(trained.error());
   if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial)
     return make_error(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial));
-  EvaluateChoice evaluation;
-  evaluation.model = folder + "/model.json";
-  if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
-    return tl::unexpected<Error>(done.error());
   auto common = parse_options(task.judging, add_common_options);
   if (!common) return tl::unexpected<Error>(common.error());
-  evaluation.common = std::move(*common);
-  evaluation.common.json = false;
-  evaluation.common.quiet = true;
-  for (const Role role : {Role::kRepeat, Role::kOther}) {
-    for (std::string& path : task.paths(role)) {
-      evaluation.recordings.push_back(std::move(path));
-      result.evaluations.push_back({campaign::role_name(role), "", "", {}});
-    }
-  }
+  common->json = false;
+  common->quiet = true;
+  EvaluateChoice evaluation{folder + "/model.json", "", "", task.paths(Role::kRepeat), false, std::move(*common)};
+  if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
+    return tl::unexpected<Error>(done.error());
+  const std::size_t repeats = evaluation.recordings.size();
+  for (std::string& path : task.paths(Role::kOther)) evaluation.recordings.push_back(std::move(path));
   const auto evaluated = evaluate_recordings(evaluation);
   if (!evaluated) return refused(evaluated.error());
   evaluation.common.out = task.report ? folder + "/report" : "";
   if (auto done = write_report(evaluated->report, evaluation.common); !done) return tl::unexpected<Error>(done.error());
-  result.id = trained->trained.model->info().id;
-  result.simulated = evaluated->report.simulated;
-  for (const auto& facts : trained->set.facts) result.data_quality.push_back(facts["data_quality"]);
-  set_curve(trained->curves, result);
-  for (std::size_t i = 0; i < result.evaluations.size(); ++i) {
-    const RecordingEvaluation& one = evaluated->cases[i];
-    campaign::RecordingResult& stored = result.evaluations[i];
-    stored.recording = one.loaded.table.name;
-    stored.trained_on = one.overlap;
-    stored.measured = one.measured;
-    stored.measured.push_back({"before_deg_per_h", "", one.evaluation.stability.before.sd});
+  result.update({{"id", trained->trained.model->info().id},
+                 {"simulated", evaluated->report.simulated},
+                 {"data_quality", Json::array()},
+                 {"training", training_json(trained->curves)},
+                 {"judged", Json::array()}});
+  for (const auto& facts : trained->set.facts) result["data_quality"].push_back(facts["data_quality"]);
+  for (const RecordingEvaluation& one : evaluated->cases) {
+    Json measured = Json::object();
+    for (const analysis::Measured& m : one.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
+    measured["before_deg_per_h"] = one.evaluation.stability.before.sd;
+    result["judged"].push_back({{"role", role_name(result["judged"].size() < repeats ? Role::kRepeat : Role::kOther)},
+                                {"recording", one.loaded.table.name},
+                                {"trained_on", one.overlap},
+                                {"measured", measured}});
   }
   return result;
 }
@@ -210,7 +206,7 @@ int print_status(const campaign::Lot& lot) {
     if (!why.empty()) fmt::print("{}: {}, {}: {}\n", how, printable(gyro), printable(model), printable(why));
   };
   for (const TaskResult& result : lot.results)
-    print("refused", result.task.gyro(), result.task.model.name, result.refused);
+    print("refused", result.task.gyro(), result.task.model.name, result.json.value("why", ""));
   for (const campaign::MissingTask& task : lot.missing) print("failed", task.gyro, task.model, task.why);
   print_left_out(lot.left_out);
   return failed == 0 ? 0 : 1;

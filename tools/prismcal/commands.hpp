@@ -9,6 +9,8 @@
 
 #include "base/result.hpp"
 #include "compensation/model.hpp"
+#include "compensation/training/tuning.hpp"
+#include "tools/prismcal/read_meter.hpp"
 
 namespace prism::commands {
 
@@ -50,5 +52,16 @@ inline constexpr const char* kStoppedEarly = "stopped early by Ctrl-C, before th
 
 /// Exit code of `evaluate` if a recording was used in training.
 inline constexpr int kNotATest = 3;
+
+// Progress bars on stderr, if it is a terminal.
+
+/// Of a tuning, with the best cost so far.
+training::TuningProgress progress_bar(bool quiet);
+
+/// Of reading that takes more than 2 s, with its rate and the time left. Empty if stderr is not a terminal.
+tables::ReadProgress read_progress();
+
+/// Ends the line of a bar.
+void end_progress();
 
 }  // namespace prism::commands

@@ -19,10 +19,8 @@
 #include "config/config.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
-#include "tools/prismcal/html.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/option_table.hpp"
-#include "tools/prismcal/recording_options.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::commands {
 namespace {

@@ -17,7 +17,6 @@
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
-#include "tools/prismcal/recording_options.hpp"
 
 namespace prism::commands {
 namespace {

@@ -17,10 +17,9 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/plan.hpp"
-#include "tools/prismcal/recording_options.hpp"
-#include "tools/prismcal/text_output.hpp"
 #include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {

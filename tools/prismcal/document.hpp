@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "base/result.hpp"
+
 namespace prism::report {
 
 enum class Emphasis { kNone, kGood, kBad, kWarn, kMuted, kBest };
@@ -149,5 +151,38 @@ Block reduced(Block block);
 inline constexpr std::size_t kIntervals = 400, kMostPoints = 700, kMostRows = 400;
 /// Series with fewer points, and tables with fewer rows, are unchanged.
 inline constexpr std::size_t kLongSeries = 1200;
+
+// The outputs of a report.
+
+/// The first page as "# cover,NAME,VALUE", facts as "# fact,NAME,VALUE", then for each table a line "# table,ID,TITLE",
+/// the column line ("name [unit]"), the rows and an empty line. Quotes fields if needed (RFC 4180).
+std::string csv_text(const Report& report);
+/// One table: the column line and the rows, for pandas.read_csv and Excel.
+std::string csv_text(const Table& table);
+/// One file per table: (ID.csv, text).
+std::vector<std::pair<std::string, std::string>> csv_files(const Report& report);
+
+/// {"title":…,"simulated":…,"cover":{…},"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
+/// "figures" has each curve of each panel:
+/// {ID:{"panels":[{"x":LABEL,"y":LABEL,"curves":[{"name":…,"x":[…],"y":[…]}…]}…]}…}; a gap is null. The "value" of a
+/// cell is the number with all digits, "text" that of HTML and CSV; an unknown number has no "value".
+std::string json_text(const Report& report);
+
+/// Title, columns with units, rows, caption; each line ends with a newline. Column widths count characters, not bytes.
+std::string plain_text(const Table& table);
+/// The warning, then all tables and paragraphs, and the meaning of each figure.
+std::string plain_text(const Report& report);
+
+/// Returns an SVG element without ids, 960 pixels wide in its own units. Escapes all texts of `plot`. Lines and bands
+/// have at most two points per pixel column (minimum and maximum); overlapping points are drawn once. A value that
+/// cannot be drawn interrupts a line.
+std::string draw_svg(const Plot& plot);
+
+/// Numbers tables and figures in order. Escapes all texts of `report`. Replaces an id that is not [a-z0-9_-] by
+/// "section-3", "table-7" or "figure-2".
+std::string html_page(const Report& report);
+
+/// Prints a page to a PDF file with Chromium. Errors: it is not installed, or fails; `path` cannot be written.
+Result<void> print_pdf(const std::string& html, const std::string& path);
 
 }  // namespace prism::report

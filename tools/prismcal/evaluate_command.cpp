@@ -15,13 +15,13 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/data_quality_table.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/evaluation_run.hpp"
 #include "tools/prismcal/fingerprint.hpp"
 #include "tools/prismcal/limits.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/parameters.hpp"
 #include "tools/prismcal/recording_report.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::commands {
 namespace {

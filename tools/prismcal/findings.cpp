@@ -11,7 +11,6 @@
 #include "compensation/evaluation/irregularities.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/leave_out.hpp"
-#include "tools/prismcal/table_time.hpp"
 #include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {

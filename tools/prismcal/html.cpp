@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/html.hpp"
-
 #include <fmt/format.h>
 
 #include <cctype>
 
 #include "base/escape.hpp"
-#include "tools/prismcal/svg.hpp"
+#include "tools/prismcal/document.hpp"
 
 namespace prism::report {
 namespace {

@@ -23,7 +23,6 @@
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/quantity_map.hpp"
 #include "tools/prismcal/recording.hpp"
-#include "tools/prismcal/recording_options.hpp"
 #include "tools/prismcal/sample_grid.hpp"
 #include "tools/prismcal/triage.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "base/plain_text.hpp"
 #include "base/text_number.hpp"
-#include "tools/prismcal/table_time.hpp"
+#include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {
 namespace {

@@ -2,58 +2,47 @@
 #include "tools/prismcal/limits.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/file.hpp"
 #include "base/json_document.hpp"
 
 namespace prism::analysis {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// Reads "min" or "max" of one limit.
-Result<std::optional<double>> read_edge(const Json& object, const char* key, const std::string& where) {
-  if (!object.contains(key)) return std::optional<double>();
-  if (!object[key].is_number())
-    return make_error(where + "/" + key, fmt::format("found {}, expected a number", shown(object[key])));
-  return std::optional(object[key].get<double>());
-}
-
-}  // namespace
 
 std::string range_text(const Limit& limit) {
   if (limit.min && limit.max) return fmt::format("{:g} to {:g}", *limit.min, *limit.max);
   return limit.min ? fmt::format("at least {:g}", *limit.min) : fmt::format("at most {:g}", *limit.max);
 }
 
-Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,
-                                        const std::vector<std::string>& names) {
-  const Json json = Json::parse(text, nullptr, false, true);
-  if (!json.is_object()) return make_error(where, "not a JSON object of limits");
+std::vector<Limit> limits_in(const Section& section, const std::vector<std::string>& names) {
   std::vector<Limit> limits;
-  for (const auto& [quantity, object] : json.items()) {
-    const std::string at = fmt::format("{}:/{}", where, quantity);
-    if (std::find(names.begin(), names.end(), quantity) == names.end()) {
-      return make_error(at, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
-    }
-    if (!object.is_object())
-      return make_error(at, fmt::format("found {}, expected {{\"min\": …, \"max\": …}}, one or both", shown(object)));
-    for (const auto& [key, value] : object.items()) {
-      if (key != "min" && key != "max")
-        return make_error(fmt::format("{}/{}", at, key), "unknown key; expected min or max");
-    }
-    const auto min = read_edge(object, "min", at), max = read_edge(object, "max", at);
-    if (!min) return tl::unexpected(min.error());
-    if (!max) return tl::unexpected(max.error());
-    if (!*min && !*max) return make_error(at, "found neither min nor max, expected one or both");
-    limits.push_back({quantity, *min, *max});
+  for (const std::string& quantity : section.names(TextRule::kName)) {
+    if (std::find(names.begin(), names.end(), quantity) == names.end())
+      section.fail(quantity, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
+    const Section edges = section.object(quantity);
+    const auto edge = [&](const char* key) {
+      const Json value = edges.any(key);
+      if (!value.is_number() && edges.has(key))
+        edges.fail(key, fmt::format("found {}, expected a number", shown(value)));
+      return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+    };
+    limits.push_back({quantity, edge("min"), edge("max")});
+    if (section.any(quantity).empty()) edges.fail("", "found neither min nor max, expected one or both");
   }
-  if (limits.empty()) return make_error(where, "found no limit, expected at least one");
+  if (limits.empty()) section.fail("", "found no limit, expected at least one");
   return limits;
+}
+
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where) {
+  const auto document = parse_json_object(text, where);
+  if (!document) return tl::unexpected<Error>(document.error());
+  const Section root(*document);
+  auto limits = limits_in(root, measured_names());
+  return root.finish().map([&] { return std::move(limits); });
 }
 
 Result<std::vector<Limit>> read_limits(const std::string& path) {

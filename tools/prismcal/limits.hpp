@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/json_section.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
 namespace prism::analysis {
@@ -17,10 +18,11 @@ struct Limit {
   std::optional<double> min, max;
 };
 
-/// Parses a JSON object { "QUANTITY": {"min": a, "max": b}, … }; comments are allowed. Errors, with the JSON pointer:
-/// a quantity that is not one of `names`, an unknown key, a limit without min and max, no limit, invalid JSON.
-Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where,
-                                        const std::vector<std::string>& names = measured_names());
+/// Reads an object { "QUANTITY": {"min": a, "max": b}, … }. Errors: a quantity that is not one of `names`, a limit
+/// without min and max, no limit.
+std::vector<Limit> limits_in(const Section& section, const std::vector<std::string>& names);
+/// The same of the quantities of a recording, from JSON text; comments are allowed.
+Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where);
 
 /// "at least 30", "at most 1", "30 to 50".
 std::string range_text(const Limit& limit);

@@ -34,6 +34,10 @@ using report::Cell, report::columns, report::count_cell, report::Emphasis, repor
 
 // Limits.
 
+std::optional<double> number_of(const Json& value) {
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
 void add_violations(const std::string& where, const std::vector<Limit>& limits, const std::vector<Measured>& measured,
                     std::vector<std::string>& violations) {
   for (const analysis::LimitCheck& check : analysis::check_limits(limits, measured)) {
@@ -50,8 +54,7 @@ void add_quality_violations(const Json& quality, const LotLimits& limits, std::v
   std::vector<Measured> found;
   std::vector<std::string> names;
   for (const auto& finding : quality.at("findings")) {
-    const auto& value = finding.at("value");
-    found.push_back({finding.at("name"), "", value.is_number() ? std::optional(value.get<double>()) : std::nullopt});
+    found.push_back({finding.at("name"), "", number_of(finding.at("value"))});
     if (finding.at("verdict") != "pass") names.push_back(finding.at("name"));
   }
   if (grade == "refuse" || (grade == "warn" && !limits.warnings_pass))
@@ -72,73 +75,72 @@ std::string limits_text(const std::vector<Limit>& limits) {
 
 // Comparison of gyros.
 
+constexpr const char* kMean = "mean_of_training_deg_per_h";
 /// The quantities by which gyros are compared, with their units.
 constexpr std::array<std::pair<const char*, const char*>, 6> kQuantities{{{"before_deg_per_h", "deg/h"},
                                                                           {"bias_stability_deg_per_h", "deg/h"},
                                                                           {"improvement_percent", "%"},
                                                                           {"hysteresis_gap_deg_per_h", "deg/h"},
                                                                           {"within_two_sd_percent", "%"},
-                                                                          {"mean_of_training_deg_per_h", "deg/h"}}};
+                                                                          {kMean, "deg/h"}}};
 
 /// The mean over the repeat runs, or that of the training.
 std::optional<double> value_of(const TaskResult& result, const std::string& quantity) {
-  if (quantity == "mean_of_training_deg_per_h") return result.mean_deg_per_h;
+  if (result.refused()) return std::nullopt;
+  if (quantity == kMean) return number_of(result.json.at("training").at("mean_deg_per_h"));
   double sum = 0, count = 0;
-  for (const RecordingResult& recording : result.evaluations) {
-    for (const Measured& m : recording.measured) {
-      if (recording.role == "repeat" && m.quantity == quantity && m.value) sum += *m.value, ++count;
-    }
+  for (const Json& run : result.json.at("judged")) {
+    const auto value = number_of(run.at("measured").value(quantity, Json()));
+    if (run.at("role") == "repeat" && value) sum += *value, ++count;
   }
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
 /// The values of a quantity of all gyros with one model, in increasing order.
-struct Spread {
+std::vector<double> spread_of(const Lot& lot, const std::string& model, const char* quantity) {
   std::vector<double> values;
-
-  double quantile(double share) const {  // with linear interpolation
-    const double position = share * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(position);
-    const double part = position - static_cast<double>(below);
-    return below + 1 < values.size() ? values[below] + part * (values[below + 1] - values[below]) : values.back();
-  }
-};
-
-Spread spread_of(const Lot& lot, const std::string& model, const char* quantity) {
-  Spread spread;
   for (const TaskResult& result : lot.results) {
     const auto value = result.task.model.name == model ? value_of(result, quantity) : std::nullopt;
-    if (value) spread.values.push_back(*value);
+    if (value) values.push_back(*value);
   }
-  std::sort(spread.values.begin(), spread.values.end());
-  return spread;
+  std::sort(values.begin(), values.end());
+  return values;
 }
 
-/// Rms difference and correlation of the bias-temperature curves of two gyros.
-struct Similarity {
-  const TaskResult *one, *other;
-  double difference_deg_per_h, correlation;
-};
+/// Of values in increasing order, with linear interpolation.
+double quantile(const std::vector<double>& values, double share) {
+  const double position = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const double part = position - static_cast<double>(below);
+  return below + 1 < values.size() ? values[below] + part * (values[below + 1] - values[below]) : values.back();
+}
 
-/// Returns nullopt if they have fewer than four common bins.
-std::optional<Similarity> compare_curves(const TaskResult& a, const TaskResult& b) {
+/// Bins of temperature, and the mean bias there minus that of all blocks.
+using Curve = std::vector<std::pair<double, double>>;
+
+Curve curve_of(const TaskResult& result) {
+  return result.refused() ? Curve() : result.json.at("training").at("curve_degc_deg_per_h").get<Curve>();
+}
+
+/// Rms difference and correlation of two curves, deg/h; nullopt if they have fewer than four common bins.
+std::optional<std::pair<double, double>> compare_curves(const Curve& a, const Curve& b) {
   constexpr std::size_t kMinBins = 4;
   std::vector<double> x, y, difference;
-  for (const auto& [degc, bias] : a.curve) {
-    for (const auto& [other_degc, other] : b.curve) {
+  for (const auto& [degc, bias] : a) {
+    for (const auto& [other_degc, other] : b) {
       if (degc == other_degc) x.push_back(bias), y.push_back(other), difference.push_back(bias - other);
     }
   }
   if (x.size() < kMinBins) return std::nullopt;
   const auto centred = evaluation::summarise(difference, evaluation::Divisor::kN, "difference");
-  return Similarity{&a, &b, centred ? centred->sd : kUnknown, evaluation::correlate(x, y, "curves").value_or(0)};
+  return std::pair(centred ? centred->sd : kUnknown, evaluation::correlate(x, y, "curves").value_or(0));
 }
 
 // Tables.
 
 Cell gyro_cell(const LotFile& file, const TaskResult& result) {
   Cell cell(result.task.gyro());
-  if (file.reports && result.refused.empty()) cell.link = fmt::format("../tasks/{}/report/report.html", result.task.id);
+  if (file.reports && !result.refused()) cell.link = fmt::format("../tasks/{}/report/report.html", result.task.id);
   return cell;
 }
 
@@ -152,7 +154,7 @@ Table models_table(const LotFile& file, const Lot& lot) {
     for (const TaskResult& result : lot.results) {
       gyros.insert(result.task.gyro());
       if (result.task.model.name == model.name)
-        ++(result.accepted() ? accepted : result.refused.empty() ? rejected : refused);
+        ++(result.accepted() ? accepted : result.refused() ? refused : rejected);
     }
     for (const MissingTask& task : lot.missing) missing += task.model == model.name;
     for (const auto& [gyro, result] : chosen) installed += result->task.model.name == model.name;
@@ -173,14 +175,14 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
   for (const TaskResult& result : lot.results) {
     accepted += result.accepted();
     const Cell verdict = result.accepted() ? Cell("accepted", Emphasis::kGood)
-                                           : Cell(result.refused.empty() ? "rejected" : "refused", Emphasis::kBad);
-    const auto& runs = result.evaluations;
-    const auto repeats = std::count_if(runs.begin(), runs.end(), [](const auto& run) { return run.role == "repeat"; });
-    std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{
-        gyro_cell(file, result), result.task.model.name, verdict, count_cell(static_cast<std::size_t>(repeats))});
+                                           : Cell(result.refused() ? "refused" : "rejected", Emphasis::kBad);
+    std::size_t repeats = 0;
+    for (const Json& run : result.json.value("judged", Json::array())) repeats += run.at("role") == "repeat";
+    std::vector<Cell>& row = table.rows.emplace_back(
+        std::vector<Cell>{gyro_cell(file, result), result.task.model.name, verdict, count_cell(repeats)});
     for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(result, kQuantities[i].first), 4));
     row.emplace_back(fmt::format("{}", fmt::join(result.violations, "; ")));
-    row.emplace_back(result.id.substr(0, 12), Emphasis::kMuted);
+    row.emplace_back(result.json.value("id", "").substr(0, 12), Emphasis::kMuted);
   }
   for (const MissingTask& task : lot.missing) {
     std::vector<Cell>& row = table.rows.emplace_back(table.columns.size(), report::kNothing);
@@ -194,10 +196,10 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
 /// The improvements of the first model that has some.
 std::string lot_meaning(const LotFile& file, const Lot& lot) {
   for (const ModelChoice& model : file.models) {
-    const Spread spread = spread_of(lot, model.name, "improvement_percent");
-    if (!spread.values.empty())
+    const std::vector<double> spread = spread_of(lot, model.name, "improvement_percent");
+    if (!spread.empty())
       return fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.",
-                         model.name, spread.quantile(0.5), spread.quantile(0.05));
+                         model.name, quantile(spread, 0.5), quantile(spread, 0.05));
   }
   return "No gyro has an improvement.";
 }
@@ -207,11 +209,11 @@ Table spread_table(const LotFile& file, const Lot& lot) {
               columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd")};
   for (const ModelChoice& model : file.models) {
     for (const auto& [quantity, unit] : kQuantities) {
-      const Spread spread = spread_of(lot, model.name, quantity);
-      if (spread.values.empty()) continue;
-      std::vector<Cell> row = {model.name, quantity, unit, count_cell(spread.values.size())};
-      for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(spread.quantile(share), 4));
-      row.push_back(general_cell(evaluation::robust_sd(spread.values), 4));
+      const std::vector<double> spread = spread_of(lot, model.name, quantity);
+      if (spread.empty()) continue;
+      std::vector<Cell> row = {model.name, quantity, unit, count_cell(spread.size())};
+      for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(quantile(spread, share), 4));
+      row.push_back(general_cell(evaluation::robust_sd(spread), 4));
       table.rows.push_back(std::move(row));
     }
   }
@@ -230,11 +232,11 @@ report::Figure spread_figure(const LotFile& file, const Lot& lot) {
                         {2, 260, {}},
                         lot_meaning(file, lot)};
   for (const auto& [quantity, unit] : kQuantities) {
-    std::vector<Spread> spreads;
+    std::vector<std::vector<double>> spreads;
     std::vector<double> all;
     for (const ModelChoice& model : file.models) {
       spreads.push_back(spread_of(lot, model.name, quantity));
-      all.insert(all.end(), spreads.back().values.begin(), spreads.back().values.end());
+      all.insert(all.end(), spreads.back().begin(), spreads.back().end());
     }
     if (all.size() < 2) continue;
     std::sort(all.begin(), all.end());
@@ -244,11 +246,11 @@ report::Figure spread_figure(const LotFile& file, const Lot& lot) {
     std::replace(panel.x.label.begin(), panel.x.label.end(), '_', ' ');
     const double width = (max - min) / static_cast<double>(kBars);
     for (std::size_t m = 0; m < spreads.size(); ++m) {
-      if (spreads[m].values.empty()) continue;
+      if (spreads[m].empty()) continue;
       report::Series bars{file.models[m].name, kInks[m % kInks.size()], report::SeriesStyle::kLinePoints};
       bars.y.assign(kBars, 0);
       for (std::size_t i = 0; i < kBars; ++i) bars.x.push_back(min + width * (static_cast<double>(i) + 0.5));
-      for (const double value : spreads[m].values)
+      for (const double value : spreads[m])
         ++bars.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - min) / width)))];
       panel.series.push_back(std::move(bars));
     }
@@ -265,11 +267,11 @@ Table outliers_table(const LotFile& file, const Lot& lot) {
               columns("gyro: | model: | quantity: | value | robust sds | verdict:")};
   for (const ModelChoice& model : file.models) {
     for (const auto& [quantity, unit] : kQuantities) {
-      const Spread spread = spread_of(lot, model.name, quantity);
-      const double sd = spread.values.size() < kMinValues ? 0 : evaluation::robust_sd(spread.values);
+      const std::vector<double> spread = spread_of(lot, model.name, quantity);
+      const double sd = spread.size() < kMinValues ? 0 : evaluation::robust_sd(spread);
       for (const TaskResult& result : lot.results) {
         const auto value = result.task.model.name == model.name ? value_of(result, quantity) : std::nullopt;
-        const double score = value && sd > 0 ? (*value - spread.quantile(0.5)) / sd : 0;
+        const double score = value && sd > 0 ? (*value - quantile(spread, 0.5)) / sd : 0;
         if (std::abs(score) > kScore)
           table.rows.push_back({gyro_cell(file, result), model.name, quantity, general_cell(value, 4),
                                 report::fixed_cell(score, 1), result.accepted() ? "accepted" : "rejected"});
@@ -288,25 +290,24 @@ Table siblings_table(const LotFile& file, const Lot& lot) {
               "Each gyro and the gyro with the most similar bias against temperature (training recordings, bins of "
               "5 degC, mean subtracted); most similar pairs first, least similar last.",
               columns("gyro: | most like: | rms difference [deg/h] | correlation")};
-  std::map<std::string, const TaskResult*> gyros;  // all models of a gyro have the same recordings, and the same curve
+  // All models of a gyro have the same recordings, and the same curve.
+  std::map<std::string, std::pair<const TaskResult*, Curve>> gyros;
   for (const TaskResult& result : lot.results) {
-    if (!result.curve.empty()) gyros.emplace(result.task.gyro(), &result);
+    if (Curve curve = curve_of(result); !curve.empty())
+      gyros.try_emplace(result.task.gyro(), &result, std::move(curve));
   }
-  std::vector<Similarity> nearest;
   for (const auto& [name, one] : gyros) {
-    std::optional<Similarity> best;
+    std::vector<Cell> nearest;
     for (const auto& [other_name, other] : gyros) {
-      const auto pair = one == other ? std::nullopt : compare_curves(*one, *other);
-      if (pair && (!best || pair->difference_deg_per_h < best->difference_deg_per_h)) best = pair;
+      const auto pair = name == other_name ? std::nullopt : compare_curves(one.second, other.second);
+      if (pair && (nearest.empty() || pair->first < *nearest[2].value))
+        nearest = {gyro_cell(file, *one.first), gyro_cell(file, *other.first), general_cell(pair->first, 4),
+                   report::fixed_cell(pair->second, 3)};
     }
-    if (best) nearest.push_back(*best);
+    if (!nearest.empty()) table.rows.push_back(std::move(nearest));
   }
-  std::stable_sort(nearest.begin(), nearest.end(), [](const Similarity& a, const Similarity& b) {
-    return a.difference_deg_per_h < b.difference_deg_per_h;
-  });
-  for (const Similarity& pair : nearest)
-    table.rows.push_back({gyro_cell(file, *pair.one), gyro_cell(file, *pair.other),
-                          general_cell(pair.difference_deg_per_h, 4), report::fixed_cell(pair.correlation, 3)});
+  std::stable_sort(table.rows.begin(), table.rows.end(),
+                   [](const auto& a, const auto& b) { return *a[2].value < *b[2].value; });
   table.meaning = table.rows.empty() ? "No two gyros have enough temperatures in common."
                                      : fmt::format("Gyro {} is least like the others.", table.rows.back().front().text);
   return table;
@@ -321,13 +322,13 @@ Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
   table.meaning = "No gyro is in both campaigns.";
   for (const TaskResult& now : lot.results) {
     const auto then = std::find_if(previous.results.begin(), previous.results.end(), [&](const TaskResult& other) {
-      return other.refused.empty() && other.task.gyro() == now.task.gyro() &&
-             other.task.model.name == now.task.model.name;
+      return !other.refused() && other.task.gyro() == now.task.gyro() && other.task.model.name == now.task.model.name;
     });
-    if (!now.refused.empty() || then == previous.results.end()) continue;
+    if (now.refused() || then == previous.results.end()) continue;
     std::optional<double> change, of_curve;
-    if (now.mean_deg_per_h && then->mean_deg_per_h) change = *now.mean_deg_per_h - *then->mean_deg_per_h;
-    if (const auto curves = compare_curves(now, *then)) of_curve = curves->difference_deg_per_h;
+    const auto mean = value_of(now, kMean), before = value_of(*then, kMean);
+    if (mean && before) change = *mean - *before;
+    if (const auto curves = compare_curves(curve_of(now), curve_of(*then))) of_curve = curves->first;
     table.rows.push_back({gyro_cell(file, now), now.task.model.name, general_cell(change, 4), general_cell(of_curve, 4),
                           general_cell(value_of(*then, kStability), 4), general_cell(value_of(now, kStability), 4)});
     if (std::abs(change.value_or(0)) <= largest) continue;
@@ -365,9 +366,9 @@ Result<std::string> model_text_of(const LotFile& file, const TaskResult& result)
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
   const compensation::ModelInfo& info = (*model)->info();
-  if (info.id != result.id)
-    return make_error(path,
-                      fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id, result.id));
+  if (info.id != result.json.at("id"))
+    return make_error(path, fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id,
+                                        result.json.at("id").get<std::string>()));
   if (info.gyro_serial != result.task.serial)
     return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"", info.gyro_serial,
                                         result.task.serial));
@@ -411,7 +412,7 @@ Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::str
       return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
     Json entry = {
         {"file", name}, {"campaign", file.name}, {"asked_by", requested_by(file)}, {"limits", file.limits.stated}};
-    entry.update(result_json(*result));
+    entry.update(result->json);
     if (auto done = add(model_text_of(file, *result), std::move(entry)); !done)
       return tl::unexpected<Error>(done.error());
     ++installed.models;
@@ -433,13 +434,18 @@ Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::str
 }  // namespace
 
 std::vector<std::string> find_violations(const TaskResult& result, const LotLimits& limits) {
-  if (!result.refused.empty()) return {"refused: " + result.refused};
+  if (result.refused()) return {"refused: " + result.json.at("why").get<std::string>()};
   std::vector<std::string> violations;
-  for (const auto& quality : result.data_quality) add_quality_violations(quality, limits, violations);
-  for (const RecordingResult& recording : result.evaluations) {
-    const std::string where = recording.role + " " + recording.recording;
-    add_violations(where, recording.role == "repeat" ? limits.repeat : limits.other, recording.measured, violations);
-    if (!recording.trained_on.empty()) violations.push_back(where + ": not a test: " + recording.trained_on);
+  for (const Json& quality : result.json.at("data_quality")) add_quality_violations(quality, limits, violations);
+  for (const Json& run : result.json.at("judged")) {
+    const std::string where =
+        fmt::format("{} {}", run.at("role").get<std::string>(), run.at("recording").get<std::string>());
+    std::vector<Measured> measured;
+    for (const auto& [quantity, value] : run.at("measured").items())
+      measured.push_back({quantity, "", number_of(value)});
+    add_violations(where, run.at("role") == "repeat" ? limits.repeat : limits.other, measured, violations);
+    const std::string trained_on = run.at("trained_on");
+    if (!trained_on.empty()) violations.push_back(where + ": not a test: " + trained_on);
   }
   return violations;
 }
@@ -454,6 +460,19 @@ std::map<std::string, const TaskResult*> Lot::chosen(const std::vector<ModelChoi
   return chosen;
 }
 
+namespace {
+
+/// Throws if a key that the report needs is missing or has another type.
+void check_keys(const TaskResult& result) {
+  for (const char* key : {"level", "outcome", result.refused() ? "why" : "id"}) result.json.at(key).get<std::string>();
+  if (result.refused()) return;
+  result.json.at("simulated").get<bool>();
+  curve_of(result);
+  for (const auto& [quantity, unit] : kQuantities) value_of(result, quantity);
+}
+
+}  // namespace
+
 Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
   auto plan = read_plan(folder);
   if (!plan) return tl::unexpected<Error>(plan.error());
@@ -464,10 +483,20 @@ Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
       lot.missing.push_back({task.gyro(), task.model.name, failure(folder, task.id)});
       continue;
     }
-    auto result = read_result(folder, task);
-    if (!result) return tl::unexpected<Error>(result.error());
-    result->violations = find_violations(*result, limits);
-    lot.results.push_back(std::move(*result));
+    const std::string path = task_folder(folder, task.id) + "/result.json";
+    const auto text = read_text_file(path, kMaxModelBytes);
+    if (!text) return tl::unexpected<Error>(text.error());
+    try {
+      TaskResult result{task, Json::parse(*text)};
+      result.json["model"] = task.model.name;  // the stored one may be older, since the id does not contain it
+      check_keys(result);
+      result.violations = find_violations(result, limits);
+      lot.results.push_back(std::move(result));
+    } catch (const Json::exception& error) {
+      return make_error(path, fmt::format("found {}, expected a result of this version; remove its directory to repeat "
+                                          "the task",
+                                          error.what()));
+    }
   }
   return lot;
 }
@@ -477,8 +506,8 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
   std::set<std::string> gyros, levels;
   for (const TaskResult& result : lot.results) {
     gyros.insert(result.task.gyro());
-    levels.insert(result.level);
-    report.simulated = report.simulated || result.simulated;
+    levels.insert(result.json.at("level"));
+    report.simulated = report.simulated || result.json.value("simulated", false);
   }
   report.title = "Campaign " + file.name;
   report.subtitle =

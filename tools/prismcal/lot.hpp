@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/tasks.hpp"
+#include "tools/prismcal/lot_file.hpp"
 
 namespace prism::campaign {
 
@@ -31,7 +31,7 @@ struct Lot {
   std::map<std::string, const TaskResult*> chosen(const std::vector<ModelChoice>& models) const;
 };
 
-/// Reads all results of the plan in `folder`. Errors: no plan, a result that cannot be read.
+/// Reads all results of the plan in `folder`. Errors: no plan, a result that cannot be read, or one of another version.
 Result<Lot> read_lot(const std::string& folder, const LotLimits& limits);
 
 /// The lot by model, every gyro with every model, distributions, outliers, and each gyro with the one whose

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The file of a lot of gyros (JSON): recordings, models, limits and output.
+// A lot of gyros as files: the lot's file (JSON), the plan of its tasks, each gyro with each model, and their results.
 #pragma once
 
 #include <array>
-#include <nlohmann/json.hpp>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/json_document.hpp"
 #include "config/version.hpp"
 #include "tools/prismcal/limits.hpp"
 
@@ -35,7 +36,7 @@ struct LotLimits {
   std::vector<analysis::Limit> quality;  ///< for every training recording, of the findings of the data-quality check
   std::vector<analysis::Limit> repeat;   ///< for every recording with role repeat
   std::vector<analysis::Limit> other;    ///< for every recording with role other
-  nlohmann::ordered_json stated = nlohmann::ordered_json::object();  ///< as in the file
+  Json stated = Json::object();          ///< as in the file
 };
 
 struct LotFile {
@@ -61,5 +62,79 @@ Result<LotFile> load_lot_file(const std::string& path);
 /// The text that the first * of a pattern matched in a path: the pattern has no wildcard before it, and no other one in
 /// the same folder or file name, which parse_lot_file() checks.
 std::string matched_by_star(const std::string& pattern, const std::string& path);
+
+// Tasks.
+
+struct InputFile {
+  std::string path, sha256;
+  bool operator==(const InputFile&) const = default;
+};
+
+struct TaskInput {
+  Role role = Role::kTrain;
+  std::string path;  ///< the recording: a file or a folder
+  std::vector<InputFile> files;
+};
+
+/// The result depends only on these members. The id does not include the model's name and the directories of the files.
+struct Task {
+  std::string id;  ///< first 32 hex digits of the SHA-256 of the other members
+  std::string serial, axis;
+  ModelChoice model;
+  std::vector<std::string> judging;
+  std::vector<TaskInput> inputs;
+  std::string version;  ///< of prismcal
+  bool report = true;
+
+  std::string gyro() const { return axis.empty() ? serial : serial + " " + axis; }
+  std::vector<std::string> paths(Role role) const;
+};
+
+/// A recording or gyro without a task, and the reason.
+struct LeftOutInput {
+  std::string what, why;
+};
+
+struct Plan {
+  std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the file
+  std::vector<LeftOutInput> left_out;
+};
+
+/// Groups the recordings by serial number and axis. Gyros without a train or repeat recording are listed in
+/// Plan::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
+Result<Plan> make_plan(const LotFile& file);
+
+/// A task that has run. `json`: as in result.json (docs/campaign.md).
+struct TaskResult {
+  Task task;
+  Json json;
+  std::vector<std::string> violations = {};  ///< of the lot's limits, one line each; not stored
+
+  bool refused() const { return json.at("outcome") == "refused"; }
+  bool accepted() const { return violations.empty(); }
+};
+
+// The folder of a lot. tasks.jsonl: the plan, one line per task or input that is left out. tasks/ID/: a complete
+// result, renamed into place; tasks/.ID.HOST.PID/: an unfinished one. failed/ID: why the last attempt failed. Several
+// processes, also on several machines, can use it at the same time.
+
+std::string task_folder(const std::string& folder, const std::string& id);
+bool has_result(const std::string& folder, const std::string& id);
+/// Why the last attempt failed; empty: it did not.
+std::string failure(const std::string& folder, const std::string& id);
+
+/// Creates the folder and replaces the plan.
+Result<void> write_plan(const std::string& folder, const Plan& plan);
+/// Reads also plans of version 0.3. `id`: reads this task only. Errors: no plan, or no task with this id.
+Result<Plan> read_plan(const std::string& folder, const std::string& id = {});
+/// Trains and evaluates; writes the model and the report into `folder`. Returns what result.json has besides the task.
+/// Data that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
+/// retried.
+using Work = std::function<Result<Json>(const Task&, const std::string& folder)>;
+
+/// Checks that the inputs are unchanged since the plan, does the work in a temporary directory and renames it into
+/// place: result.json and the files of `work`. Returns at once if the task has a result. Errors, also stored in
+/// failed/: changed inputs, a plan of another version than `file.version`, I/O errors, errors of `work`.
+Result<void> run_task(const LotFile& file, const Task& task, const Work& work);
 
 }  // namespace prism::campaign

@@ -15,7 +15,7 @@
 #include "base/text_number.hpp"
 #include "compensation/at_rest.hpp"
 #include "compensation/block_stability.hpp"
-#include "tools/prismcal/text_output.hpp"
+#include "tools/prismcal/document.hpp"
 
 namespace prism::analysis {
 namespace {

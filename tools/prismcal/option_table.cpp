@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "tools/prismcal/option_table.hpp"
 
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <set>
 #include <type_traits>
 
+#include "base/escape.hpp"
 #include "tools/command_line.hpp"
+#include "tools/prismcal/commands.hpp"
 
 namespace prism::commands {
 namespace {
@@ -21,6 +28,16 @@ CLI::Option* add_value(CLI::App& command, const OptionRow& row, Value& value) {
   }
 }
 
+/// Refuses an option of an earlier version, which has no help.
+void refuse_removed(CLI::App& command, const char* name, const char* instead) {
+  command
+      .add_option_function<std::string>(name,
+                                        [name, instead](const std::string&) {
+                                          throw CLI::ValidationError(name, std::string("was removed: ") + instead);
+                                        })
+      ->group("");
+}
+
 }  // namespace
 
 CLI::Validator one_of(std::vector<std::string> names) { return CLI::IsMember(std::move(names)); }
@@ -34,6 +51,82 @@ std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<Optio
     if (need == Need::kFew) options.back()->group("Further options");
   }
   return options;
+}
+
+void add_table_options(CLI::App& command, tables::TableOptions& options) {
+  add_options(command,
+              {{"--decimal", &options.decimal, "sign of a table's decimals, . or , (default: as all cells say)"},
+               {"--time-unit", &options.time_unit,
+                "of a table's time that is a number: s, ms, us, ns, min, h or d (default: by its header)",
+                one_of({"s", "ms", "us", "ns", "min", "h", "d"})}});
+  for (const char* name : {"--separator", "--encoding", "--header-row", "--time-format"})
+    refuse_removed(command, name, "prismcal reads plain tables; prism-import reads others");
+  options.progress = read_progress();
+  // Each file once, also if a command reads it several times.
+  options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
+    if (said->insert(line).second) fmt::print(stderr, "{}\n", printable(line));
+  };
+}
+
+void add_source_options(CLI::App& command, recordings::SourceOptions& options) {
+  const auto table = add_options(
+      command, {{"--map", &options.map,
+                 "plain table: QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET] for rate, temperature, uhfo, time and sensors "
+                 "(LINE.NAME); repeat or list"},
+                {"--interval", &options.table.interval_s, "seconds between rows, if a mapped table has no time",
+                 tools::positive()}});
+  table[0]->delimiter(',');
+  add_table_options(command, options.table);
+  const auto any = add_options(
+      command, {{"--config", &options.config, "captures: configuration of the prismd that recorded them"},
+                {"--axis", &options.axis, "axis to use, if the recording has several"},
+                {"--leave-out", &options.leave_out,
+                 "FROM..TO: times not to use, as dates, or s of a table's time or since the start; repeatable"}});
+  any[2]->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_site_options(CLI::App& command, recordings::SiteOptions& options) {
+  const auto site = add_options(
+      command,
+      {{"--latitude", &options.latitude_deg, "site latitude, deg (default: from the log)", tools::within(-90, 90)},
+       {"--elevation", &options.elevation_deg, "elevation of the input axis above the horizon, deg",
+        tools::within(-90, 90)},
+       {"--azimuth", &options.azimuth_deg, "azimuth of the input axis from north towards east, deg",
+        tools::within(-360, 360)},
+       {"--no-earth-rate", &options.no_earth_rate,
+        "do not subtract the Earth rate: means become offsets, sigmas do not change"},
+       {"--accept-unit", &options.accept_unit, "use a recording whose mean rate is the Earth rate in another unit"}});
+  site[3]->excludes(site[0])->excludes(site[1]);
+}
+
+void accept_site_options(CLI::App& command) {
+  const auto unused = std::make_shared<recordings::SiteOptions>();
+  CLI::App* group = command.add_option_group("site", "");
+  group->group("");
+  add_site_options(*group, *unused);
+  group->callback([unused] {});  // keeps the options' values
+}
+
+void add_window_options(CLI::App& command, recordings::TrainingSetOptions& o) {
+  add_options(
+      command,
+      {{"--window", &o.features.length_s, "window of the means and the slope, s", tools::within(1, 3600)},
+       {"--slope", &o.slope, "difference (the paper) or least_squares", one_of({"difference", "least_squares"})},
+       {"--end-mean", &o.features.end_mean_s, "seconds averaged at each end for --slope difference",
+        tools::within(1, 3600)},
+       {"--max-gap", &o.features.max_gap_s, "longest gap in a window, s; a longer one restarts it",
+        tools::within(0, 3600)}},
+      Need::kFew);
+  refuse_removed(command, "--lag", "a gyro that follows its thermometer slowly has --response");
+}
+
+void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& o) {
+  add_source_options(command, o.source);
+  add_site_options(command, o.site);
+  add_window_options(command, o);
+  add_options(command, {{"--hold-out", &o.hold_out,
+                         "evaluate on a part not used for training: 0.5 (the last half of each recording) or "
+                         "blocks:600 (every second 600 s)"}});
 }
 
 }  // namespace prism::commands

@@ -10,6 +10,9 @@
 #include <variant>
 #include <vector>
 
+#include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/training_set.hpp"
+
 namespace prism::commands {
 
 enum class Need {
@@ -32,5 +35,26 @@ CLI::Validator one_of(std::vector<std::string> names);
 
 /// Adds all rows; returns their options in this order.
 std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<OptionRow>& rows, Need need = Need::kUsual);
+
+// Options that several commands share.
+
+/// --decimal, --time-unit; those of 0.3 are refused. Sets options.announce and options.progress to print on stderr.
+void add_table_options(CLI::App& command, tables::TableOptions& options);
+
+/// --map, --interval, --config, --axis, --leave-out, and those of add_table_options().
+void add_source_options(CLI::App& command, recordings::SourceOptions& options);
+
+/// --latitude, --elevation, --azimuth, --no-earth-rate.
+void add_site_options(CLI::App& command, recordings::SiteOptions& options);
+
+/// The same without effect and without help, for commands that do not need the Earth rate: the options of a file are
+/// the same for all commands.
+void accept_site_options(CLI::App& command);
+
+/// --window, --slope, --end-mean, --max-gap.
+void add_window_options(CLI::App& command, recordings::TrainingSetOptions& options);
+
+/// All above, and --hold-out.
+void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& options);
 
 }  // namespace prism::commands

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "tools/prismcal/html.hpp"
+#include "tools/prismcal/document.hpp"
 
 namespace prism::report {
 namespace {

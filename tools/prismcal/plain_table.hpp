@@ -13,7 +13,6 @@
 #include "base/file.hpp"
 #include "base/sha256.hpp"
 #include "tools/prismcal/read_meter.hpp"
-#include "tools/prismcal/table_time.hpp"
 #include "tools/prismcal/units.hpp"
 
 namespace prism::tables {

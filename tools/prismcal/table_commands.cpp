@@ -23,8 +23,6 @@
 #include "tools/prismcal/method_options.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/plain_table.hpp"
-#include "tools/prismcal/progress_bars.hpp"
-#include "tools/prismcal/recording_options.hpp"
 
 namespace prism::commands {
 namespace {

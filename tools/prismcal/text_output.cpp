@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/text_output.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
+#include "tools/prismcal/document.hpp"
 
 namespace prism::report {
 namespace {

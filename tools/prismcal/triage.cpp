@@ -14,8 +14,8 @@
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/data_quality_table.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/quantity_map.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::commands {
 namespace {

@@ -11,7 +11,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/option_table.hpp"
-#include "tools/prismcal/progress_bars.hpp"
 #include "tools/prismcal/verify.hpp"
 
 namespace prism::commands {

@@ -9,7 +9,6 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/campaign/lot.hpp"
 #include "tools/prismcal/lot_file.hpp"
-#include "tools/prismcal/tasks.hpp"
 
 namespace prism::campaign {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "compensation/compensated_text.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/tasks.hpp"
+#include "tools/prismcal/lot_file.hpp"
 
 namespace prism::test {
 
@@ -44,12 +44,15 @@ class Lot {
   TemporaryFolder folder_;
 };
 
-inline Result<campaign::TaskResult> quick_work(const campaign::Task& task, const std::string& folder) {
+inline Result<Json> quick_work(const campaign::Task& task, const std::string& folder) {
   std::ofstream(folder + "/model.json") << task.model.name;
-  campaign::TaskResult result;
-  result.task = task;
-  result.mean_deg_per_h = 1;
-  return result;
+  return Json{{"level", "baseline"},
+              {"outcome", "trained"},
+              {"id", "12ab"},
+              {"simulated", false},
+              {"data_quality", Json::array()},
+              {"training", {{"mean_deg_per_h", 1}, {"curve_degc_deg_per_h", Json::array()}}},
+              {"judged", Json::array()}};
 }
 
 }  // namespace prism::test

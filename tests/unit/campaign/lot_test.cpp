@@ -11,8 +11,8 @@
 #include "base/sha256.hpp"
 #include "compensation/model_text.hpp"
 #include "tests/support/shared_files.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/lot.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -22,16 +22,29 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
+Json run(const char* role, const char* recording, const Json& improvement) {
+  return {{"role", role},
+          {"recording", recording},
+          {"trained_on", ""},
+          {"measured", {{"improvement_percent", improvement}}}};
+}
+
 TaskResult result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
   TaskResult made;
   made.task.id = serial + model;
   made.task.serial = serial;
   made.task.model.name = model;
-  made.mean_deg_per_h = 1;
-  made.evaluations.push_back({"repeat", "cycle2", "", {{"improvement_percent", "", improvement}}});
-  made.data_quality.push_back(
+  Json curve = Json::array();
+  for (int i = 0; i < 8; ++i) curve.push_back(Json::array({5 * i, slope * i * i}));
+  made.json = {{"level", "baseline"},
+               {"outcome", "trained"},
+               {"id", ""},
+               {"simulated", false},
+               {"data_quality", Json::array()},
+               {"training", {{"mean_deg_per_h", 1}, {"curve_degc_deg_per_h", curve}}},
+               {"judged", Json::array({run("repeat", "cycle2", improvement)})}};
+  made.json["data_quality"].push_back(
       {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
-  for (int i = 0; i < 8; ++i) made.curve.emplace_back(5 * i, slope * i * i);
   return made;
 }
 
@@ -46,13 +59,13 @@ TEST(Violations, NameTheLimitAndTheValue) {
   EXPECT_THAT(find_violations(result("S1", "a", 20), limits(30)),
               ElementsAre("repeat cycle2: improvement_percent 20, expected at least 30"));
   TaskResult unmeasured = result("S1", "a", 20);
-  unmeasured.evaluations[0].measured.clear();
+  unmeasured.json["judged"][0]["measured"].clear();
   EXPECT_THAT(find_violations(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
   TaskResult refused = result("S1", "a", 50);
-  refused.refused = "no thermometer";
+  refused.json = {{"level", "baseline"}, {"outcome", "refused"}, {"why", "no thermometer"}};
   EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
   TaskResult same = result("S1", "a", 50);
-  same.evaluations[0].trained_on = "the model was trained on this file";
+  same.json["judged"][0]["trained_on"] = "the model was trained on this file";
   EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on this")));
 }
 
@@ -87,7 +100,7 @@ Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
 TEST(LotReport, FindsAnOutlier) {
   Lot lot;
   for (int i = 0; i < 20; ++i) lot.results.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
-  lot.results[7].evaluations[0].measured[0].value = 5;
+  lot.results[7].json["judged"][0]["measured"]["improvement_percent"] = 5;
   const Json outliers = tables_of(lot)["outliers"]["rows"];
   ASSERT_EQ(outliers.size(), 1u);
   EXPECT_EQ(outliers[0][0]["text"], "S7");
@@ -99,7 +112,7 @@ TEST(LotReport, FindsSimilarGyrosAndDrift) {
   Lot lot;
   lot.results = {result("S1", "a", 50, 1), result("S2", "a", 50, -1), result("S3", "a", 50, 1.1)};
   Lot later = lot;
-  later.results[0].mean_deg_per_h = 1.25;
+  later.results[0].json["training"]["mean_deg_per_h"] = 1.25;
   const Json tables = tables_of(later, &lot), pairs = tables["siblings"]["rows"], drift = tables["drift"]["rows"];
   ASSERT_EQ(pairs.size(), 3u);
   EXPECT_EQ(pairs[0][0]["text"], "S1");
@@ -114,9 +127,10 @@ TEST(LotReport, FindsSimilarGyrosAndDrift) {
 TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
   Lot lot;
   lot.results = {result("S1", "a", 50)};
-  lot.results[0].evaluations.push_back({"repeat", "cycle3", "", {{"improvement_percent", "", 40}}});
-  lot.results[0].evaluations.push_back({"repeat", "cycle4", "", {{"improvement_percent", "", {}}}});
-  lot.results[0].evaluations.push_back({"other", "steps", "", {{"improvement_percent", "", 0}}});
+  Json& judged = lot.results[0].json["judged"];
+  judged.push_back(run("repeat", "cycle3", 40));
+  judged.push_back(run("repeat", "cycle4", nullptr));
+  judged.push_back(run("other", "steps", 0));
   const Json row = tables_of(lot)["gyros"]["rows"][0];
   EXPECT_EQ(row[3]["text"], "3");
   EXPECT_EQ(row[6]["value"], 45);
@@ -145,8 +159,7 @@ TEST(LotReport, NamesALotWhoseProcessorLevelsDiffer) {
   test::Lot files;
   Lot lot;
   lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
-  lot.results[0].level = "x86-64-v3";
-  lot.results[1].level = "baseline";
+  lot.results[0].json["level"] = "x86-64-v3";
   EXPECT_THAT(lot_report(files.file(), lot, nullptr).warning,
               HasSubstr("Processor levels differ: baseline, x86-64-v3"));
 }
@@ -169,7 +182,7 @@ class InstalledLot : public testing::Test {
     ASSERT_TRUE(write_text_file(folder + "/model.json", text));
     const auto model = compensation::parse_model(text, "model");
     ASSERT_TRUE(model) << model.error().text();
-    made.id = (*model)->info().id;
+    made.json["id"] = (*model)->info().id;
     lot_.results.push_back(std::move(made));
   }
   Result<InstalledModels> install() { return install_models(files_.file(), lot_, files_.path("dest"), true); }
@@ -200,9 +213,9 @@ TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
   ASSERT_TRUE(install());
   const std::string before = test::read_file(files_.path("dest/manifest.json"));
   store("S2");
-  lot_.results[1].id = "0123";
+  lot_.results[1].json["id"] = "0123";
   EXPECT_THAT(install().error().text(), HasSubstr("not the evaluated model"));
-  lot_.results[1].id = lot_.results[0].id;
+  lot_.results[1].json["id"] = lot_.results[0].json["id"];
   lot_.results[1].task.serial = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
   EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/file.hpp"
+#include "tests/support/shared_files.hpp"
 #include "tests/unit/campaign/lot.hpp"
 #include "tools/prismcal/lot.hpp"
 
@@ -46,7 +49,11 @@ TEST_F(CampaignTask, StoresItsResultUnderItsId) {
   for (const char* name : {"model.json", "result.json"}) EXPECT_TRUE(fs::exists(stored(name))) << name;
   EXPECT_EQ(unfinished(), 0u);
   ASSERT_EQ(lot().results.size(), 1u);
-  EXPECT_EQ(result_json(lot().results[0]), result_json(test::quick_work(task_, lot_.path("")).value()));
+  const Json stored_result = lot().results[0].json;
+  EXPECT_EQ(stored_result["task"], task_.id);
+  EXPECT_EQ(stored_result["inputs"][0]["files"][0]["sha256"], task_.inputs[0].files[0].sha256);
+  const Json outcome = test::quick_work(task_, lot_.path("")).value();
+  for (const auto& [key, value] : outcome.items()) EXPECT_EQ(stored_result[key], value) << key;
   ASSERT_EQ(lot().missing.size(), 1u);
   EXPECT_EQ(lot().missing[0].why, "");  // not run yet
 }
@@ -72,7 +79,7 @@ TEST_F(CampaignTask, KeepsTheFirstOfTwoResults) {
 }
 
 TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
-  work_ = [](const Task&, const std::string&) -> Result<TaskResult> { return make_error("disk", "is full"); };
+  work_ = [](const Task&, const std::string&) -> Result<Json> { return make_error("disk", "is full"); };
   EXPECT_FALSE(run());
   EXPECT_FALSE(run());
   EXPECT_FALSE(is_stored());
@@ -85,15 +92,27 @@ TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
 }
 
 TEST_F(CampaignTask, StoresARejectionOfTheDataAsAResult) {
-  work_ = [](const Task& task, const std::string&) -> Result<TaskResult> {
-    TaskResult result;
-    result.task = task;
-    result.refused = "no thermometer";
-    return result;
+  work_ = [](const Task&, const std::string&) -> Result<Json> {
+    return Json{{"level", "baseline"}, {"outcome", "refused"}, {"why", "no thermometer"}};
   };
   ASSERT_TRUE(run());
   ASSERT_EQ(lot().results.size(), 1u);
-  EXPECT_EQ(lot().results[0].refused, "no thermometer");
+  EXPECT_EQ(lot().results[0].json["why"], "no thermometer");
+  EXPECT_THAT(lot().results[0].violations, testing::ElementsAre("refused: no thermometer"));
+}
+
+TEST_F(CampaignTask, IsNotReadIfItsResultIsDamaged) {
+  ASSERT_TRUE(run());
+  const std::string whole = test::read_file(stored("result.json"));
+  for (const char* key : {"level", "outcome", "id", "simulated", "data_quality", "training", "judged"}) {
+    Json changed = Json::parse(whole);
+    changed[key] = 12;
+    ASSERT_TRUE(write_text_file(stored("result.json"), changed.dump()));
+    EXPECT_THAT(read_lot(file_.folder, {}).error().text(), HasSubstr("expected a result of this version")) << key;
+    changed.erase(key);
+    ASSERT_TRUE(write_text_file(stored("result.json"), changed.dump()));
+    EXPECT_FALSE(read_lot(file_.folder, {})) << key;
+  }
 }
 
 TEST_F(CampaignTask, FailsIfAnInputChangedSinceThePlan) {
@@ -108,7 +127,7 @@ TEST_F(CampaignTask, FailsIfAnotherVersionPlannedIt) {
 }
 
 TEST_F(CampaignTask, FailsIfOutOfMemory) {
-  work_ = [](const Task&, const std::string&) -> Result<TaskResult> { throw std::bad_alloc(); };
+  work_ = [](const Task&, const std::string&) -> Result<Json> { throw std::bad_alloc(); };
   EXPECT_THAT(run().error().text(), HasSubstr("out of memory"));
   EXPECT_THAT(failure(file_.folder, task_.id), HasSubstr("out of memory"));
 }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The expected sd: equal to what a composite model with the same covariance states.
-#include "tools/prismcal/design_posterior.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -13,6 +11,7 @@
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
+#include "tools/prismcal/plan.hpp"
 
 namespace prism::design {
 namespace {

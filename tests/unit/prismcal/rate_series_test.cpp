@@ -16,8 +16,8 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/allan_text.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/findings.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::prismcal {
 namespace {

@@ -28,8 +28,8 @@
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/method_options.hpp"
+#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
-#include "tools/prismcal/recording_options.hpp"
 
 namespace prism::commands {
 namespace {

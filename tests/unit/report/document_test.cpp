@@ -10,9 +10,6 @@
 
 #include "base/escape.hpp"
 #include "tests/unit/report/markup.hpp"
-#include "tools/prismcal/html.hpp"
-#include "tools/prismcal/svg.hpp"
-#include "tools/prismcal/text_output.hpp"
 
 namespace prism::report {
 namespace {

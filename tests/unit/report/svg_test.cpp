@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // SVG drawings: comparison with drawings/*.svg (PRISM_REGENERATE=1 writes them), and properties of all plots.
-#include "tools/prismcal/svg.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,8 +13,7 @@
 
 #include "base/file.hpp"
 #include "tests/unit/report/markup.hpp"
-#include "tools/prismcal/html.hpp"
-#include "tools/prismcal/text_output.hpp"
+#include "tools/prismcal/document.hpp"
 
 namespace prism::report {
 namespace {
