@@ -35,37 +35,30 @@ double gain_percent(const InputSearch& search, const InputSet& set) {
 
 Result<std::vector<std::string>> candidate_inputs(const TrainChoice& choice) {
   constexpr double kSame_degc = 0.02;  // of the thermometer of T itself: their difference would only be rounding
-  struct Sensor {
-    std::size_t known = 0;
-    bool differs = false;
-  };
-  std::size_t seconds = 0, uhfo = 0;
-  std::vector<Sensor> counts;
-  const auto begin = [&](const recordings::Recording& recording) -> Result<void> {
-    counts.resize(recording.sensors().size());
-    return {};
-  };
-  const auto count = [&](const compensation::SecondMean& second_mean, bool) -> Result<void> {
-    ++seconds;
-    uhfo += std::isfinite(second_mean.uhfo_v);
-    for (std::size_t i = 0; i < std::min(counts.size(), second_mean.sensors.size()); ++i) {
-      counts[i].known += std::isfinite(second_mean.sensors[i]);
-      counts[i].differs |= std::fabs(second_mean.sensors[i] - second_mean.temperature_degc) > kSame_degc;
-    }
-    return {};
-  };
-  recordings::SourceOptions source = choice.recordings.source;
+  const recordings::TrainingSetOptions& options = choice.recordings;
+  recordings::SourceOptions source = options.source;
   source.several = true;  // the training checks the ranges of --leave-out
-  const auto recording = recordings::read_recording(choice.files.front(), source, {begin, count});
-  if (!recording) return tl::unexpected<Error>(recording.error());
-  const auto often = [&](std::size_t known) { return 10 * known > 9 * seconds; };
+  compensation::FeatureDefinition features = options.window();
+  const auto loaded = recordings::read_blocks(choice.files.front(), source, options.site, features,
+                                              [&](const recordings::Recording& recording) -> Result<void> {
+                                                features.sensors = recording.sensors();
+                                                return {};
+                                              });
+  if (!loaded) return tl::unexpected<Error>(loaded.error());
+  const auto values = [&](const std::string& input) {
+    std::vector<double> known = loaded->table.column(input);
+    std::erase_if(known, [](double value) { return std::isnan(value); });
+    return known;
+  };
+  const auto often = [&](const std::vector<double>& known) { return 10 * known.size() > 9 * loaded->table.size(); };
   std::vector<std::string> names = {"T", "dTdt"};
-  if (often(uhfo)) names.emplace_back("U");
-  const std::vector<SensorName> sensors = recording->sensors();
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const SensorName& sensor = sensors[i];
-    if (!often(counts[i].known) || (sensor.unit == "degC" && !counts[i].differs)) continue;
-    names.push_back(sensor.unit == "degC" ? sensor.name + "-T" : sensor.name);
+  if (often(values("U"))) names.emplace_back("U");
+  for (const SensorName& sensor : features.sensors) {
+    const std::string input = sensor.unit == "degC" ? sensor.name + "-T" : sensor.name;
+    const std::vector<double> known = values(input);
+    const auto differs = [](double value) { return std::abs(value) > kSame_degc; };
+    if (!often(known) || (sensor.unit == "degC" && std::none_of(known.begin(), known.end(), differs))) continue;
+    names.push_back(input);
     names.push_back("d" + sensor.name + "/dt");
   }
   return names;

@@ -28,7 +28,7 @@ struct InputSearch {
 };
 
 /// The possible inputs of the first recording: T, dTdt, U, and for each sensor its difference to T (if in degC, else
-/// its value) and its slope. Omits quantities known in 90 % of the seconds or less, and sensors that equal T.
+/// its value) and its slope. Omits quantities known in 90 % of the blocks or less, and sensors that equal T.
 Result<std::vector<std::string>> candidate_inputs(const TrainChoice& choice);
 
 /// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
