@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -36,9 +35,8 @@ namespace {
 struct COptions {
   bool single = false;                                                      ///< numbers are float instead of double
   compensation::Extrapolation policy = compensation::Extrapolation::kFlag;  ///< or kClamp
-  int max_bytes = 0;  ///< of the tables: a larger kernel model loses centres; 0: no limit
-  /// One sentence on what a model with fewer centres loses; needed with max_bytes.
-  std::function<Result<std::string>(const compensation::ModelPtr& fewer)> loss;
+  int max_bytes = 0;                ///< of the tables: a larger kernel model loses centres; 0: no limit
+  std::optional<Loaded> recording;  ///< shows what a model with fewer centres loses; needed with max_bytes
 };
 
 struct CExport {
@@ -329,8 +327,27 @@ std::string pairs_text(const Model& model, const COptions& options) {
       info.id, kPairs, tolerance, tolerance / span, pairs, kRamp, start_degc, step_degc, uhfo_v, fmt::join(ramp, ", "));
 }
 
+/// The bias stability of a recording with a model and with its replacement, and the largest difference of both.
+Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& model,
+                            const compensation::ModelPtr& fewer, compensation::Extrapolation policy) {
+  analysis::CorrectionSettings settings;
+  settings.engine.extrapolation = policy;
+  const auto all = analysis::evaluate_model(model, loaded.table, settings, evaluation::Divisor::kNMinus1);
+  if (!all) return tl::unexpected(all.error());
+  const auto less = analysis::evaluate_model(fewer, loaded.table, settings, evaluation::Divisor::kNMinus1);
+  if (!less) return tl::unexpected(less.error());
+  double largest = 0;
+  for (std::size_t i = 0; i < all->predicted_deg_per_h.size(); ++i)
+    largest = std::fmax(largest, std::abs(all->predicted_deg_per_h[i] - less->predicted_deg_per_h[i]));
+  return fmt::format(
+      "on {} the bias differs by at most {:.2g} deg/h, and its standard deviation after correction is "
+      "{:.4g} instead of {:.4g} deg/h ({:.4g} without correction).",
+      printable(loaded.table.name), largest, less->stability.after.sd, all->stability.after.sd,
+      all->stability.before.sd);
+}
+
 /// Errors (`where`: the model's path): a model of a table, one with inputs of sensors, one with a population prior;
-/// tables that exceed max_bytes without any centre; those of loss().
+/// tables that exceed max_bytes without any centre; those of loss_on().
 Result<CExport> export_c(const ModelPtr& model, const std::string& where, const COptions& options) {
   const ModelInfo& info = model->info();
   if (info.table) return make_error(where, "trained on a CSV table, expected a model that prismd can use");
@@ -365,7 +382,7 @@ Result<CExport> export_c(const ModelPtr& model, const std::string& where, const 
                                            done.bytes - centres * bytes, options.max_bytes));
     const auto fewer = fewer_centres(*model, most);
     if (!fewer) return tl::unexpected(fewer.error());
-    const auto loss = options.loss(*fewer);
+    const auto loss = loss_on(*options.recording, model, *fewer, options.policy);
     if (!loss) return tl::unexpected(loss.error());
     exported = *fewer;
     std::tie(tables, done.bytes) = tables_of(*exported, options);
@@ -395,25 +412,6 @@ struct ExportChoice {
   COptions c;
 };
 
-/// The bias stability of a recording with a model and with its replacement, and the largest difference of both.
-Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& model,
-                            const compensation::ModelPtr& fewer, compensation::Extrapolation policy) {
-  analysis::CorrectionSettings settings;
-  settings.engine.extrapolation = policy;
-  const auto all = analysis::evaluate_model(model, loaded.table, settings, evaluation::Divisor::kNMinus1);
-  if (!all) return tl::unexpected(all.error());
-  const auto less = analysis::evaluate_model(fewer, loaded.table, settings, evaluation::Divisor::kNMinus1);
-  if (!less) return tl::unexpected(less.error());
-  double largest = 0;
-  for (std::size_t i = 0; i < all->predicted_deg_per_h.size(); ++i)
-    largest = std::fmax(largest, std::abs(all->predicted_deg_per_h[i] - less->predicted_deg_per_h[i]));
-  return fmt::format(
-      "on {} the bias differs by at most {:.2g} deg/h, and its standard deviation after correction is "
-      "{:.4g} instead of {:.4g} deg/h ({:.4g} without correction).",
-      printable(loaded.table.name), largest, less->stability.after.sd, all->stability.after.sd,
-      all->stability.before.sd);
-}
-
 Result<int> run(ExportChoice& choice) {
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected(model.error());
@@ -421,9 +419,7 @@ Result<int> run(ExportChoice& choice) {
   if (choice.c.max_bytes > 0) {
     auto blocks = load_blocks(choice.recording, (*model)->info().features, &(*model)->info(), choice.common);
     if (!blocks) return tl::unexpected(blocks.error());
-    choice.c.loss = [&choice, model, loaded = std::move(*blocks)](const compensation::ModelPtr& fewer) {
-      return loss_on(loaded, *model, fewer, choice.c.policy);
-    };
+    choice.c.recording = std::move(*blocks);
   }
   const auto made = export_c(*model, choice.model, choice.c);
   if (!made) return tl::unexpected(made.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Options of fit, cv and train: the method and its tuning.
+// Options of fit, cv and train: the method and its tuning; and the result of a training as text and JSON.
 #pragma once
 
 #include <CLI/App.hpp>

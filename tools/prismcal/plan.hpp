@@ -9,7 +9,7 @@
 
 #include "base/result.hpp"
 #include "compensation/composite_model.hpp"
-#include "tools/prismcal/gyro_inputs.hpp"
+#include "tools/prismcal/profiles.hpp"
 
 namespace prism::design {
 

@@ -6,7 +6,6 @@
 #include <cstdlib>
 
 #include "tests/support/blocks.hpp"
-#include "tools/prismcal/gyro_inputs.hpp"
 #include "tools/prismcal/plan.hpp"
 #include "tools/prismcal/profiles.hpp"
 #include "tools/prismsim/simulation/simulated_gyro.hpp"
