@@ -24,7 +24,7 @@
 namespace prism::commands {
 namespace {
 
-using campaign::LotFile, campaign::Role, campaign::Task, campaign::TaskResult;
+using campaign::LotFile, campaign::Role, campaign::Task;
 
 // Work of a task.
 
@@ -119,18 +119,18 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
     result["why"] = error.text();
     return result;
   };
-  auto choice = parse_options(task.model.words, add_train_options);
+  auto choice = parse_options(task.words("train"), add_train_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
   choice->files = task.paths(Role::kTrain);
-  choice->serial = task.serial;
+  choice->serial = task.serial();
   choice->method.quiet = true;
   choice->method.threads = 1;  // one task per core
-  if (choice->name.empty()) choice->name = task.model.name;
+  if (choice->name.empty()) choice->name = task.model();
   const auto trained = train_on_recordings(*choice);
   if (!trained) return refused(trained.error());
-  if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial)
-    return make_error(task.id, fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial));
-  auto common = parse_options(task.judging, add_common_options);
+  if (const std::string& serial = trained->set.serial; !serial.empty() && serial != task.serial())
+    return make_error(task.id(), fmt::format("trained on gyro \"{}\", expected \"{}\"", serial, task.serial()));
+  auto common = parse_options(task.words("judging"), add_common_options);
   if (!common) return tl::unexpected<Error>(common.error());
   common->json = false;
   common->quiet = true;
@@ -141,7 +141,7 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   for (std::string& path : task.paths(Role::kOther)) evaluation.recordings.push_back(std::move(path));
   const auto evaluated = evaluate_recordings(evaluation);
   if (!evaluated) return refused(evaluated.error());
-  evaluation.common.out = task.report ? folder + "/report" : "";
+  evaluation.common.out = task.json.at("report") ? folder + "/report" : "";
   if (auto done = write_report(evaluated->report, evaluation.common); !done) return tl::unexpected<Error>(done.error());
   result.update({{"id", trained->trained.model->info().id},
                  {"simulated", evaluated->report.simulated},
@@ -178,8 +178,8 @@ void print_plan(const campaign::Plan& plan, const LotFile& file) {
   std::size_t to_do = 0;
   fmt::print("{:<32}  {:<20}  {:<14}\n", "task", "gyro", "model");
   for (const Task& task : plan.tasks) {
-    const bool done = campaign::has_result(file.folder, task.id);
-    fmt::print("{}  {:<20}  {:<14}  {}\n", task.id, printable(task.gyro()), printable(task.model.name),
+    const bool done = campaign::has_result(file.folder, task.id());
+    fmt::print("{}  {:<20}  {:<14}  {}\n", task.id(), printable(task.gyro()), printable(task.model()),
                done ? "done" : "to do");
     to_do += !done;
   }
@@ -192,22 +192,22 @@ void print_commands(const campaign::Plan& plan, const LotFile& file) {
   std::error_code error;
   const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
   for (const Task& task : plan.tasks) {
-    if (!campaign::has_result(file.folder, task.id))
-      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id);
+    if (!campaign::has_result(file.folder, task.id()))
+      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id());
   }
 }
 
 int print_status(const campaign::Lot& lot) {
   const auto failed = static_cast<std::size_t>(
-      std::count_if(lot.missing.begin(), lot.missing.end(), [](const auto& task) { return !task.why.empty(); }));
+      std::count_if(lot.missing.begin(), lot.missing.end(), [](const Task& task) { return !task.violations.empty(); }));
   fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
              lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
-  const auto print = [](const char* how, const std::string& gyro, const std::string& model, const std::string& why) {
-    if (!why.empty()) fmt::print("{}: {}, {}: {}\n", how, printable(gyro), printable(model), printable(why));
+  const auto print = [](const char* how, const Task& task, const std::string& why) {
+    if (!why.empty())
+      fmt::print("{}: {}, {}: {}\n", how, printable(task.gyro()), printable(task.model()), printable(why));
   };
-  for (const TaskResult& result : lot.results)
-    print("refused", result.task.gyro(), result.task.model.name, result.json.value("why", ""));
-  for (const campaign::MissingTask& task : lot.missing) print("failed", task.gyro, task.model, task.why);
+  for (const Task& result : lot.results) print("refused", result, result.json.value("why", ""));
+  for (const Task& task : lot.missing) print("failed", task, task.violations.empty() ? "" : task.violations[0]);
   print_left_out(lot.left_out);
   return failed == 0 ? 0 : 1;
 }

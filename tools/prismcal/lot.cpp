@@ -85,7 +85,7 @@ constexpr std::array<std::pair<const char*, const char*>, 6> kQuantities{{{"befo
                                                                           {kMean, "deg/h"}}};
 
 /// The mean over the repeat runs, or that of the training.
-std::optional<double> value_of(const TaskResult& result, const std::string& quantity) {
+std::optional<double> value_of(const Task& result, const std::string& quantity) {
   if (result.refused()) return std::nullopt;
   if (quantity == kMean) return number_of(result.json.at("training").at("mean_deg_per_h"));
   double sum = 0, count = 0;
@@ -99,8 +99,8 @@ std::optional<double> value_of(const TaskResult& result, const std::string& quan
 /// The values of a quantity of all gyros with one model, in increasing order.
 std::vector<double> spread_of(const Lot& lot, const std::string& model, const char* quantity) {
   std::vector<double> values;
-  for (const TaskResult& result : lot.results) {
-    const auto value = result.task.model.name == model ? value_of(result, quantity) : std::nullopt;
+  for (const Task& result : lot.results) {
+    const auto value = result.model() == model ? value_of(result, quantity) : std::nullopt;
     if (value) values.push_back(*value);
   }
   std::sort(values.begin(), values.end());
@@ -118,7 +118,7 @@ double quantile(const std::vector<double>& values, double share) {
 /// Bins of temperature, and the mean bias there minus that of all blocks.
 using Curve = std::vector<std::pair<double, double>>;
 
-Curve curve_of(const TaskResult& result) {
+Curve curve_of(const Task& result) {
   return result.refused() ? Curve() : result.json.at("training").at("curve_degc_deg_per_h").get<Curve>();
 }
 
@@ -138,9 +138,9 @@ std::optional<std::pair<double, double>> compare_curves(const Curve& a, const Cu
 
 // Tables.
 
-Cell gyro_cell(const LotFile& file, const TaskResult& result) {
-  Cell cell(result.task.gyro());
-  if (file.reports && !result.refused()) cell.link = fmt::format("../tasks/{}/report/report.html", result.task.id);
+Cell gyro_cell(const LotFile& file, const Task& result) {
+  Cell cell(result.gyro());
+  if (file.reports && !result.refused()) cell.link = fmt::format("../tasks/{}/report/report.html", result.id());
   return cell;
 }
 
@@ -151,13 +151,12 @@ Table models_table(const LotFile& file, const Lot& lot) {
   std::set<std::string> gyros;
   for (const ModelChoice& model : file.models) {
     std::size_t accepted = 0, rejected = 0, refused = 0, missing = 0, installed = 0;
-    for (const TaskResult& result : lot.results) {
-      gyros.insert(result.task.gyro());
-      if (result.task.model.name == model.name)
-        ++(result.accepted() ? accepted : result.refused() ? refused : rejected);
+    for (const Task& result : lot.results) {
+      gyros.insert(result.gyro());
+      if (result.model() == model.name) ++(result.accepted() ? accepted : result.refused() ? refused : rejected);
     }
-    for (const MissingTask& task : lot.missing) missing += task.model == model.name;
-    for (const auto& [gyro, result] : chosen) installed += result->task.model.name == model.name;
+    for (const Task& task : lot.missing) missing += task.model() == model.name;
+    for (const auto& [gyro, result] : chosen) installed += result->model() == model.name;
     table.rows.push_back({model.name, fmt::format("{}", fmt::join(model.words, " ")), count_cell(accepted),
                           count_cell(rejected), count_cell(refused), count_cell(missing), count_cell(installed)});
   }
@@ -172,22 +171,22 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
               columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
                       "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
   std::size_t accepted = 0;
-  for (const TaskResult& result : lot.results) {
+  for (const Task& result : lot.results) {
     accepted += result.accepted();
     const Cell verdict = result.accepted() ? Cell("accepted", Emphasis::kGood)
                                            : Cell(result.refused() ? "refused" : "rejected", Emphasis::kBad);
     std::size_t repeats = 0;
     for (const Json& run : result.json.value("judged", Json::array())) repeats += run.at("role") == "repeat";
     std::vector<Cell>& row = table.rows.emplace_back(
-        std::vector<Cell>{gyro_cell(file, result), result.task.model.name, verdict, count_cell(repeats)});
+        std::vector<Cell>{gyro_cell(file, result), result.model(), verdict, count_cell(repeats)});
     for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(result, kQuantities[i].first), 4));
     row.emplace_back(fmt::format("{}", fmt::join(result.violations, "; ")));
     row.emplace_back(result.json.value("id", "").substr(0, 12), Emphasis::kMuted);
   }
-  for (const MissingTask& task : lot.missing) {
+  for (const Task& task : lot.missing) {
     std::vector<Cell>& row = table.rows.emplace_back(table.columns.size(), report::kNothing);
-    row[0] = task.gyro, row[1] = task.model, row[2] = {"no result", Emphasis::kWarn};
-    row[9] = task.why.empty() ? "not run yet" : task.why;
+    row[0] = task.gyro(), row[1] = task.model(), row[2] = {"no result", Emphasis::kWarn};
+    row[9] = task.violations.empty() ? "not run yet" : task.violations[0];
   }
   table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
   return table;
@@ -269,8 +268,8 @@ Table outliers_table(const LotFile& file, const Lot& lot) {
     for (const auto& [quantity, unit] : kQuantities) {
       const std::vector<double> spread = spread_of(lot, model.name, quantity);
       const double sd = spread.size() < kMinValues ? 0 : evaluation::robust_sd(spread);
-      for (const TaskResult& result : lot.results) {
-        const auto value = result.task.model.name == model.name ? value_of(result, quantity) : std::nullopt;
+      for (const Task& result : lot.results) {
+        const auto value = result.model() == model.name ? value_of(result, quantity) : std::nullopt;
         const double score = value && sd > 0 ? (*value - quantile(spread, 0.5)) / sd : 0;
         if (std::abs(score) > kScore)
           table.rows.push_back({gyro_cell(file, result), model.name, quantity, general_cell(value, 4),
@@ -291,10 +290,9 @@ Table siblings_table(const LotFile& file, const Lot& lot) {
               "5 degC, mean subtracted); most similar pairs first, least similar last.",
               columns("gyro: | most like: | rms difference [deg/h] | correlation")};
   // All models of a gyro have the same recordings, and the same curve.
-  std::map<std::string, std::pair<const TaskResult*, Curve>> gyros;
-  for (const TaskResult& result : lot.results) {
-    if (Curve curve = curve_of(result); !curve.empty())
-      gyros.try_emplace(result.task.gyro(), &result, std::move(curve));
+  std::map<std::string, std::pair<const Task*, Curve>> gyros;
+  for (const Task& result : lot.results) {
+    if (Curve curve = curve_of(result); !curve.empty()) gyros.try_emplace(result.gyro(), &result, std::move(curve));
   }
   for (const auto& [name, one] : gyros) {
     std::vector<Cell> nearest;
@@ -320,21 +318,21 @@ Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
                       "now [deg/h]")};
   double largest = -1;
   table.meaning = "No gyro is in both campaigns.";
-  for (const TaskResult& now : lot.results) {
-    const auto then = std::find_if(previous.results.begin(), previous.results.end(), [&](const TaskResult& other) {
-      return !other.refused() && other.task.gyro() == now.task.gyro() && other.task.model.name == now.task.model.name;
+  for (const Task& now : lot.results) {
+    const auto then = std::find_if(previous.results.begin(), previous.results.end(), [&](const Task& other) {
+      return !other.refused() && other.gyro() == now.gyro() && other.model() == now.model();
     });
     if (now.refused() || then == previous.results.end()) continue;
     std::optional<double> change, of_curve;
     const auto mean = value_of(now, kMean), before = value_of(*then, kMean);
     if (mean && before) change = *mean - *before;
     if (const auto curves = compare_curves(curve_of(now), curve_of(*then))) of_curve = curves->first;
-    table.rows.push_back({gyro_cell(file, now), now.task.model.name, general_cell(change, 4), general_cell(of_curve, 4),
+    table.rows.push_back({gyro_cell(file, now), now.model(), general_cell(change, 4), general_cell(of_curve, 4),
                           general_cell(value_of(*then, kStability), 4), general_cell(value_of(now, kStability), 4)});
     if (std::abs(change.value_or(0)) <= largest) continue;
     largest = std::abs(change.value_or(0));
     table.meaning =
-        fmt::format("The mean changed most for gyro {}, by {} deg/h.", now.task.gyro(), table.rows.back()[2].text);
+        fmt::format("The mean changed most for gyro {}, by {} deg/h.", now.gyro(), table.rows.back()[2].text);
   }
   return table;
 }
@@ -345,7 +343,7 @@ constexpr const char* kManifest = "manifest.json";
 constexpr const char* kFormat = "prism-manifest";
 
 std::string file_name_of(const Task& task) {
-  std::string name = task.serial + (task.axis.empty() ? "" : "-" + task.axis);
+  std::string name = task.serial() + (task.axis().empty() ? "" : "-" + task.axis());
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("-_.", c)) c = '_';
   }
@@ -359,8 +357,8 @@ std::string requested_by(const LotFile& file) {
 }
 
 /// Reads the model of a result. Errors: it is not the model that was evaluated, or belongs to another gyro.
-Result<std::string> model_text_of(const LotFile& file, const TaskResult& result) {
-  const std::string path = task_folder(file.folder, result.task.id) + "/model.json";
+Result<std::string> model_text_of(const LotFile& file, const Task& result) {
+  const std::string path = task_folder(file.folder, result.id()) + "/model.json";
   auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
@@ -369,9 +367,9 @@ Result<std::string> model_text_of(const LotFile& file, const TaskResult& result)
   if (info.id != result.json.at("id"))
     return make_error(path, fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id,
                                         result.json.at("id").get<std::string>()));
-  if (info.gyro_serial != result.task.serial)
+  if (info.gyro_serial != result.serial())
     return make_error(path, fmt::format("found the model of gyro \"{}\", expected that of \"{}\"", info.gyro_serial,
-                                        result.task.serial));
+                                        result.serial()));
   return text;
 }
 
@@ -407,7 +405,7 @@ Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::str
     return write_text_file((fs::path(made) / name).string(), *text);
   };
   for (const auto& [gyro, result] : lot.chosen(file.models)) {
-    const std::string name = file_name_of(result->task);
+    const std::string name = file_name_of(*result);
     if (is_there(name) || name == kManifest)
       return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
     Json entry = {
@@ -433,7 +431,7 @@ Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::str
 
 }  // namespace
 
-std::vector<std::string> find_violations(const TaskResult& result, const LotLimits& limits) {
+std::vector<std::string> find_violations(const Task& result, const LotLimits& limits) {
   if (result.refused()) return {"refused: " + result.json.at("why").get<std::string>()};
   std::vector<std::string> violations;
   for (const Json& quality : result.json.at("data_quality")) add_quality_violations(quality, limits, violations);
@@ -450,11 +448,11 @@ std::vector<std::string> find_violations(const TaskResult& result, const LotLimi
   return violations;
 }
 
-std::map<std::string, const TaskResult*> Lot::chosen(const std::vector<ModelChoice>& models) const {
-  std::map<std::string, const TaskResult*> chosen;
+std::map<std::string, const Task*> Lot::chosen(const std::vector<ModelChoice>& models) const {
+  std::map<std::string, const Task*> chosen;
   for (const ModelChoice& model : models) {
-    for (const TaskResult& result : results) {
-      if (result.accepted() && result.task.model.name == model.name) chosen.try_emplace(result.task.gyro(), &result);
+    for (const Task& result : results) {
+      if (result.accepted() && result.model() == model.name) chosen.try_emplace(result.gyro(), &result);
     }
   }
   return chosen;
@@ -463,7 +461,7 @@ std::map<std::string, const TaskResult*> Lot::chosen(const std::vector<ModelChoi
 namespace {
 
 /// Throws if a key that the report needs is missing or has another type.
-void check_keys(const TaskResult& result) {
+void check_keys(const Task& result) {
   for (const char* key : {"level", "outcome", result.refused() ? "why" : "id"}) result.json.at(key).get<std::string>();
   if (result.refused()) return;
   result.json.at("simulated").get<bool>();
@@ -479,16 +477,18 @@ Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
   Lot lot;
   lot.left_out = std::move(plan->left_out);
   for (const Task& task : plan->tasks) {
-    if (!has_result(folder, task.id)) {
-      lot.missing.push_back({task.gyro(), task.model.name, failure(folder, task.id)});
+    if (!has_result(folder, task.id())) {
+      const std::string why = failure(folder, task.id());
+      lot.missing.push_back({task.json, why.empty() ? std::vector<std::string>() : std::vector{why}});
       continue;
     }
-    const std::string path = task_folder(folder, task.id) + "/result.json";
+    const std::string path = task_folder(folder, task.id()) + "/result.json";
     const auto text = read_text_file(path, kMaxModelBytes);
     if (!text) return tl::unexpected<Error>(text.error());
     try {
-      TaskResult result{task, Json::parse(*text)};
-      result.json["model"] = task.model.name;  // the stored one may be older, since the id does not contain it
+      Task result{Json::parse(*text)};
+      for (const char* key : {"task", "serial", "axis"}) result.json[key] = task.json.at(key);
+      result.json["model"] = task.model();  // the stored one may be older, since the id does not contain it
       check_keys(result);
       result.violations = find_violations(result, limits);
       lot.results.push_back(std::move(result));
@@ -504,8 +504,8 @@ Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
 report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous) {
   report::Report report;
   std::set<std::string> gyros, levels;
-  for (const TaskResult& result : lot.results) {
-    gyros.insert(result.task.gyro());
+  for (const Task& result : lot.results) {
+    gyros.insert(result.gyro());
     levels.insert(result.json.at("level"));
     report.simulated = report.simulated || result.json.value("simulated", false);
   }

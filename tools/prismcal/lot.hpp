@@ -15,20 +15,15 @@ namespace prism::campaign {
 
 /// Returns the violated limits of `result`, one line each. A value that could not be measured violates its limit. An
 /// evaluation on training data is also listed.
-std::vector<std::string> find_violations(const TaskResult& result, const LotLimits& limits);
-
-struct MissingTask {
-  std::string gyro, model;
-  std::string why;  ///< the last attempt failed; empty: not run yet
-};
+std::vector<std::string> find_violations(const Task& result, const LotLimits& limits);
 
 struct Lot {
-  std::vector<TaskResult> results;   ///< in the order of the plan
-  std::vector<MissingTask> missing;  ///< tasks without a result
+  std::vector<Task> results;  ///< in the order of the plan
+  std::vector<Task> missing;  ///< without a result; `violations`: why the last attempt failed, if one did
   std::vector<LeftOutInput> left_out;
 
   /// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.
-  std::map<std::string, const TaskResult*> chosen(const std::vector<ModelChoice>& models) const;
+  std::map<std::string, const Task*> chosen(const std::vector<ModelChoice>& models) const;
 };
 
 /// Reads all results of the plan in `folder`. Errors: no plan, a result that cannot be read, or one of another version.

@@ -141,61 +141,33 @@ namespace {
 
 constexpr std::size_t kIdChars = 32;
 
-// Tasks as JSON.
-
-Json task_json(const Task& task) {
-  Json json = {{"task", task.id},          {"serial", task.serial},     {"axis", task.axis},
-               {"model", task.model.name}, {"train", task.model.words}, {"judging", task.judging},
-               {"version", task.version},  {"report", task.report},     {"inputs", Json::array()}};
-  for (const TaskInput& input : task.inputs) {
-    Json files = Json::array();
-    for (const InputFile& file : input.files) files.push_back({{"path", file.path}, {"sha256", file.sha256}});
-    json["inputs"].push_back({{"role", role_name(input.role)}, {"path", input.path}, {"files", files}});
-  }
-  return json;
-}
-
-Task task_of(const Json& json) {
-  const char* const id = json.contains("task") ? "task" : "id";  // version 0.3
-  Task task{json.at(id), json.at("serial"),  json.at("axis"),  {json.at("model"), json.at("train")}, json.at("judging"),
-            {},          json.at("version"), json.at("report")};
-  for (const Json& input : json.at("inputs")) {
-    const auto role = std::find(kRoleNames.begin(), kRoleNames.end(), input.at("role").get<std::string>());
-    task.inputs.push_back({static_cast<Role>(role - kRoleNames.begin()), input.at("path"), {}});
-    for (const Json& file : input.at("files")) task.inputs.back().files.push_back({file.at("path"), file.at("sha256")});
-  }
-  return task;
-}
-
-// The plan.
-
 std::string last_name(const std::string& path) {
   const fs::path name(path);
   return (name.has_filename() ? name : name.parent_path()).filename().string();
 }
 
-std::string id_of(Task task) {
-  task.id = task.model.name = "";
-  for (TaskInput& input : task.inputs) {
-    input.path = last_name(input.path);
-    for (InputFile& file : input.files) file.path = last_name(file.path);
+std::string id_of(Json task) {
+  task["task"] = task["model"] = "";
+  for (Json& input : task["inputs"]) {
+    input["path"] = last_name(input["path"]);
+    for (Json& file : input["files"]) file["path"] = last_name(file["path"]);
   }
-  return sha256_hex(json_text(task_json(task))).substr(0, kIdChars);
+  return sha256_hex(json_text(task)).substr(0, kIdChars);
 }
 
 /// The file itself, or the logs and their indexes of a folder, sorted by name. Errors: a file cannot be read.
-Result<std::vector<InputFile>> files_of_recording(const std::string& path) {
+Result<Json> files_of_recording(const std::string& path) {
   std::error_code error;
   std::vector<std::string> names = {path};
   if (fs::is_directory(path, error)) {
     names = recordings::files_of(path, ".csv");
     for (std::string& index : recordings::files_of(path, ".index")) names.push_back(std::move(index));
   }
-  std::vector<InputFile> files;
-  for (std::string& name : names) {
-    auto sha256 = sha256_of_file(name);
+  Json files = Json::array();
+  for (const std::string& name : names) {
+    const auto sha256 = sha256_of_file(name);
     if (!sha256) return tl::unexpected<Error>(sha256.error());
-    files.push_back({std::move(name), std::move(*sha256)});
+    files.push_back({{"path", name}, {"sha256", *sha256}});
   }
   return files;
 }
@@ -219,7 +191,8 @@ Result<Owner> owner_of(const std::string& path, const std::string& serial, const
   return Owner(known("gyro_serial"), known("axis"));
 }
 
-using Gyros = std::map<Owner, std::vector<TaskInput>>;
+/// The inputs of each gyro, by role.
+using Gyros = std::map<Owner, std::array<std::vector<Json>, kRoleNames.size()>>;
 
 /// Adds the recordings of a pattern. Errors: it matches no file, or a file cannot be read.
 Result<void> add_recordings(const RecordingPattern& recording, const std::string& pattern, Gyros& gyros, Plan& plan) {
@@ -229,10 +202,11 @@ Result<void> add_recordings(const RecordingPattern& recording, const std::string
   ::globfree(&found);
   if (!any) return make_error(pattern, "matches no file, expected one or more recordings");
   for (const std::string& path : paths) {
-    auto files = files_of_recording(path);
+    const auto files = files_of_recording(path);
     if (!files) return tl::unexpected<Error>(files.error());
     if (const auto owner = owner_of(path, recording.serial, pattern))
-      gyros[*owner].push_back({recording.role, path, std::move(*files)});
+      gyros[*owner][static_cast<std::size_t>(recording.role)].push_back(
+          {{"role", role_name(recording.role)}, {"path", path}, {"files", *files}});
     else
       plan.left_out.push_back({path, owner.error().what});
   }
@@ -262,28 +236,29 @@ Result<void> run_in(const std::string& unfinished, const LotFile& file, const Ta
   std::error_code error;
   fs::remove_all(unfinished, error);
   if (!fs::create_directories(unfinished, error)) return make_error(unfinished, error.message());
-  if (file.version != task.version)
-    return make_error(
-        task.id, fmt::format("planned with version {}, this is version {}; plan again", task.version, file.version));
-  for (const TaskInput& input : task.inputs) {
-    const auto files = files_of_recording(input.path);
+  if (const std::string planned = task.json.at("version"); file.version != planned)
+    return make_error(task.id(),
+                      fmt::format("planned with version {}, this is version {}; plan again", planned, file.version));
+  for (const Json& input : task.json.at("inputs")) {
+    const std::string path = input.at("path");
+    const auto files = files_of_recording(path);
     if (!files) return tl::unexpected<Error>(files.error());
-    if (*files != input.files) return make_error(input.path, "changed since the plan; plan again");
+    if (*files != input.at("files")) return make_error(path, "changed since the plan; plan again");
   }
   const auto outcome = work(task, unfinished);
   if (!outcome) return tl::unexpected<Error>(outcome.error());
-  Json json = task_json(task);
+  Json json = task.json;
   json.update(*outcome);
   if (auto done = write_text_file(unfinished + "/result.json", json_text(json, 1) + "\n"); !done) return done;
-  return publish(unfinished, file.folder, task.id);
+  return publish(unfinished, file.folder, task.id());
 }
 
 }  // namespace
 
 std::vector<std::string> Task::paths(Role role) const {
   std::vector<std::string> found;
-  for (const TaskInput& input : inputs) {
-    if (input.role == role) found.push_back(input.path);
+  for (const Json& input : json.at("inputs")) {
+    if (input.at("role") == role_name(role)) found.push_back(input.at("path"));
   }
   return found;
 }
@@ -297,11 +272,20 @@ Result<Plan> make_plan(const LotFile& file) {
         return tl::unexpected<Error>(done.error());
     }
   }
-  for (auto& [owner, inputs] : gyros) {
-    // Sort by role, then as in the file, so that the same lot gives the same ids.
-    std::stable_sort(inputs.begin(), inputs.end(),
-                     [](const TaskInput& a, const TaskInput& b) { return a.role < b.role; });
-    Task task{{}, owner.first, owner.second, {}, file.judging, std::move(inputs), file.version, file.reports};
+  for (const auto& [owner, inputs] : gyros) {
+    Task task;
+    task.json = {{"task", ""},
+                 {"serial", owner.first},
+                 {"axis", owner.second},
+                 {"model", ""},
+                 {"train", Json::array()},
+                 {"judging", file.judging},
+                 {"version", file.version},
+                 {"report", file.reports},
+                 {"inputs", Json::array()}};
+    for (const auto& of_role : inputs) {
+      for (const Json& input : of_role) task.json["inputs"].push_back(input);
+    }
     const bool trains = !task.paths(Role::kTrain).empty();
     if (!trains || task.paths(Role::kRepeat).empty()) {
       plan.left_out.push_back({task.gyro(), fmt::format("found no recording with role {}, expected one or more",
@@ -309,8 +293,9 @@ Result<Plan> make_plan(const LotFile& file) {
       continue;
     }
     for (const ModelChoice& model : file.models) {
-      task.model = model;
-      task.id = id_of(task);
+      task.json["train"] = model.words;
+      task.json["task"] = id_of(task.json);
+      task.json["model"] = model.name;
       plan.tasks.push_back(task);
     }
   }
@@ -342,7 +327,7 @@ Result<void> write_plan(const std::string& folder, const Plan& plan) {
     if (error) return make_error(folder + name, error.message());
   }
   std::string lines;
-  for (const Task& task : plan.tasks) lines += json_text(task_json(task)) + "\n";
+  for (const Task& task : plan.tasks) lines += json_text(task.json) + "\n";
   for (const LeftOutInput& input : plan.left_out)
     lines += json_text(Json{{"left_out", input.what}, {"why", input.why}}) + "\n";
   return write_text_file(folder + "/tasks.jsonl", lines);
@@ -356,37 +341,40 @@ Result<Plan> read_plan(const std::string& folder, const std::string& id) {
   for (std::string line; in->read_line(line);) {
     if (!id.empty() && !line.starts_with("{\"task\":\"" + id + "\"")) continue;
     try {
-      const Json json = Json::parse(line);
-      if (json.contains("left_out"))
+      Json json = Json::parse(line);
+      if (json.contains("left_out")) {
         plan.left_out.push_back({json["left_out"], json.at("why")});
-      else
-        plan.tasks.push_back(task_of(json));
+        continue;
+      }
+      if (!json.contains("task")) json["task"] = Json(json.at("id"));  // version 0.3
+      const Task& task = plan.tasks.emplace_back(Task{std::move(json)});
+      if (task.id().find_first_not_of("0123456789abcdef") != std::string::npos)  // a part of paths and shell scripts
+        return make_error(path, fmt::format("found the task \"{}\", expected hex digits", task.id()));
+      for (const char* key : {"train", "judging"}) task.words(key);
+      for (const Role role : {Role::kTrain, Role::kRepeat, Role::kOther}) task.paths(role);
+      task.json.at("version").get<std::string>(), task.json.at("report").get<bool>(), task.gyro(), task.model();
     } catch (const Json::exception& error) {
       return make_error(path, fmt::format("found {}, expected a line of a plan; plan again", error.what()));
     }
-  }
-  for (const Task& task : plan.tasks) {  // ids become parts of paths and of shell scripts
-    if (task.id.find_first_not_of("0123456789abcdef") != std::string::npos)
-      return make_error(path, fmt::format("found the task \"{}\", expected hex digits", task.id));
   }
   if (!id.empty() && plan.tasks.empty()) return make_error(id, fmt::format("not found in {}; plan changed?", path));
   return plan;
 }
 
 Result<void> run_task(const LotFile& file, const Task& task, const Work& work) {
-  if (has_result(file.folder, task.id)) return {};
+  if (has_result(file.folder, task.id())) return {};
   char host[256] = {};
   ::gethostname(host, sizeof host - 1);
-  const std::string unfinished = fmt::format("{}/tasks/.{}.{}.{}", file.folder, task.id, host, ::getpid());
-  const std::string failed = file.folder + "/failed/" + task.id;
+  const std::string unfinished = fmt::format("{}/tasks/.{}.{}.{}", file.folder, task.id(), host, ::getpid());
+  const std::string failed = file.folder + "/failed/" + task.id();
   Result<void> done;
   try {
     done = run_in(unfinished, file, task, work);
   } catch (const std::bad_alloc&) {
-    done = make_error(task.id, "out of memory");
+    done = make_error(task.id(), "out of memory");
   }
   std::error_code error;
-  if (done || has_result(file.folder, task.id)) {  // or another process has finished it meanwhile
+  if (done || has_result(file.folder, task.id())) {  // or another process has finished it meanwhile
     fs::remove(failed, error);
     return {};
   }

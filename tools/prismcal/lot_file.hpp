@@ -65,29 +65,22 @@ std::string matched_by_star(const std::string& pattern, const std::string& path)
 
 // Tasks.
 
-struct InputFile {
-  std::string path, sha256;
-  bool operator==(const InputFile&) const = default;
-};
-
-struct TaskInput {
-  Role role = Role::kTrain;
-  std::string path;  ///< the recording: a file or a folder
-  std::vector<InputFile> files;
-};
-
-/// The result depends only on these members. The id does not include the model's name and the directories of the files.
+/// One gyro with one model: an object of the plan, and after it has run the object in result.json. docs/campaign.md has
+/// the keys. The result depends only on the keys of the plan.
 struct Task {
-  std::string id;  ///< first 32 hex digits of the SHA-256 of the other members
-  std::string serial, axis;
-  ModelChoice model;
-  std::vector<std::string> judging;
-  std::vector<TaskInput> inputs;
-  std::string version;  ///< of prismcal
-  bool report = true;
+  Json json;
+  std::vector<std::string> violations = {};  ///< of a result: the lot's limits, one line each; not stored
 
-  std::string gyro() const { return axis.empty() ? serial : serial + " " + axis; }
+  /// First 32 hex digits of the SHA-256 of the other keys, without the model's name and the directories of the files.
+  std::string id() const { return json.at("task"); }
+  std::string serial() const { return json.at("serial"); }
+  std::string axis() const { return json.at("axis"); }
+  std::string gyro() const { return axis().empty() ? serial() : serial() + " " + axis(); }
+  std::string model() const { return json.at("model"); }
+  std::vector<std::string> words(const char* key) const { return json.at(key); }  ///< of "train", "judging"
   std::vector<std::string> paths(Role role) const;
+  bool refused() const { return json.at("outcome") == "refused"; }
+  bool accepted() const { return violations.empty(); }
 };
 
 /// A recording or gyro without a task, and the reason.
@@ -104,16 +97,6 @@ struct Plan {
 /// Plan::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
 Result<Plan> make_plan(const LotFile& file);
 
-/// A task that has run. `json`: as in result.json (docs/campaign.md).
-struct TaskResult {
-  Task task;
-  Json json;
-  std::vector<std::string> violations = {};  ///< of the lot's limits, one line each; not stored
-
-  bool refused() const { return json.at("outcome") == "refused"; }
-  bool accepted() const { return violations.empty(); }
-};
-
 // The folder of a lot. tasks.jsonl: the plan, one line per task or input that is left out. tasks/ID/: a complete
 // result, renamed into place; tasks/.ID.HOST.PID/: an unfinished one. failed/ID: why the last attempt failed. Several
 // processes, also on several machines, can use it at the same time.
@@ -127,6 +110,7 @@ std::string failure(const std::string& folder, const std::string& id);
 Result<void> write_plan(const std::string& folder, const Plan& plan);
 /// Reads also plans of version 0.3. `id`: reads this task only. Errors: no plan, or no task with this id.
 Result<Plan> read_plan(const std::string& folder, const std::string& id = {});
+
 /// Trains and evaluates; writes the model and the report into `folder`. Returns what result.json has besides the task.
 /// Data that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
 /// retried.

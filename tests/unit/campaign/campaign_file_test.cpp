@@ -123,7 +123,7 @@ class CampaignPlan : public testing::Test {
   Plan plan() { return make_plan(file_ ? *file_ : lot_.file()).value(); }
   static std::vector<std::string> ids(const Plan& plan) {
     std::vector<std::string> found;
-    for (const Task& task : plan.tasks) found.push_back(task.id);
+    for (const Task& task : plan.tasks) found.push_back(task.id());
     return found;
   }
 
@@ -136,10 +136,10 @@ TEST_F(CampaignPlan, HasATaskForEachGyroAndModel) {
   lot_.gyro("S1");
   const Plan made = plan();
   ASSERT_EQ(made.tasks.size(), 4u);
-  EXPECT_EQ(made.tasks[0].serial, "S1");
-  EXPECT_EQ(made.tasks[0].axis, "z");
-  EXPECT_EQ(made.tasks[1].model.name, "b");
-  EXPECT_EQ(made.tasks[2].serial, "S2");
+  EXPECT_EQ(made.tasks[0].serial(), "S1");
+  EXPECT_EQ(made.tasks[0].axis(), "z");
+  EXPECT_EQ(made.tasks[1].model(), "b");
+  EXPECT_EQ(made.tasks[2].serial(), "S2");
   EXPECT_THAT(made.tasks[0].paths(Role::kTrain), ElementsAre(lot_.path("S1/cycle1.csv")));
 }
 
@@ -195,7 +195,7 @@ TEST_F(CampaignPlan, TakesSerialNumbersFromThePattern) {
   file_->recordings[1] = {Role::kRepeat, {lot_.path("repeat-*-2.csv")}, "*"};
   const Plan made = plan();
   ASSERT_EQ(made.tasks.size(), 2u);
-  EXPECT_EQ(made.tasks[0].serial, "S1");
+  EXPECT_EQ(made.tasks[0].serial(), "S1");
   EXPECT_THAT(made.tasks[0].paths(Role::kRepeat), ElementsAre(lot_.path("repeat-S1-2.csv")));
   EXPECT_EQ(made.left_out.at(0).what, "S2");
   for (const char* pattern : {"x/S?/*/c.csv", "x/S*[12]/c.csv", "x/S1/c.csv"})
@@ -213,7 +213,7 @@ TEST_F(CampaignPlan, IsReadBack) {
   ASSERT_TRUE(write_plan(lot_.path("out"), made));
   ASSERT_TRUE(write_plan(lot_.path("again"), read_plan(lot_.path("out")).value()));
   EXPECT_EQ(test::read_file(lot_.path("again/tasks.jsonl")), test::read_file(lot_.path("out/tasks.jsonl")));
-  EXPECT_EQ(read_plan(lot_.path("out"), made.tasks[1].id).value().tasks.at(0).id, made.tasks[1].id);
+  EXPECT_EQ(read_plan(lot_.path("out"), made.tasks[1].id()).value().tasks.at(0).id(), made.tasks[1].id());
   EXPECT_THAT(read_plan(lot_.path("out"), "12").error().text(), HasSubstr("not found"));
 }
 

@@ -45,7 +45,7 @@ class Lot {
 };
 
 inline Result<Json> quick_work(const campaign::Task& task, const std::string& folder) {
-  std::ofstream(folder + "/model.json") << task.model.name;
+  std::ofstream(folder + "/model.json") << task.model();
   return Json{{"level", "baseline"},
               {"outcome", "trained"},
               {"id", "12ab"},

@@ -29,14 +29,15 @@ Json run(const char* role, const char* recording, const Json& improvement) {
           {"measured", {{"improvement_percent", improvement}}}};
 }
 
-TaskResult result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
-  TaskResult made;
-  made.task.id = serial + model;
-  made.task.serial = serial;
-  made.task.model.name = model;
+Task result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
+  Task made;
   Json curve = Json::array();
   for (int i = 0; i < 8; ++i) curve.push_back(Json::array({5 * i, slope * i * i}));
-  made.json = {{"level", "baseline"},
+  made.json = {{"task", serial + model},
+               {"serial", serial},
+               {"axis", ""},
+               {"model", model},
+               {"level", "baseline"},
                {"outcome", "trained"},
                {"id", ""},
                {"simulated", false},
@@ -58,13 +59,13 @@ TEST(Violations, NameTheLimitAndTheValue) {
   EXPECT_TRUE(find_violations(result("S1", "a", 50), limits(30)).empty());
   EXPECT_THAT(find_violations(result("S1", "a", 20), limits(30)),
               ElementsAre("repeat cycle2: improvement_percent 20, expected at least 30"));
-  TaskResult unmeasured = result("S1", "a", 20);
+  Task unmeasured = result("S1", "a", 20);
   unmeasured.json["judged"][0]["measured"].clear();
   EXPECT_THAT(find_violations(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
-  TaskResult refused = result("S1", "a", 50);
+  Task refused = result("S1", "a", 50);
   refused.json = {{"level", "baseline"}, {"outcome", "refused"}, {"why", "no thermometer"}};
   EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
-  TaskResult same = result("S1", "a", 50);
+  Task same = result("S1", "a", 50);
   same.json["judged"][0]["trained_on"] = "the model was trained on this file";
   EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on this")));
 }
@@ -88,8 +89,8 @@ TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   lot.results[1].violations = {"limit"};  // S2, a
   const auto chosen = lot.chosen({{"a", {}}, {"b", {}}});
   ASSERT_EQ(chosen.size(), 2u);
-  EXPECT_EQ(chosen.at("S1")->task.model.name, "a");
-  EXPECT_EQ(chosen.at("S2")->task.model.name, "b");
+  EXPECT_EQ(chosen.at("S1")->model(), "a");
+  EXPECT_EQ(chosen.at("S2")->model(), "b");
 }
 
 Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
@@ -141,7 +142,8 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   Lot lot;
   lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
   lot.results[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
-  lot.missing = {{"S3", "a", "out of memory"}};
+  lot.missing = {result("S3", "a", 0)};
+  lot.missing[0].violations = {"out of memory"};
   const report::Report report = lot_report(files.file(), lot, &lot);
   const auto json = Json::parse(report::json_text(report));
   const Json& rows = json["tables"]["gyros"]["rows"];
@@ -168,7 +170,7 @@ class InstalledLot : public testing::Test {
  protected:
   /// Stores a model of the gyro as the result of a task.
   void store(const std::string& serial) {
-    TaskResult made = result(serial, "a", 50);
+    Task made = result(serial, "a", 50);
     std::string text = test::read_file(fs::path(PRISM_SOURCE_DIR) / "config/models/tao2019-model2.json");
     const auto at = text.find("\"gyro\"");
     if (at != std::string::npos) {
@@ -177,7 +179,7 @@ class InstalledLot : public testing::Test {
     } else {
       text.insert(text.find('{') + 1, "\"gyro\": {\"serial\": \"" + serial + "\"},");
     }
-    const std::string folder = task_folder(files_.path("out"), made.task.id);
+    const std::string folder = task_folder(files_.path("out"), made.id());
     fs::create_directories(folder);
     ASSERT_TRUE(write_text_file(folder + "/model.json", text));
     const auto model = compensation::parse_model(text, "model");
@@ -216,7 +218,7 @@ TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
   lot_.results[1].json["id"] = "0123";
   EXPECT_THAT(install().error().text(), HasSubstr("not the evaluated model"));
   lot_.results[1].json["id"] = lot_.results[0].json["id"];
-  lot_.results[1].task.serial = "S9";
+  lot_.results[1].json["serial"] = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
   EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);
   EXPECT_FALSE(fs::exists(files_.path("dest/S2.json")));
