@@ -32,11 +32,11 @@ struct Noise {
 std::vector<Noise> noise_grid(double step_s, double longest_s) {
   std::vector<double> all;
   for (double tau = 2 * step_s; tau < 10 * longest_s; tau *= 4) all.push_back(tau);
-  constexpr int kVariances = 15;
+  constexpr int kVariances = 29;
   const auto count = static_cast<double>(all.size());
   std::vector<Noise> grid = {{VectorXd::Constant(1, step_s), 0, kVariances * count}};
   for (int i = 0; i < kVariances; ++i) {
-    const double variance = std::pow(10, 0.5 * i - 3);
+    const double variance = std::pow(10, 0.25 * i - 3);
     grid.push_back({VectorXd::Map(all.data(), static_cast<Index>(all.size())), variance, count});
     for (const double tau : all) grid.push_back({VectorXd::Constant(1, tau), variance, 1});
   }
@@ -88,6 +88,7 @@ struct Point {
   double log_likelihood = -HUGE_VAL;
   VectorXd value, variance;  ///< of the causes, then of A
   double warm_up_s = 0;      ///< 0: without A
+  const Noise* noise = nullptr;
 };
 
 /// From the sums of products of the whitened columns.
@@ -128,6 +129,7 @@ std::vector<Point> fits(const std::vector<DriftRecord>& records, const std::vect
       if (!warm_up_s.empty()) used.push_back(static_cast<Index>(2 + causes + w));
       Point point = solve(products, used, freedom - static_cast<double>(used.size()), log_determinant);
       point.warm_up_s = warm_up_s.empty() ? 0 : warm_up_s[w];
+      point.noise = &noise;
       if (std::isfinite(point.log_likelihood)) points.push_back(std::move(point));
     }
   }
@@ -143,18 +145,21 @@ std::vector<double> weights_of(const std::vector<Point>& points) {
   return weights;
 }
 
-/// Values of τ_w over the range of those that are likely.
-std::vector<double> finer(const std::vector<Point>& points) {
+/// The points of the noises that are likely, for values of τ_w over the range of those that are likely.
+std::vector<Point> refined(const std::vector<DriftRecord>& records, const std::vector<Point>& points) {
   constexpr int kCount = 24;
   const std::vector<double> weights = weights_of(points);
   double low = HUGE_VAL, high = 0;
+  const Noise* last = nullptr;
+  std::vector<Noise> noises;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (weights[i] < 1e-4) continue;
     low = std::min(low, points[i].warm_up_s / kTauRatio), high = std::max(high, points[i].warm_up_s * kTauRatio);
+    if (points[i].noise != std::exchange(last, points[i].noise)) noises.push_back(*last);
   }
   std::vector<double> all;
   for (int i = 0; i < kCount; ++i) all.push_back(low * std::pow(high / low, static_cast<double>(i) / (kCount - 1)));
-  return all;
+  return fits(records, noises, all);
 }
 
 /// The time until |A| exp(−t/τ_w) is below the band, over all points and their weights.
@@ -201,7 +206,7 @@ Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_
   std::vector<double> warm_up_s;
   for (double tau = 2 * step_s; tau < switched_on_s / 3; tau *= kTauRatio) warm_up_s.push_back(tau);
   std::vector<Point> points = fits(records, noises, warm_up_s);
-  if (!warm_up_s.empty() && !points.empty()) points = fits(records, noises, finer(points));
+  if (!warm_up_s.empty() && !points.empty()) points = refined(records, points);
   if (points.empty()) return make_error(where, "the causes are constant, or change together");
 
   const std::vector<double> weights = weights_of(points);

@@ -154,14 +154,6 @@ Result<PredictionInterval> next_of_several(std::span<const double> improvements,
   return PredictionInterval{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), 1};
 }
 
-MeanInterval mean_interval(std::span<const double> values) {
-  const auto summary = summarise(values, Divisor::kNMinus1, "");
-  if (!summary) return {values.front(), -INFINITY, INFINITY};
-  const auto n = static_cast<double>(values.size());
-  const double half = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * summary->sd / std::sqrt(n);
-  return {summary->mean, summary->mean - half, summary->mean + half};
-}
-
 Result<PredictionInterval> next_difference(std::span<const double> before, std::span<const double> first,
                                            std::span<const double> second, const std::string& where) {
   for (const auto& after : {first, second}) {

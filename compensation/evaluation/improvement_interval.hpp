@@ -48,13 +48,6 @@ Result<PredictionInterval> next_difference(std::span<const double> before, std::
 /// mean, `block` 1. Errors: fewer than 3, or one that is not finite or not below 1.
 Result<PredictionInterval> next_of_several(std::span<const double> improvements, const std::string& where);
 
-struct MeanInterval {
-  double mean = 0, low = 0, high = 0;
-};
-/// The mean of the values with its 95 % confidence interval (Student's t). Without an interval (infinite) for one
-/// value.
-MeanInterval mean_interval(std::span<const double> values);
-
 /// Number of neighbours to resample together: the block length with the smallest error of a mean's variance, from the
 /// autocorrelation (Politis and White 2004, corrected by Patton, Politis and White 2009), 1 to a quarter of the values.
 /// Returns 1 for a constant series.

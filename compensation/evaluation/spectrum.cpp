@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "compensation/evaluation/spectrum.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "compensation/evaluation/allan.hpp"
 #include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {

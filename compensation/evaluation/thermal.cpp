@@ -81,36 +81,22 @@ Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double>
   return segments;
 }
 
-Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
-                                      std::span<const ThermalKind> kinds, double bin_degc, const std::string& where) {
-  if (temperature_degc.size() != kinds.size() || bias_deg_per_h.size() != kinds.size()) {
-    return make_error(where, fmt::format("found {} temperatures, {} biases and {} kinds, expected equal numbers",
-                                         temperature_degc.size(), bias_deg_per_h.size(), kinds.size()));
-  }
-  if (!(bin_degc > 0)) return make_error(where, fmt::format("found bins of {} degC, expected more than 0", bin_degc));
-  std::map<long, std::pair<Mean, Mean>> bins;  // heating, cooling
+std::optional<double> largest_gap(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
+                                  std::span<const ThermalKind> kinds, double bin_degc) {
+  std::map<double, std::pair<Mean, Mean>> bins;  // heating, cooling
   for (std::size_t i = 0; i < kinds.size(); ++i) {
-    if (!std::isfinite(temperature_degc[i]) || !std::isfinite(bias_deg_per_h[i])) {
-      return make_error(where, fmt::format("block {} is not finite", i));
-    }
-    auto& bin = bins[std::lround(std::floor(temperature_degc[i] / bin_degc))];
-    if (kinds[i] == ThermalKind::kHeating) bin.first.add(bias_deg_per_h[i]);
-    if (kinds[i] == ThermalKind::kCooling) bin.second.add(bias_deg_per_h[i]);
+    if (!std::isfinite(temperature_degc[i]) || !std::isfinite(bias_deg_per_h[i])) continue;
+    auto& [heating, cooling] = bins[std::floor(temperature_degc[i] / bin_degc)];
+    if (kinds[i] == ThermalKind::kHeating) heating.add(bias_deg_per_h[i]);
+    if (kinds[i] == ThermalKind::kCooling) cooling.add(bias_deg_per_h[i]);
   }
-  Hysteresis result;
-  result.bin_degc = bin_degc;
-  for (const auto& [index, means] : bins) {
-    if (means.first.count == 0 || means.second.count == 0) continue;
-    const HysteresisBin bin{(static_cast<double>(index) + 0.5) * bin_degc, means.first.value(), means.second.value()};
-    const double gap = std::abs(bin.gap_deg_per_h());
-    if (gap > result.max_gap_deg_per_h) {
-      result.max_gap_deg_per_h = gap;
-      result.max_gap_at_degc = bin.temperature_degc;
-    }
-    result.loop_area_deg_per_h_degc += gap * bin_degc;
-    result.bins.push_back(bin);
+  std::optional<double> largest;
+  for (const auto& [bin, means] : bins) {
+    const auto& [heating, cooling] = means;
+    if (heating.count > 0 && cooling.count > 0)
+      largest = std::max(largest.value_or(0), std::abs(heating.value() - cooling.value()));
   }
-  return result;
+  return largest;
 }
 
 }  // namespace prism::evaluation

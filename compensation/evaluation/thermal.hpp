@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,24 +43,9 @@ Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double>
                                                          const ThermalSegmentSettings& settings,
                                                          const std::string& where);
 
-/// One temperature bin with heating and cooling blocks.
-struct HysteresisBin {
-  double temperature_degc = 0;  ///< its centre
-  double heating_deg_per_h = 0, cooling_deg_per_h = 0;
-  double gap_deg_per_h() const { return heating_deg_per_h - cooling_deg_per_h; }
-};
-
-struct Hysteresis {
-  std::vector<HysteresisBin> bins;  ///< by temperature; only bins with heating and cooling blocks
-  double bin_degc = 0;
-  double max_gap_deg_per_h = 0;  ///< largest |gap|
-  double max_gap_at_degc = 0;
-  double loop_area_deg_per_h_degc = 0;  ///< Σ |gap| · bin width
-};
-
-/// `kinds` are from thermal_kinds(); soak blocks are ignored. Without a bin that has heating and cooling blocks, bins
-/// are empty and values zero. Errors: different lengths, bin_degc not positive, values that are not finite.
-Result<Hysteresis> measure_hysteresis(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
-                                      std::span<const ThermalKind> kinds, double bin_degc, const std::string& where);
+/// Hysteresis: the largest difference between the mean bias while heating and while cooling, over bins of temperature
+/// with both. `kinds` are from thermal_kinds(); soaks and unknown values are ignored. Nullopt: no bin has both.
+std::optional<double> largest_gap(std::span<const double> temperature_degc, std::span<const double> bias_deg_per_h,
+                                  std::span<const ThermalKind> kinds, double bin_degc);
 
 }  // namespace prism::evaluation

@@ -11,3 +11,7 @@ prismcal compare model.json --on day1*.csv "${how[@]}"
 prismcal train day01.csv day03.csv "${how[@]}" --out strict.json --strict --quiet || echo "exit $?"
 prismcal train day03.csv "${how[@]}" --out spikes.json --quiet 2>&1 | grep prismcal: || true
 prismcal compare stepwise --leave-one-out --on day01.csv day03.csv "${how[@]}" || echo "exit $?"
+prismcal compare stepwise --leave-one-out --inputs T,dTdt,box.volt --on day01.csv day02.csv day04.csv "${how[@]/uhfo/box.volt}"
+prismcal train day03.csv day06.csv "${how[@]}" --out none.json --quiet || echo "exit $?"
+prismcal train day02.csv "${how[@]}" --method ls --inputs T --out ls.json --quiet >/dev/null
+prismcal compare ls.json model.json --on day13.csv "${how[@]}"

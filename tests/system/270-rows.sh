@@ -22,7 +22,7 @@ start_prismd
 prismctl rows --cursor mine.cursor >mine 2>mine.err || fail "rows: $(cat mine.err)"
 prismctl rows --json --limit 3 2>/dev/null >three
 same "rows with --limit 3" "$(wc -l <three)" 3
-same "a row's number and value" "$(jq -rs '.[2] | "\(.segment) \(.row) \(.samples | type)"' three)" "1 3 number"
+same "a row's axis, number and value" "$(jq -rs '.[2] | "\(.axis) \(.segment) \(.row) \(.samples | type)"' three)" "z 1 3 number"
 followed() { [ "$(cat first.out follower.out | grep -vc ^time_utc)" -ge 16 ]; }
 wait_for 10 followed
 kill -TERM "$follower"; wait "$follower" 2>/dev/null || true

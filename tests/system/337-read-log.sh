@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# prism.read_log: one axis of a log as a DataFrame, without the rows that a later segment repeats; the lines of docs/clients.md for Excel and HDF5.
+# prism.read_log: one axis of a log as a DataFrame, without the rows that a later segment repeats; the lines of docs/clients.md for Octave, Excel and HDF5.
 . "$(dirname "$0")/lib.sh"
 /usr/bin/python3 -c 'import pandas' 2>/dev/null || skip "python3-pandas is not installed"
 export PYTHONPATH=$PRISM_SOURCE/clients/python PYTHONDONTWRITEBYTECODE=1
@@ -29,6 +29,11 @@ for wrong in (None, "z"):
     except ValueError as error:
         assert "x, y" in str(error), error
 END
+if command -v octave-cli >/dev/null; then
+  sed -n '/^Octave has/,/^## /s/^    //p' "$PRISM_SOURCE/docs/clients.md" | sed 's|gyro1-.*csv |log/g-x-000002-*.csv |; s/^plot(\(.*\))$/shown = [\1]/; s/corrected_mean_deg_per_h/rate_deg_per_h/' >recipe.m
+  echo 'printf("%d %g\n", shown'"'"')' >>recipe.m
+  contains "the recipe for Octave" "$(octave-cli recipe.m 2>/dev/null | tail -3 | tr '\n' ';')" "1767225603 2;1767225604 2.1;1767225605 2.2;"
+fi
 /usr/bin/python3 -c 'import h5py, openpyxl' 2>/dev/null || skip "python3-h5py or python3-openpyxl is not installed"
 sed -n '/^    import prism, h5py/,/^$/s/^    //p' "$PRISM_SOURCE/docs/clients.md" | sed 's|/srv/recordings/gyro1|log|; s/axis="z"/axis="x"/' >recipe.py
 [ -s recipe.py ] || fail "docs/clients.md has no recipe"

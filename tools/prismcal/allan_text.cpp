@@ -7,7 +7,6 @@
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
-#include "tools/prismcal/parameters.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
 namespace prism::analysis {

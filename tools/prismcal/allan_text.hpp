@@ -5,7 +5,6 @@
 #include <string>
 
 #include "compensation/evaluation/allan.hpp"
-#include "compensation/evaluation/spectrum.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/rate_series.hpp"
 

@@ -12,6 +12,10 @@
 #include "compensation/training/tuning.hpp"
 #include "tools/prismcal/read_meter.hpp"
 
+namespace prism::recordings {
+struct TrainingSetOptions;
+}
+
 namespace prism::commands {
 
 // Each function adds a subcommand that sets `code` to its exit code: 0 done, 1 failed or a limit violated.
@@ -30,6 +34,10 @@ void add_design_command(CLI::App& app, int& code);    ///< plans the next record
 void add_export_command(CLI::App& app, int& code);    ///< writes a model as C for firmware
 void add_verify_command(CLI::App& app, int& code);    ///< checks logs and captures
 void add_campaign_command(CLI::App& app, int& code);  ///< trains and evaluates models of hundreds of gyros
+
+/// `inspect` of several recordings, a line each: length, step, temperatures, noise of the window's means, verdict and
+/// its first reason; with `json` all reasons. Returns 1 if none can be used for training.
+int inspect_each(const std::vector<std::string>& paths, const recordings::TrainingSetOptions& options, bool json);
 
 /// Ends a progress line, prints "prismcal: ERROR" on stderr and returns exit code 1.
 int failed(const Error& error);

@@ -136,17 +136,17 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
   return fmt::format("not usable for training: {}.", why);
 }
 
-std::string why_unusable(const recordings::Loaded& loaded, bool to_train) {
-  const auto quality = check_blocks(loaded.table);
-  if (!quality) return quality.error().what;
-  const std::string error = data_quality_error(*quality);
-  if (!to_train && quality->cause.empty() && !is_disturbed(*quality)) return {};
-  std::string text;
+Usability usability_of(const recordings::Loaded& loaded, bool to_train) {
+  Usability found{check_blocks(loaded.table), ""};
+  if (!found.quality) found.reason = found.quality.error().what;
+  if (!found.quality || (!to_train && found.quality->cause.empty() && !is_disturbed(*found.quality))) return found;
+  const std::string error = data_quality_error(*found.quality);
   for (const recordings::Finding& finding : loaded.recording.findings) {
     const bool left_out = finding.kind == "far" || finding.kind == "constant" || finding.kind == "implausible";
-    if (left_out && !error.empty() && !finding.text.empty()) text += finding.line() + "; ";
+    if (left_out && !error.empty() && !finding.text.empty()) found.reason += finding.line() + "; ";
   }
-  return text + error;
+  found.reason += error;
+  return found;
 }
 
 std::vector<std::string> disturbances(const evaluation::DataQuality& quality) {

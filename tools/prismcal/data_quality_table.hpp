@@ -26,9 +26,13 @@ std::string data_quality_words(const evaluation::DataQuality& quality);
 /// Returns why the recording cannot be used for training; empty if it can.
 std::string data_quality_error(const evaluation::DataQuality& quality);
 
-/// The same of a whole recording: first what was left out of it, which may be the reason. `to_train`: else only a
-/// disturbance counts, not a record that is short or without a drift.
-std::string why_unusable(const recordings::Loaded& loaded, bool to_train);
+/// A whole recording.
+struct Usability {
+  Result<evaluation::DataQuality> quality;
+  std::string reason;  ///< why it cannot be used; first what was left out of it, which may be the reason. Empty: it can
+};
+/// `to_train`: else only a disturbance counts, not a record that is short or without a drift.
+Usability usability_of(const recordings::Loaded& loaded, bool to_train);
 
 /// The findings on disturbances of the rate (moved, disturbed, outliers) that do not pass: "moved 4.1 sd; …".
 std::vector<std::string> disturbances(const evaluation::DataQuality& quality);

@@ -20,7 +20,6 @@
 #include "tools/prismcal/fingerprint.hpp"
 #include "tools/prismcal/limits.hpp"
 #include "tools/prismcal/option_table.hpp"
-#include "tools/prismcal/parameters.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {

@@ -24,7 +24,7 @@
 #include "tools/prismcal/quantity_map.hpp"
 #include "tools/prismcal/recording.hpp"
 #include "tools/prismcal/sample_grid.hpp"
-#include "tools/prismcal/triage.hpp"
+#include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {
 namespace {
@@ -395,7 +395,7 @@ void add_inspect_command(CLI::App& app, int& code) {
   command->callback([choice, files, options, &code] {
     choice->file = files->front();
     choice->table = options->source.table;
-    code = files->size() > 1 ? triage(*files, *options, choice->json) : exit_code(run(*choice));
+    code = files->size() > 1 ? inspect_each(*files, *options, choice->json) : exit_code(run(*choice));
   });
 }
 

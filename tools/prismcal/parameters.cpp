@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/parameters.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,6 +11,7 @@
 
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/drift_fit.hpp"
+#include "tools/prismcal/recording_report.hpp"
 
 namespace prism::analysis {
 namespace {
@@ -293,12 +292,10 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
   made.add(fmt::format("warm-up to within {:g} deg/h", band), "h", both(warm_up),
            starts == 0 ? "needs a switch-on" : "exponential, fitted with T and dT/dt", starts_text);
   const auto gap = [&](bool corrected) -> std::optional<Estimate> {
-    double largest = -1;
-    for (const EvaluatedRecording& r : recordings) {
-      if (const auto& loop = corrected ? r.loop.after : r.loop.before)
-        largest = std::max(largest, loop->max_gap_deg_per_h);
-    }
-    return largest < 0 ? std::nullopt : std::optional(Estimate{largest, largest, largest});
+    std::optional<double> largest;
+    for (const EvaluatedRecording& r : recordings)
+      largest = std::max(largest, corrected ? r.gap_deg_per_h.after : r.gap_deg_per_h.before);
+    return largest ? std::optional(Estimate{*largest, *largest, *largest}) : std::nullopt;
   };
   made.add("hysteresis, largest gap", "deg/h", both(gap), "heating − cooling in bins of 5 °C", all);
   made.add_untested();

@@ -79,15 +79,10 @@ std::vector<double> times(const recordings::BlockTable& table) {
   return result;
 }
 
-Result<evaluation::Hysteresis> measure_loop(const EvaluatedRecording& recording, const std::vector<double>& bias) {
+std::optional<double> gap_of(const EvaluatedRecording& recording, const std::vector<double>& bias) {
   const ModelEvaluation& kept = *recording.evaluation;
-  auto loop =
-      evaluation::measure_hysteresis(kept.where_corrected(recording.temperature_degc), kept.where_corrected(bias),
-                                     kept.where_corrected(recording.kinds), kHysteresisBin_degc, recording.table->name);
-  if (loop && loop->bins.empty())
-    return make_error(recording.table->name,
-                      "no temperature with both heating and cooling: hysteresis cannot be measured");
-  return loop;
+  return evaluation::largest_gap(kept.where_corrected(recording.temperature_degc), kept.where_corrected(bias),
+                                 kept.where_corrected(recording.kinds), kHysteresisBin_degc);
 }
 
 void analyse_noise(EvaluatedRecording& recording, bool after) {
@@ -125,8 +120,7 @@ const Quantity kQuantities[] = {
     {"peak_to_peak_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation->stability.after.peak_to_peak); }},
     {"improvement_percent", "%", [](Of r) { return in_percent(r.evaluation->stability.improvement); }},
     {"explained_percent", "%", [](Of r) { return in_percent(r.evaluation->stability.explained); }},
-    {"hysteresis_gap_deg_per_h", "deg/h",
-     [](Of r) { return r.loop.after ? std::optional(r.loop.after->max_gap_deg_per_h) : std::nullopt; }},
+    {"hysteresis_gap_deg_per_h", "deg/h", [](Of r) { return r.gap_deg_per_h.after; }},
     {"angle_random_walk_deg_per_sqrt_h", "deg/√h",
      [](Of r) { return coefficient_after(r, evaluation::NoiseType::kAngleRandomWalk, false); }},
     {"bias_instability_deg_per_h", "deg/h",
@@ -414,11 +408,8 @@ Figure thermal_figure(const EvaluatedRecording& recording) {
                  320,
                  {loop_panel("(a) before", recording, recording.table->bias_deg_per_h),
                   loop_panel("(b) after", recording, recording.evaluation->corrected_deg_per_h)}};
-  const evaluation::Hysteresis before = recording.loop.before.value_or(evaluation::Hysteresis{}),
-                               after = recording.loop.after.value_or(evaluation::Hysteresis{});
-  figure.meaning = loop_meaning(before, after);
-  if (!before.bins.empty())
-    figure.meaning += " " + hysteresis_meaning(before, after, recording.evaluation->knows_slope);
+  figure.meaning =
+      loop_meaning(recording.gap_deg_per_h.before, recording.gap_deg_per_h.after, recording.evaluation->knows_slope);
   return figure;
 }
 
@@ -525,7 +516,7 @@ EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTab
                           {},
                           {}};
   made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, kSoakSlope);
-  made.loop = {measure_loop(made, table.bias_deg_per_h), measure_loop(made, evaluation.corrected_deg_per_h)};
+  made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, evaluation.corrected_deg_per_h)};
   for (const bool after : {false, true}) analyse_noise(made, after);
   return made;
 }
@@ -675,29 +666,15 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
       soak, ramp, *before.soak, *before.ramp, conclusion);
 }
 
-std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after) {
-  if (before.bins.empty() || after.bins.empty())
-    return "No temperature was passed both heating and cooling, so the loop cannot be judged.";
-  return fmt::format(
-      "At the same temperature, heating and cooling differ by up to {:.4g} deg/h before and {:.4g} deg/h after.",
-      before.max_gap_deg_per_h, after.max_gap_deg_per_h);
-}
-
-std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
-                               bool knows_slope) {
-  if (!(before.max_gap_deg_per_h > 0)) return "Heating and cooling do not differ.";
-  const double removed = 100 * (1 - after.max_gap_deg_per_h / before.max_gap_deg_per_h);
-  if (removed <= 0)
-    return knows_slope ? "The model does not reduce the difference between heating and cooling, although it has the "
-                         "slope of temperature as input: in the training they differed in another way."
-                       : "The model does not reduce the difference between heating and cooling: it needs dTdt as "
-                         "input, or a response (train --response).";
-  return fmt::format(
-      "The model removes {:.0f} % of the largest difference between heating and cooling, and {:.0f} % of "
-      "the area of the loop.",
-      removed,
-      before.loop_area_deg_per_h_degc > 0 ? 100 * (1 - after.loop_area_deg_per_h_degc / before.loop_area_deg_per_h_degc)
-                                          : 0);
+std::string loop_meaning(std::optional<double> before, std::optional<double> after, bool knows_slope) {
+  if (!before || !after) return "No temperature was passed both heating and cooling, so the loop cannot be judged.";
+  std::string text = fmt::format(
+      "At the same temperature, heating and cooling differ by up to {:.4g} deg/h before and {:.4g} deg/h after",
+      *before, *after);
+  if (*after < *before) return text + ".";
+  return text + (knows_slope ? ", although the model has the slope of temperature as input: in the training they "
+                               "differed in another way."
+                             : ": the model needs dTdt as input, or a response (train --response).");
 }
 
 std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,

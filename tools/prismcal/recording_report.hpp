@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "compensation/evaluation/allan.hpp"
-#include "compensation/evaluation/spectrum.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/evaluation/thermal.hpp"
 #include "tools/prismcal/document.hpp"
@@ -32,8 +31,8 @@ struct EvaluatedRecording {
 
   std::vector<double> hours, temperature_degc;  ///< of each block
   std::vector<evaluation::ThermalKind> kinds;   ///< of each block
-  /// Heating against cooling in bins of 5 degC, over blocks with a correction; an error without such a bin.
-  BeforeAfter<Result<evaluation::Hysteresis>> loop;
+  /// Heating against cooling in bins of 5 degC, over blocks with a correction (largest_gap()).
+  BeforeAfter<std::optional<double>> gap_deg_per_h;
   /// Of the rates of seconds.
   BeforeAfter<Result<evaluation::AllanAnalysis>> allan;
   BeforeAfter<Result<evaluation::Spectrum>> spectrum;
@@ -91,12 +90,8 @@ std::string stability_meaning(const evaluation::BiasStability& stability, bool d
 std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
                              const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h,
                              double extrapolated_percent = 0);
-/// The differences between heating and cooling before and after.
-std::string loop_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after);
-/// The part of the largest difference and of the loop's area that is removed. `knows_slope`: the model has the slope of
-/// a temperature as input.
-std::string hysteresis_meaning(const evaluation::Hysteresis& before, const evaluation::Hysteresis& after,
-                               bool knows_slope);
+/// The largest differences between heating and cooling. `knows_slope`: the model has the slope of a temperature.
+std::string loop_meaning(std::optional<double> before, std::optional<double> after, bool knows_slope);
 /// The averaging times at which the correction helps or harms. Deviations at the same increasing averaging times.
 std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
                                 const std::vector<double>& after);
@@ -106,5 +101,12 @@ std::string allan_meaning(const evaluation::AllanCoefficients& before, const eva
 std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s);
 /// The meaning of the share of blocks outside the training range.
 std::string domain_meaning(std::size_t outside, std::size_t blocks);
+
+/// The parameters of a gyro in the terms of IEEE Std 647 and 952, from all recordings of an evaluation together, before
+/// and after the correction. `warm_up_band_deg_per_h`: nullopt: the white noise of a block, rounded up to one digit.
+report::Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
+                               std::optional<double> warm_up_band_deg_per_h);
+/// Those of the noises alone, of a rate without a correction.
+report::Table noise_parameters_table(const evaluation::AllanAnalysis& analysis);
 
 }  // namespace prism::analysis

@@ -54,26 +54,24 @@ std::optional<Error> constant_input(const training::TrainingData& data) {
   return constant;
 }
 
-// Checks the data quality of all recordings, and returns the worst. Adds the results to set.facts and prints those that
-// do not pass.
-Result<evaluation::DataQuality> check_recordings(recordings::TrainingSet& set, const TrainChoice& choice) {
+constexpr const char* kAdvice =
+    " Record again without these faults, or leave them out (--leave-out, or of the table); --force trains anyway.";
+
+/// The worst of set.qualities. Adds them to set.facts and prints those that do not pass. Errors: one that is rejected.
+Result<evaluation::DataQuality> worst_quality(recordings::TrainingSet& set, const TrainChoice& choice) {
   std::optional<Error> rejected;
-  evaluation::DataQuality worst;
-  for (std::size_t i = 0; i < set.tables.size(); ++i) {
-    const recordings::BlockTable& table = set.tables[i];
-    const auto quality = analysis::check_blocks(table);
-    if (!quality) return tl::unexpected<Error>(quality.error());
-    set.facts[i]["data_quality"] = analysis::data_quality_json(*quality);
-    if (quality->verdict != evaluation::Verdict::kPass && !choice.method.quiet)
-      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(*quality, table.name)));
-    const std::string reason = analysis::data_quality_error(*quality);
-    if (!reason.empty()) rejected = Error{table.name, reason};
-    if (i == 0 || quality->verdict > worst.verdict) worst = *quality;
+  evaluation::DataQuality worst = set.qualities.front();
+  for (std::size_t i = 0; i < set.qualities.size(); ++i) {
+    const evaluation::DataQuality& quality = set.qualities[i];
+    const std::string& name = set.recordings[i].table.name;
+    set.facts[i]["data_quality"] = analysis::data_quality_json(quality);
+    if (quality.verdict != evaluation::Verdict::kPass && !choice.method.quiet)
+      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(quality, name)));
+    const std::string reason = analysis::data_quality_error(quality);
+    if (!reason.empty()) rejected = Error{name, reason + kAdvice};
+    if (quality.verdict > worst.verdict) worst = quality;
   }
-  if (rejected && !choice.force)
-    return make_error(rejected->where, rejected->what +
-                                           " Record again without these faults, or leave them out (--leave-out, or of "
-                                           "the table); --force trains anyway.");
+  if (rejected && !choice.force) return tl::unexpected<Error>(*rejected);
   return worst;
 }
 
@@ -217,16 +215,18 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (const int tau_s = open ? 0 : std::stoi(choice.response); tau_s > 0)
     response_s[compensation::kInputTemperature] = tau_s;
   std::optional<training::ResponseSearch> response;
-  const auto usable = [&](const recordings::Loaded& loaded) -> Result<void> {
-    const std::string reason = choice.force ? "" : analysis::why_unusable(loaded, true);
-    return reason.empty() ? Result<void>() : make_error(loaded.table.name, reason);
-  };
-  std::vector<std::pair<std::string, std::string>> left_out;
+  recordings::Unusable left_out;
   const auto read_once = [&](const std::vector<std::string>& inputs) {
-    const bool several = choice.files.size() > 1;  // check_recordings() says more of one
-    auto set =
-        recordings::read_training_set(choice.files, inputs, choice.recordings,
-                                      several ? usable : std::function<Result<void>(const recordings::Loaded&)>());
+    const bool several = choice.files.size() > 1;  // worst_quality() says more of one
+    bool rejected = false;
+    const auto judge = [&](const recordings::Loaded& loaded) -> Result<evaluation::DataQuality> {
+      auto [quality, reason] = analysis::usability_of(loaded, true);
+      if (!quality || !several || choice.force || reason.empty()) return quality;
+      rejected = true;
+      return make_error(loaded.table.name, reason);
+    };
+    auto set = recordings::read_training_set(choice.files, inputs, choice.recordings, judge);
+    if (!set && rejected) set.error().what += kAdvice;
     if (!set) return set;
     for (const auto& entry : set->left_out) {
       std::erase(choice.files, entry.first);
@@ -282,13 +282,13 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   const auto constant = constant_input(set->data);
   const bool is_temperature = constant && constant->where == std::string("input ") + compensation::kInputTemperature;
   if (constant && !is_temperature) return tl::unexpected<Error>(*constant);
-  auto quality = check_recordings(*set, choice);
+  auto quality = worst_quality(*set, choice);
   if (!quality) return tl::unexpected<Error>(quality.error());
   if (constant) return tl::unexpected<Error>(*constant);
   std::vector<TrainingRun::Curve> curves;
-  for (recordings::BlockTable& table : set->tables)
+  for (auto& [recording, table] : set->recordings)
     curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
-  set->tables = {};  // a year has 80 MB of blocks
+  set->recordings = {};  // a year has 80 MB of blocks
   const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (!choice.method.quiet && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());

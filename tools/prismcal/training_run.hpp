@@ -30,7 +30,7 @@ struct TrainingRun {
   };
 
   training::TrainedModel trained;
-  recordings::TrainingSet set;  ///< without its tables
+  recordings::TrainingSet set;  ///< without its recordings
   std::vector<Curve> curves;    ///< one per recording
   training::TrainingSettings settings;
   evaluation::DataQuality quality;  ///< the worst of the recordings

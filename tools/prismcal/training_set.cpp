@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -41,7 +40,7 @@ tl::unexpected<Error> no_input(const std::string& name) {
 /// Checks that a recording has all sensors of the inputs, with the units of the first recording.
 Result<void> check_inputs(const Recording& recording, TrainingSet& set) {
   const std::vector<SensorName> available = recording.sensors();
-  const bool first = set.tables.empty();
+  const bool first = set.recordings.empty();
   for (const std::string& name : compensation::sensors_of(set.data.names)) {
     const std::size_t index = sensor_index(available, name);
     if (index == available.size())
@@ -72,8 +71,8 @@ Result<void> check_recording(const Recording& recording, TrainingSet& set) {
 tl::unexpected<Error> missing_input(const TrainingSet& set) {
   std::vector<std::string> known, missing;
   for (const std::string& name : set.data.names) {
-    const bool found = std::any_of(set.tables.begin(), set.tables.end(), [&](const BlockTable& table) {
-      const std::vector<double> column = table.column(name);
+    const bool found = std::any_of(set.recordings.begin(), set.recordings.end(), [&](const Loaded& loaded) {
+      const std::vector<double> column = loaded.table.column(name);
       return std::any_of(column.begin(), column.end(), [](double value) { return std::isfinite(value); });
     });
     (found ? known : missing).push_back(name);
@@ -141,6 +140,19 @@ std::size_t append_blocks(const BlockTable& table, training::TrainingData& data)
   return table.size() - good.size();
 }
 
+Result<Unusable> use_each(const std::vector<std::string>& paths, bool strict,
+                          const std::function<Result<void>(const std::string& path)>& use) {
+  Unusable left_out;
+  for (const std::string& path : paths) {
+    auto done = use(path);
+    if (!done && (strict || paths.size() == 1)) return tl::unexpected<Error>(done.error());
+    if (!done) left_out.emplace_back(path, done.error().text());
+  }
+  if (left_out.size() < paths.size()) return left_out;
+  return make_error("recordings", fmt::format("none of {} can be used (inspect FILE… has all reasons): {}",
+                                              left_out.size(), left_out.front().second));
+}
+
 compensation::FeatureDefinition TrainingSetOptions::window() const {
   compensation::FeatureDefinition chosen = features;
   chosen.slope =
@@ -150,8 +162,7 @@ compensation::FeatureDefinition TrainingSetOptions::window() const {
 }
 
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
-                                      const TrainingSetOptions& options,
-                                      const std::function<Result<void>(const Loaded&)>& usable) {
+                                      const TrainingSetOptions& options, const Judge& judge) {
   TrainingSet set;
   set.features = options.window();
   set.data.names = inputs;
@@ -168,24 +179,20 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   source.several = true;
   UnmatchedRanges unmatched(source.leave_out);
   std::vector<double> second_sds;
-  std::optional<Error> first;
-  for (const std::string& path : paths) {
-    const auto before = std::tuple(set.serial, set.axis, set.features.sensors);
+  const auto use = [&](const std::string& path) -> Result<void> {
+    const auto refuse = [&, before = std::tuple(set.serial, set.axis, set.features.sensors)](const Error& error) {
+      std::tie(set.serial, set.axis, set.features.sensors) = before;
+      return tl::unexpected<Error>(error);
+    };
     auto loaded = read_blocks(path, source, options.site, set.features,
                               [&](const Recording& recording) { return check_recording(recording, set); });
-    const auto good = loaded && usable ? usable(*loaded) : Result<void>();
-    if (!loaded || !good) {
-      const Error error = loaded ? good.error() : loaded.error();
-      if (options.strict || paths.size() == 1) return tl::unexpected<Error>(error);
-      if (!first) first = error;
-      set.left_out.emplace_back(path, error.text());
-      std::tie(set.serial, set.axis, set.features.sensors) = before;
-      continue;
-    }
+    if (!loaded) return refuse(loaded.error());
+    auto quality = judge ? judge(*loaded) : evaluation::DataQuality{};
+    if (!quality) return refuse(quality.error());
     auto& [recording, table] = *loaded;
-    unmatched.add(recording);
     const auto left_out = append_recording(table, set);
-    if (!left_out) return tl::unexpected<Error>(left_out.error());
+    if (!left_out) return refuse(left_out.error());
+    unmatched.add(recording);
     const bool announced = options.source.table.announce && !options.source.map.empty();  // by read_mapped()
     std::vector<Finding> to_note;
     if (!announced) to_note = recording.findings;
@@ -210,9 +217,13 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
     }
     const std::vector<std::string> questions = recording.questions();
     set.questions.insert(set.questions.end(), questions.begin(), questions.end());
-    set.tables.push_back(std::move(table));
-  }
-  if (set.tables.empty()) return tl::unexpected<Error>(*first);
+    set.recordings.push_back(std::move(*loaded));
+    set.qualities.push_back(std::move(*quality));
+    return {};
+  };
+  auto left_out = use_each(paths, options.strict, use);
+  if (!left_out) return tl::unexpected<Error>(left_out.error());
+  set.left_out = std::move(*left_out);
   if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   if (set.data.target.size() == 0) return missing_input(set);
   if (!second_sds.empty()) set.second_sd_deg_per_h = evaluation::median_of(std::move(second_sds));

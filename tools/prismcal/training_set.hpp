@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "compensation/evaluation/data_quality.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/hold_out.hpp"
@@ -28,27 +29,38 @@ struct TrainingSetOptions {
   compensation::FeatureDefinition window() const;
 };
 
+/// Recordings that cannot be used: path, and reason.
+using Unusable = std::vector<std::pair<std::string, std::string>>;
+
+/// Calls `use` with each path, and returns those with an error. Errors: that of the only one, or with `strict` the
+/// first; if none is left, how many there are and the first.
+Result<Unusable> use_each(const std::vector<std::string>& paths, bool strict,
+                          const std::function<Result<void>(const std::string& path)>& use);
+
 struct TrainingSet {
   training::TrainingData data;  ///< one run per recording
   compensation::FeatureDefinition features;
   std::string axis;                ///< axis name in the recordings; empty: none
   std::string serial;              ///< gyro serial number in the recordings; empty: unknown
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate, remarks
-  std::vector<BlockTable> tables;  ///< one per recording, without `seconds`: for the data-quality check
+  std::vector<Loaded> recordings;  ///< without the `seconds` of their tables
+  std::vector<evaluation::DataQuality> qualities;  ///< of each recording, by `judge`
   HoldOut hold_out;
-  std::vector<BlockTable> held_out;                           ///< one per recording; empty if no blocks are held out
-  double second_sd_deg_per_h = kUnknown;                      ///< of one-second means within a block: the median
-  std::vector<std::pair<std::string, std::string>> left_out;  ///< recordings that cannot be used: path, and reason
+  std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
+  double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
+  Unusable left_out;
   std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
   std::vector<std::string> questions;  ///< Recording::questions of all
 };
 
-/// Several recordings: leaves out those with an error, and those that `usable` refuses. Errors: of the only recording,
-/// or the first if none is left or `strict`: another gyro or axis than before, inputs that it does not have, and those
-/// of read_recording() and split_blocks(); no block with all inputs.
+/// The data quality of a recording, or why it cannot be used.
+using Judge = std::function<Result<evaluation::DataQuality>(const Loaded&)>;
+
+/// Leaves out recordings that `judge` refuses, and those with an error, as use_each() does: another gyro or axis than
+/// before, inputs that it does not have, and those of read_recording() and split_blocks(). Errors: also no block with
+/// all inputs.
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
-                                      const TrainingSetOptions& options,
-                                      const std::function<Result<void>(const Loaded&)>& usable = {});
+                                      const TrainingSetOptions& options, const Judge& judge = {});
 
 /// An entry of the provenance: name, files with SHA-256, blocks, gaps, Earth rate, remarks, fingerprint.
 nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& table, std::size_t left_out);

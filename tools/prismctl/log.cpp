@@ -44,8 +44,7 @@ std::vector<std::string_view> fields_of(std::string_view line) {
   return fields;
 }
 
-ordered_json object_of(std::string_view columns, std::string_view line, const json& segment, std::uint64_t row) {
-  ordered_json object = {{"segment", segment}, {"row", row}};
+ordered_json object_of(std::string_view columns, std::string_view line, ordered_json object) {
   const std::vector<std::string_view> names = fields_of(columns), fields = fields_of(line);
   for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) {
     ordered_json& value = object[std::string(names[i])];
@@ -65,7 +64,7 @@ void print_log_line(std::string_view line) {
 class Follower {
  public:
   Follower(const std::string& socket, const RowsSettings& settings)
-      : client_(io_, socket), settings_(settings), cursor_(settings.after) {
+      : client_(io_, socket), settings_(settings), axis_(settings.axis), cursor_(settings.after) {
     client_.on_end = [this](client::State, const std::string& reason) { ended(reason); };
   }
 
@@ -100,6 +99,9 @@ class Follower {
       if (!settings_.axis.empty()) params["axis"] = settings_.axis;
       const auto answer = co_await client_.ask("rows", params);
       if (!answer && is_temporary(answer.error().code)) co_return answer.error().error.what;
+      if (answer && settings_.axis.empty()) {
+        for (const auto& [only, own] : at(*answer, "axes").items()) axis_ = only;
+      }
       const Result<bool> more =
           answer ? print(client::of_axis(*answer, settings_.axis)) : Result<bool>(tl::unexpect, answer.error().error);
       if (more && *more) continue;
@@ -134,7 +136,8 @@ class Follower {
     std::uint64_t number = count_member(segment, "first");
     for (const json& row : at(segment, "rows")) {
       const std::string line = row.is_string() ? row.get<std::string>() : "";
-      if (settings_.json) print_json(object_of(columns, line, at(segment, "segment"), number));
+      if (settings_.json)
+        print_json(object_of(columns, line, {{"axis", axis_}, {"segment", at(segment, "segment")}, {"row", number}}));
       if (!settings_.json) print_log_line(line);
       ++rows_, ++number;
     }
@@ -159,6 +162,7 @@ class Follower {
   asio::io_context io_;
   client::Client client_;
   RowsSettings settings_;
+  std::string axis_;  ///< of the rows: the chosen one, or the only one
   std::string cursor_, columns_;
   std::uint64_t rows_ = 0;
   Result<void> result_;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The density of white noise, periodic parts in it, and missing values.
-#include "compensation/evaluation/spectrum.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

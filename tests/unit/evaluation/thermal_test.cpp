@@ -56,30 +56,24 @@ TEST(Hysteresis, FindsTheSimulatedLoop) {
     bias.push_back(5e-4 * cycle.temperature_degc[i] +
                    split);  // soaks have invalid values, because they must be ignored
   }
-  const Hysteresis loop = measure_hysteresis(cycle.temperature_degc, bias, kinds, 5, "x").value();
-  ASSERT_GE(loop.bins.size(), 13u);  // −40 to 25 in steps of five, and an edge
-  for (const HysteresisBin& bin : loop.bins) EXPECT_NEAR(bin.gap_deg_per_h(), 0.006, 1.3e-3);  // bin fill differs
-  EXPECT_NEAR(loop.loop_area_deg_per_h_degc, 0.006 * 65, 0.04);
+  EXPECT_NEAR(largest_gap(cycle.temperature_degc, bias, kinds, 5).value(), 0.006, 1.3e-3);  // bin fill differs
 }
 
-TEST(Hysteresis, OfASoakIsEmptyAndZero) {
-  const std::vector<double> flat(5, 25.0);
-  const std::vector<ThermalKind> kinds(5, ThermalKind::kSoak);
-  const Hysteresis loop = measure_hysteresis(flat, flat, kinds, 5, "x").value();
-  EXPECT_TRUE(loop.bins.empty());
-  EXPECT_EQ(loop.max_gap_deg_per_h, 0);
+TEST(Hysteresis, OfSoaksOrUnknownValuesIsNotKnown) {
+  const std::vector<double> flat(5, 25.0), unknown(5, std::nan(""));
+  EXPECT_FALSE(largest_gap(flat, flat, std::vector(5, ThermalKind::kSoak), 5));
+  const std::vector<ThermalKind> kinds = {ThermalKind::kHeating, ThermalKind::kCooling, ThermalKind::kSoak,
+                                          ThermalKind::kCooling, ThermalKind::kHeating};
+  EXPECT_EQ(largest_gap(flat, flat, kinds, 5), 0);
+  EXPECT_FALSE(largest_gap(unknown, flat, kinds, 5));
 }
 
 TEST(ThermalSegments, RejectInvalidRecords) {
-  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")}, no = {std::nan("")};
+  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")};
   EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
   EXPECT_FALSE(cut_thermal_segments(two, with_nan, {}, "x"));
-  const std::vector<ThermalKind> kind = {ThermalKind::kHeating};
-  EXPECT_FALSE(measure_hysteresis(one, one, kind, 0, "x"));
-  EXPECT_FALSE(measure_hysteresis(one, one, {}, 5, "x"));
-  EXPECT_FALSE(measure_hysteresis(no, one, kind, 5, "x"));
 }
 
 }  // namespace

@@ -237,17 +237,10 @@ TEST(Meanings, OfSoaksAndRamps) {
 }
 
 TEST(Meanings, OfTheLoop) {
-  evaluation::Hysteresis before, after;
-  EXPECT_THAT(analysis::loop_meaning(before, after), HasSubstr("cannot be judged"));
-  before.bins = after.bins = {{20, 0.1, 0}};
-  before.max_gap_deg_per_h = 0.1, before.loop_area_deg_per_h_degc = 1;
-  after.max_gap_deg_per_h = 0.02, after.loop_area_deg_per_h_degc = 0.3;
-  EXPECT_THAT(analysis::loop_meaning(before, after), HasSubstr("up to 0.1 deg/h before and 0.02 deg/h after"));
-  EXPECT_THAT(analysis::hysteresis_meaning(before, after, true), HasSubstr("removes 80 % of the largest difference"));
-  EXPECT_THAT(analysis::hysteresis_meaning(before, after, true), HasSubstr("70 % of the area"));
-  EXPECT_THAT(analysis::hysteresis_meaning(after, before, false), HasSubstr("it needs dTdt as input, or a response"));
-  EXPECT_THAT(analysis::hysteresis_meaning(after, before, true),
-              HasSubstr("in the training they differed in another way"));
+  EXPECT_THAT(analysis::loop_meaning({}, 0.02, true), HasSubstr("cannot be judged"));
+  EXPECT_THAT(analysis::loop_meaning(0.1, 0.02, true), EndsWith("up to 0.1 deg/h before and 0.02 deg/h after."));
+  EXPECT_THAT(analysis::loop_meaning(0.02, 0.1, false), HasSubstr("needs dTdt as input, or a response"));
+  EXPECT_THAT(analysis::loop_meaning(0.02, 0.1, true), HasSubstr("in the training they differed in another way"));
 }
 
 TEST(Meanings, OfTheAllanDeviation) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/triage.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,9 +11,11 @@
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/statistics.hpp"
+#include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/data_quality_table.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/quantity_map.hpp"
+#include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {
 namespace {
@@ -80,9 +80,9 @@ Row judge_file(const std::string& path, const recordings::TrainingSetOptions& op
     row.verdict = std::max(row.verdict, verdict);
     row.reasons.push_back(std::move(text));
   };
-  if (std::string why = analysis::why_unusable(*loaded, true); !why.empty()) add(kUnusable, std::move(why));
+  auto [quality, unusable] = analysis::usability_of(*loaded, true);
+  if (!unusable.empty()) add(kUnusable, std::move(unusable));
   for (std::string& text : recording.questions()) add(kDoubtful, std::move(text));
-  const auto quality = analysis::check_blocks(table);
   if (quality && quality->verdict == evaluation::Verdict::kWarn) add(kDoubtful, analysis::data_quality_words(*quality));
   return row;
 }
@@ -100,7 +100,7 @@ nlohmann::ordered_json json_of(const Row& row) {
 
 }  // namespace
 
-int triage(const std::vector<std::string>& paths, const recordings::TrainingSetOptions& options, bool json) {
+int inspect_each(const std::vector<std::string>& paths, const recordings::TrainingSetOptions& options, bool json) {
   report::Table table{
       "files", "Recordings", "",
       report::columns(
