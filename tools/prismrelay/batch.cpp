@@ -184,7 +184,10 @@ void add_segment(BatchItem& item, const json& segment) {
   append_text(prefix, {reinterpret_cast<const char*>(log_id.data()), log_id.size()});
   append_field(prefix, static_cast<std::int64_t>(record.segment), 4);
   RowConverter converter(segment);
-  for (const json& row : member(segment, "rows")) {
+  const json& rows = member(segment, "rows");
+  item.records[kRows].reserve(rows.size());
+  item.texts[kRows].reserve(item.texts[kRows].size() + rows.size() * (prefix.size() + 300));
+  for (const json& row : rows) {
     record.line = row.get_ref<const std::string&>();
     if (const auto error = converter.append(item.texts[kRows], prefix, record)) {
       ++item.invalid;

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -644,9 +643,6 @@ std::string Target::text() const {
 }
 
 void run_relay(const Settings& settings) {
-  // Returns freed page buffers to the system: with a thousand logs the heap would stay large.
-  mallopt(M_MMAP_THRESHOLD, 64 << 10);
-  mallopt(M_TRIM_THRESHOLD, 1 << 20);
   std::signal(SIGPIPE, SIG_IGN);
   Relay(settings).run();
 }
