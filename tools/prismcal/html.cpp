@@ -70,21 +70,8 @@ footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line)
 constexpr const char* kFactsHeading = "Data and settings";
 
 const char* css_class(Emphasis emphasis) {
-  switch (emphasis) {
-    case Emphasis::kNone:
-      return "";
-    case Emphasis::kGood:
-      return "good";
-    case Emphasis::kBad:
-      return "bad";
-    case Emphasis::kWarn:
-      return "warn";
-    case Emphasis::kMuted:
-      return "muted";
-    case Emphasis::kBest:
-      return "best";
-  }
-  return "";
+  static constexpr const char* kClasses[] = {"", "good", "bad", "warn", "muted", "best"};  // in the order of Emphasis
+  return kClasses[static_cast<std::size_t>(emphasis)];
 }
 
 /// Text alternative of a figure: title, caption and names of curves.

@@ -5,7 +5,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "base/escape.hpp"
+#include "base/text_number.hpp"
 #include "compensation/features.hpp"
 #include "tools/prismsim/simulation/random_source.hpp"
 
@@ -36,32 +36,26 @@ struct Statement {
   double high = 0;
 };
 
-// Reads one number; the rest of `text` remains.
-std::optional<double> number_at(std::string_view& text) {
+// A number at the begin of `text`; sets the rest.
+std::optional<double> number_at(std::string_view text, std::string_view& rest) {
   text = trimmed(text);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return value;
+  rest = text.substr(std::min(text.find_first_not_of("0123456789.+-eE"), text.size()));
+  const auto value = parse_number<double>(text.substr(0, text.size() - rest.size()));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 std::optional<Statement> statement_of(std::string_view text) {
-  Statement s;
   const bool limit = text.find("<=") != std::string_view::npos;
   const auto sign = text.find(limit ? "<=" : "=");
   if (sign == std::string_view::npos) return std::nullopt;
-  s.name = trimmed(text.substr(0, sign));
-  text.remove_prefix(sign + (limit ? 2 : 1));
-  if (!limit) {
-    s.low = number_at(text);
-    if (!s.low || text.empty() || text.front() != ':') return std::nullopt;
-    text.remove_prefix(1);
-  }
-  const auto high = number_at(text);
+  Statement s{std::string(trimmed(text.substr(0, sign))), "", std::nullopt, 0};
+  std::string_view rest = text.substr(sign + (limit ? 2 : 1));
+  if (!limit) s.low = number_at(rest, rest);
+  if (!limit && (!s.low || !rest.starts_with(':'))) return std::nullopt;
+  const auto high = number_at(limit ? rest : rest.substr(1), rest);
   if (s.name.empty() || !high) return std::nullopt;
   s.high = *high;
-  s.unit = trimmed(text);
+  s.unit = trimmed(rest);
   return s;
 }
 

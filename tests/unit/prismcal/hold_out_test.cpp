@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Splitting a recording into training and held-out blocks: their distance, their contents, and errors.
-#include "tools/prismcal/hold_out.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
 #include "tests/unit/prismcal/simulated_day.hpp"
+#include "tools/prismcal/training_set.hpp"
 
 namespace prism::recordings {
 namespace {
