@@ -61,7 +61,7 @@ footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line)
   p { max-width: none; orphans: 3; widows: 3; } .wide { overflow: visible; margin: .8rem 0 1rem; break-inside: auto; }
   table.data { font-size: .8rem; min-width: 0; } table.data td, table.data th { padding: .12rem .34rem; } table.data td { white-space: normal; }
   table.data .number { white-space: nowrap; } tr, caption, p { break-inside: avoid; } p.meaning { break-before: avoid; } caption { break-after: avoid; } thead { display: table-header-group; break-after: avoid; } tbody tr:first-child { break-before: avoid; }
-  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 66mm; margin: 0 auto; }
+  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 62mm; margin: 0 auto; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 @media (max-width: 45rem) { body { padding: 1.2rem .8rem; } nav { columns: 1; } table.data td, table.data th { padding: .22rem .45rem; } }

@@ -349,7 +349,7 @@ Figure bias_figure(const EvaluatedRecording& recording) {
                 "Bias, model and residual on " + table.name,
                 fmt::format("{} s means.", table.features.length_s),
                 {}};
-  figure.plot.panel_height = 230;
+  figure.plot.panel_height = 190;
   figure.plot.panels = {time_panel("(a) bias and model", kBias,
                                    {curve("bias", Ink::kRaw, hours, table.bias_deg_per_h),
                                     curve("model", Ink::kModel, hours, evaluated.predicted_deg_per_h)}),
