@@ -162,9 +162,9 @@ std::vector<Point> refined(const std::vector<DriftRecord>& records, const std::v
   return fits(records, noises, all);
 }
 
-/// The time until |A| exp(−t/τ_w) is below the band, over all points and their weights.
+/// The time, h, until |A| exp(−t/τ_w) is below the band, over all points and their weights.
 std::optional<Estimate> warm_up_of(const std::vector<Point>& points, const std::vector<double>& weights, double band,
-                                   double longest_s) {
+                                   double longest_h) {
   constexpr int kQuantiles = 41;
   std::vector<std::pair<double, double>> times;  // and their weights
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -172,7 +172,7 @@ std::optional<Estimate> warm_up_of(const std::vector<Point>& points, const std::
       const double z = boost::math::quantile(boost::math::normal(), (q + 0.5) / kQuantiles);
       const Index last = points[i].value.size() - 1;
       const double size = std::abs(points[i].value(last) + z * std::sqrt(points[i].variance(last)));
-      times.emplace_back(std::max(0.0, points[i].warm_up_s * std::log(size / band)), weights[i] / kQuantiles);
+      times.emplace_back(std::max(0.0, points[i].warm_up_s / 3600 * std::log(size / band)), weights[i] / kQuantiles);
     }
   }
   std::sort(times.begin(), times.end());
@@ -183,7 +183,7 @@ std::optional<Estimate> warm_up_of(const std::vector<Point>& points, const std::
     return HUGE_VAL;
   };
   const Estimate time{at(0.5), at(kOutside), at(1 - kOutside)};
-  return time.high < longest_s ? std::optional(time) : std::nullopt;
+  return time.high < longest_h ? std::optional(time) : std::nullopt;
 }
 
 }  // namespace
@@ -218,7 +218,7 @@ Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_
       square += weights[i] * (points[i].variance(c) + std::pow(points[i].value(c) - mean, 2));
     fit.causes.push_back({mean, mean - 1.96 * std::sqrt(square), mean + 1.96 * std::sqrt(square)});
   }
-  fit.warm_up_s = warm_up_of(points, weights, warm_up_band_deg_per_h, switched_on_s);
+  fit.warm_up_h = warm_up_of(points, weights, warm_up_band_deg_per_h, switched_on_s / 3600);
   return fit;
 }
 

@@ -27,8 +27,8 @@ struct DriftRecord {
 
 struct DriftFit {
   std::vector<Estimate> causes;  ///< change of the bias per unit of each cause
-  /// From switch-on until the exponential part is below the band, s. Nullopt: the records do not determine it.
-  std::optional<Estimate> warm_up_s;
+  /// From switch-on until the exponential part is below the band, h. Nullopt: the records do not determine it.
+  std::optional<Estimate> warm_up_h;
 };
 
 /// Fits bias = level of the record + Σ coefficient · cause + A exp(−t / τ_w) + noise by generalised least squares; A is

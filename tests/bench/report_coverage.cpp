@@ -108,7 +108,7 @@ bool run(const World& world, std::uint64_t first_seed, int count) {
     if (!fit || !one) continue;
     const double causes[] = {kTemperature, kSlope, kGradient};
     for (std::size_t c = 0; c < 3; ++c) all[c].add(fit->causes[c], causes[c]);
-    if (fit->warm_up_s) all[3].add(*fit->warm_up_s, warm_up.tau_s * std::log(warm_up.deg_per_h / kBand));
+    if (fit->warm_up_h) all[3].add(*fit->warm_up_h, warm_up.tau_s / 3600 * std::log(warm_up.deg_per_h / kBand));
     all[4].add(evaluation::scatter_with_interval(means), 0);
     all[5].add(one->causes[0], kTemperature);
   }

@@ -24,9 +24,9 @@ p { margin: .5rem 0 .8rem; max-width: 52rem; }
 .simulated { display: inline-block; margin-top: .7rem; padding: .15rem .6rem; border: 1.5px solid var(--warm); color: var(--warm);
   font-weight: 600; letter-spacing: .04em; font-size: .85rem; border-radius: 3px; }
 nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--blue); text-decoration: none; display: block; padding: .08rem 0; }
-.cover { width: 100%; border-collapse: collapse; font-size: .9rem; margin: .8rem 0 0; }
-.cover th { text-align: left; font-weight: 600; color: var(--soft); padding: .2rem .8rem .2rem 0; vertical-align: top; width: 11%; white-space: nowrap; }
-.cover td { padding: .2rem .8rem .2rem 0; border-bottom: 1px dotted var(--line); overflow-wrap: anywhere; vertical-align: top; width: 39%; }
+.cover { display: grid; grid-template-columns: 1fr 1fr; column-gap: 1.6rem; font-size: .9rem; margin: .8rem 0 0; }
+.cover div { display: flex; padding: .2rem 0; border-bottom: 1px dotted var(--line); } .cover .long { grid-column: 1 / -1; }
+.cover dt { flex: 0 0 6.5rem; font-weight: 600; color: var(--soft); } .cover dd { margin: 0; overflow-wrap: anywhere; }
 .facts { width: 100%; border-collapse: collapse; font-size: .9rem; margin: 0 0 1rem; }
 .facts th { text-align: left; font-weight: 600; color: var(--soft); white-space: nowrap; padding: .2rem 1.2rem .2rem 0; vertical-align: top; width: 1%; }
 .facts td { padding: .2rem 0; overflow-wrap: anywhere; }
@@ -165,19 +165,11 @@ class Page {
   /// Two columns; a long value has a row of its own.
   void cover() {
     if (report_.cover.empty()) return;
-    text_ += "<table class=\"cover\">\n";
-    bool open = false;  // a row with one value
-    for (const auto& [name, value] : report_.cover) {
-      const bool is_long = value.size() > 50;
-      text_ += fmt::format("{}<th>{}</th><td{}>{}</td>",
-                           !open     ? "<tr>"
-                           : is_long ? "</tr>\n<tr>"
-                                     : "",
-                           html_text(name), is_long ? " colspan=\"3\"" : "", html_text(value));
-      open = !open && !is_long;
-      if (!open) text_ += "</tr>\n";
-    }
-    text_ += "</table>\n";
+    text_ += "<dl class=\"cover\">\n";
+    for (const auto& [name, value] : report_.cover)
+      text_ += fmt::format("<div{}><dt>{}</dt><dd>{}</dd></div>\n", value.size() > 50 ? " class=\"long\"" : "",
+                           html_text(name), html_text(value));
+    text_ += "</dl>\n";
   }
 
   /// Last: the conclusion comes first.

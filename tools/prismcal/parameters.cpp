@@ -184,7 +184,7 @@ double noise_band(const std::vector<EvaluatedRecording>& recordings) {
 
 /// One after the other: pooled, with a break between them.
 Result<evaluation::AllanAnalysis> pooled_allan(const std::vector<EvaluatedRecording>& recordings, bool after) {
-  if (recordings.size() == 1) return after ? recordings[0].allan.after : recordings[0].allan.before;
+  if (recordings.size() == 1) return recordings[0].allan.of(after);
   std::vector<recordings::Series> all;
   for (const EvaluatedRecording& recording : recordings) {
     auto own = after ? recording.evaluation->corrected_seconds_deg_per_h(*recording.table) : recording.table->seconds;
@@ -276,25 +276,21 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
         own == used ? common : BeforeAfter<Fit>{fit_runs(runs, own, kBefore, band), fit_runs(runs, own, kAfter, band)};
     const auto at = static_cast<std::size_t>(std::find(own.begin(), own.end(), cause.column) - own.begin());
     const auto value = [&](bool corrected) {
-      const Fit& one = corrected ? fit.after : fit.before;
-      return one ? std::optional(one->causes[at]) : std::nullopt;
+      return fit.of(corrected) ? std::optional(fit.of(corrected)->causes[at]) : std::nullopt;
     };
     made.add(cause.name, cause.unit, both(value), "least squares, correlated noise (REML)", all);
     if (const auto rest = value(true); rest && rest->low * rest->high > 0) left.push_back(cause.name);
   }
   if (thermometers.empty())
     made.not_determined("D_∇T, temperature difference", "deg/h/°C", "needs a second thermometer");
-  const auto warm_up = [&](bool corrected) -> std::optional<Estimate> {
-    const Fit& fit = corrected ? common.after : common.before;
-    if (!fit || !fit->warm_up_s) return std::nullopt;
-    return Estimate{fit->warm_up_s->value / 3600, fit->warm_up_s->low / 3600, fit->warm_up_s->high / 3600};
+  const auto warm_up = [&](bool corrected) {
+    return common.of(corrected) ? common.of(corrected)->warm_up_h : std::nullopt;
   };
   made.add(fmt::format("warm-up to within {:g} deg/h", band), "h", both(warm_up),
            starts == 0 ? "needs a switch-on" : "exponential, fitted with T and dT/dt", starts_text);
   const auto gap = [&](bool corrected) -> std::optional<Estimate> {
     std::optional<double> largest;
-    for (const EvaluatedRecording& r : recordings)
-      largest = std::max(largest, corrected ? r.gap_deg_per_h.after : r.gap_deg_per_h.before);
+    for (const EvaluatedRecording& r : recordings) largest = std::max(largest, r.gap_deg_per_h.of(corrected));
     return largest ? std::optional(Estimate{*largest, *largest, *largest}) : std::nullopt;
   };
   made.add("hysteresis, largest gap", "deg/h", both(gap), "heating − cooling in bins of 5 °C", all);

@@ -19,6 +19,7 @@ namespace prism::analysis {
 template <class T>
 struct BeforeAfter {
   T before, after;
+  const T& of(bool corrected) const { return corrected ? after : before; }
 };
 
 /// One recording and the evaluation of a model on it. Pointers are not owned.

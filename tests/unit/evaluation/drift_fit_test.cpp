@@ -37,15 +37,15 @@ TEST(DriftFit, FindsTheSensitivityBesideLevelsAndAWarmUp) {
   EXPECT_GT(fit.causes[0].high, kPerDegC);
   EXPECT_LT(fit.causes[1].low, 0);
   EXPECT_GT(fit.causes[1].high, 0);
-  ASSERT_TRUE(fit.warm_up_s);
-  const double truth = kTau_s * std::log(kAmplitude / 0.005);
-  EXPECT_NEAR(fit.warm_up_s->value, truth, 0.2 * truth);
-  EXPECT_LT(fit.warm_up_s->low, truth);
-  EXPECT_GT(fit.warm_up_s->high, truth);
+  ASSERT_TRUE(fit.warm_up_h);
+  const double truth = kTau_s / 3600 * std::log(kAmplitude / 0.005);
+  EXPECT_NEAR(fit.warm_up_h->value, truth, 0.2 * truth);
+  EXPECT_LT(fit.warm_up_h->low, truth);
+  EXPECT_GT(fit.warm_up_h->high, truth);
 }
 
 TEST(DriftFit, NeedsASwitchOnForAWarmUp) {
-  EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005, "x").value().warm_up_s);
+  EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005, "x").value().warm_up_h);
 }
 
 TEST(DriftFit, RejectsTooFewBlocksAndCausesThatChangeTogether) {
