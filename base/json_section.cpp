@@ -8,9 +8,9 @@
 #include <cmath>
 
 #include "base/escape.hpp"
-#include "base/hex_bytes.hpp"
 #include "base/json_document.hpp"
 #include "base/plain_text.hpp"
+#include "base/text_number.hpp"
 
 namespace prism {
 namespace {

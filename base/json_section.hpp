@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "base/outside_text.hpp"
-#include "base/removed_keys.hpp"
 #include "base/result.hpp"
 
 namespace prism {
@@ -30,6 +29,21 @@ struct Range {
   double min, max;
 };
 inline constexpr Range kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
+
+enum class KeyFile : std::uint8_t { kPrismd, kFrames, kWeb, kRelay, kCampaign };
+
+/// A key of the files of earlier versions that this version does not read.
+struct RemovedKey {
+  KeyFile file;
+  std::string_view path;  ///< steps joined by '/'; "*" is any key or element, "**" none or several of them
+  /// True if a file must not be used without this key: the key could change a number or close a door. Else the program
+  /// warns and starts, because an upgrade must not end a recording.
+  bool stops;
+  std::string_view instead;  ///< the replacement, as the end of a sentence
+};
+
+/// The one table for all programs (base/removed_keys.cpp).
+std::span<const RemovedKey> removed_keys();
 
 /// A view of one object whose keys are read in turn. Keeps the first error; after it every getter returns a harmless
 /// value, and finish() returns the error. All sections of a document share this error. The document must outlive its

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "base/removed_keys.hpp"
-
+// Keys of the files of earlier versions that this version does not read.
 #include <vector>
+
+#include "base/json_section.hpp"
 
 namespace prism {
 namespace {

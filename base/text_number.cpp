@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <system_error>
 
 namespace prism {
 namespace {
@@ -179,6 +181,23 @@ std::optional<std::int64_t> parse_utc_file_text(std::string_view text) {
   if (!date.ok()) return std::nullopt;
   const std::int64_t midnight = std::chrono::sys_days(date).time_since_epoch().count() * std::int64_t{86'400};
   return midnight + 3600 * number(9, 2) + 60 * number(11, 2) + number(13, 2);
+}
+
+std::vector<std::uint8_t> hex_bytes(std::string_view text) {
+  std::vector<std::uint8_t> result;
+  while (!text.empty()) {
+    if (text.front() == ' ') {
+      text.remove_prefix(1);
+      continue;
+    }
+    std::uint8_t byte = 0;
+    const char* last = text.data() + std::min<std::size_t>(text.size(), 2);
+    const auto [end, error] = std::from_chars(text.data(), last, byte, 16);
+    if (error != std::errc{} || end != text.data() + 2) return {};
+    result.push_back(byte);
+    text.remove_prefix(2);
+  }
+  return result;
 }
 
 }  // namespace prism

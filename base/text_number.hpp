@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace prism {
 
@@ -57,5 +58,8 @@ std::string utc_file_text(std::int64_t second);
 
 /// Reads the first 16 characters of utc_file_text (year 0000 to 9999). Returns nullopt for any other text.
 std::optional<std::int64_t> parse_utc_file_text(std::string_view text);
+
+/// Bytes in hexadecimal digits: "A5 5A" → bytes; empty if the text is anything else.
+std::vector<std::uint8_t> hex_bytes(std::string_view text);
 
 }  // namespace prism

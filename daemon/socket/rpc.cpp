@@ -18,11 +18,11 @@
 #include <utility>
 
 #include "base/escape.hpp"
-#include "base/hex_bytes.hpp"
 #include "base/host_time.hpp"
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
+#include "base/text_number.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/socket/answers.hpp"

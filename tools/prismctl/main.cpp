@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/hex_bytes.hpp"
 #include "base/outside_text.hpp"
+#include "base/text_number.hpp"
 #include "base/time_scale.hpp"
 #include "config/socket_path.hpp"
 #include "config/socket_protocol.hpp"

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "base/escape.hpp"
-#include "base/hex_bytes.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
 #include "base/text_number.hpp"

@@ -14,7 +14,6 @@
 #include "base/json_document.hpp"
 #include "base/json_member.hpp"
 #include "base/outside_text.hpp"
-#include "base/removed_keys.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/support/hostile_texts.hpp"
 

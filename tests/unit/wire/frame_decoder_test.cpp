@@ -12,7 +12,7 @@
 #include <optional>
 #include <random>
 
-#include "base/hex_bytes.hpp"
+#include "base/text_number.hpp"
 #include "drivers/commands.hpp"
 #include "drivers/wire/decode/inspect.hpp"
 #include "tests/support/scripts.hpp"
