@@ -18,7 +18,7 @@ from texts import TEXTS, follows
 BIN, SOURCE, DIR = sys.argv[1:4]
 PROGRAMS = {p: f"{BIN}/{'daemon' if p == 'prismd' else 'tools/' + p}/{p}" for p in ("prismd", "prismctl", "prismcal", "prismsim", "prismrelay", "prismweb")}
 LONGEST = 40  # bytes of an instance name: a socket path has at most 107
-TAGS = {"html", "head", "meta", "title", "style", "body", "header", "h1", "h2", "p", "nav", "a", "table", "caption", "thead", "tbody", "tr", "th", "td", "span", "b", "div",
+TAGS = {"html", "head", "meta", "title", "style", "body", "header", "h1", "h2", "p", "nav", "a", "table", "caption", "thead", "tbody", "tr", "th", "td", "span", "b", "dd", "div", "dl", "dt",
         "section", "figure", "figcaption", "footer", "script", "svg", "g", "path", "rect", "line", "polyline", "polygon", "circle", "text", "tspan", "defs", "clippath", "use",
         "lineargradient", "stop", "desc"}
 

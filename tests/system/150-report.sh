@@ -53,8 +53,8 @@ parses compared
 echo '{"document": "TR-1 <b>", "customer": "C", "sensors": ["Pt100, calibrated 2026-05-02"]}' >test.json
 prismcal evaluate kernel.json cycle2 --test test.json --quiet --out stated >/dev/null || fail "evaluate --test"
 parses stated
-contains "the first page" "$(cat stated/report.html)" "<th>document</th><td>TR-1 &lt;b&gt;</td>"
-contains "an empty field" "$(cat stated/report.html)" "<th>operator</th><td></td>"
+contains "the first page" "$(cat stated/report.html)" "<dt>document</dt><dd>TR-1 &lt;b&gt;</dd>"
+contains "an empty field" "$(cat stated/report.html)" "<dt>operator</dt><dd></dd>"
 same "date of the evaluation" "$(jq -r .cover.evaluated stated/report.json)" "$(date -u +%F)"
 contains "the files" "$(sed -n '/id="facts"/,$p' stated/report.html)" "$(sha256sum kernel.json | cut -c1-64)"
 same "parameters that are not determined" "$(jq -r '[.tables.parameters.rows[] | select(.[2].text == "not determined") | .[0].text][0]' stated/report.json)" "turn-on to turn-on, 1 sigma"
