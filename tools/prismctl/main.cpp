@@ -33,8 +33,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kUsage = 64;
-
 struct Choice {
   std::string socket, name, axis;
   bool json = false, no_start = false;

@@ -26,7 +26,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 64, kExitConfig = 78;
+constexpr int kExitDone = 0, kExitFailed = 1, kExitConfig = 78;
 
 struct Options {
   std::string config = "/etc/prism/relay.json";

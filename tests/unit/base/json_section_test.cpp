@@ -217,8 +217,6 @@ TEST(PrintableJson, KeepsTheValueWithoutControlCharacters) {
   }
 }
 
-constexpr KeyFile kFile = KeyFile::kPrismd;
-
 const std::vector<RemovedKey> kTable{{KeyFile::kPrismd, "radio", false, "use a cable"},
                                      {KeyFile::kPrismd, "door", true, "close it by hand"},
                                      {KeyFile::kPrismd, "lines/*/echo", false, "listen"},

@@ -240,7 +240,8 @@ TEST(FrameDecoder, RejectsALineThatLostACharacter) {
   const std::size_t point = good.find('.'), sign = good.find('-');
   for (std::size_t at = 0; at < good.size(); ++at) {
     std::string line = good;
-    const std::string stream = good + line.erase(at, 1) + good + good;
+    std::string stream = good;
+    stream.append(line.erase(at, 1)).append(good).append(good);
     for (const DecodedMessage& reading : test::decode(description, {stream.begin(), stream.end()})) {
       const bool seen = at < sign || at >= point;  // the manual states no width: a sign or a first digit may be missing
       if (seen && reading.gyro[0].valid) {
