@@ -148,18 +148,21 @@ std::string sensors_line(const std::vector<SensorName>& sensors) {
   return line + "\n";
 }
 
-std::vector<SensorName> sensors_in(std::string_view metadata) {
+std::vector<SensorName> listed_sensors(std::string_view columns) {
   std::vector<SensorName> sensors;
-  const std::size_t at = metadata.find(kSensorsKey);
-  if (at == std::string_view::npos) return sensors;
-  std::string_view rest = metadata.substr(at + kSensorsKey.size());
-  rest = rest.substr(0, rest.find('\n'));
-  while (!rest.empty()) {
-    const std::size_t end = std::min(rest.find(' '), rest.size());
-    if (auto sensor = sensor_of_column(rest.substr(0, end))) sensors.push_back(std::move(*sensor));
-    rest.remove_prefix(std::min(end + 1, rest.size()));
+  while (!columns.empty()) {
+    const std::size_t end = std::min(columns.find(' '), columns.size());
+    if (auto sensor = sensor_of_column(columns.substr(0, end))) sensors.push_back(std::move(*sensor));
+    columns.remove_prefix(std::min(end + 1, columns.size()));
   }
   return sensors;
+}
+
+std::vector<SensorName> sensors_in(std::string_view metadata) {
+  const std::size_t at = metadata.find(kSensorsKey);
+  if (at == std::string_view::npos) return {};
+  const std::string_view rest = metadata.substr(at + kSensorsKey.size());
+  return listed_sensors(rest.substr(0, rest.find('\n')));
 }
 
 void append_csv(std::string& text, const CompensatedWindow& row) {

@@ -54,6 +54,8 @@ struct LogColumn : ColumnInfo {
   /// Sets the value, whatever it was before. Returns false if the field is invalid. `before`: bytes before the field
   /// that may be read.
   bool (*parse)(std::string_view field, std::size_t before, CompensatedWindow& row);
+  /// The value of a row; null if the type is not kInteger, kUnsigned or kFlag.
+  std::int64_t (*number)(const CompensatedWindow& row) = nullptr;
   /// The value of a row; null if the type is not kReal.
   const double& (*value)(const CompensatedWindow& row) = nullptr;
   int decimals = 0;            ///< of kReal
@@ -92,6 +94,7 @@ constexpr LogColumn real(std::string_view name, std::string_view unit, std::stri
           [](std::string_view field, std::size_t before, CompensatedWindow& row) {
             return parse(field, before, (row.*....*path), decimals);
           },
+          nullptr,
           [](const CompensatedWindow& row) -> const double& { return (row.*....*path); },
           decimals,
           (is_member_of_second(path) || ...)};
@@ -103,7 +106,8 @@ constexpr LogColumn count(std::string_view name, ColumnType type, std::string_vi
           [](std::string& text, const CompensatedWindow& row) { append(text, (row.*....*path)); },
           [](std::string_view field, std::size_t before, CompensatedWindow& row) {
             return parse(field, before, (row.*....*path));
-          }};
+          },
+          [](const CompensatedWindow& row) { return std::int64_t{(row.*....*path)}; }};
 }
 
 template <int decimals, auto member>
@@ -149,7 +153,8 @@ inline constexpr std::array kLogColumns = [] {
       of_row<&Row::sent_deg_per_h>("sent_deg_per_h", "deg/h", "mean of the rates that the first output sent", 17, kNo),
       of_correction<&Correction::offset_deg_per_h>("offset_deg_per_h", "deg/h", "offset by command", 18, kNo),
       // New columns here.
-      LogColumn{{"partial", "", "", kFlag, 0, kNo}, append_partial, parse_partial}};
+      LogColumn{{"partial", "", "", kFlag, 0, kNo}, append_partial, parse_partial,
+                [](const Row& row) { return std::int64_t{row.window.second_mean.partial}; }}};
   // clang-format on
 }();
 /// Columns after these are optional when a log is read.
@@ -180,7 +185,9 @@ inline constexpr std::array kJsonColumns = [] {
 /// The column line of the log, without its line end. The columns of `sensors` are before the last one.
 std::string csv_columns(const std::vector<SensorName>& sensors = {});
 
-/// The sensors whose columns the metadata lists: "# sensors: case_degc anode_v\n".
+/// The sensors of a list of columns: "case_degc anode_v".
+std::vector<SensorName> listed_sensors(std::string_view columns);
+/// Those that the metadata of a log lists: "# sensors: case_degc anode_v\n".
 std::vector<SensorName> sensors_in(std::string_view metadata);
 /// That metadata line; empty without sensors.
 std::string sensors_line(const std::vector<SensorName>& sensors);

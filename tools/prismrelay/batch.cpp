@@ -76,7 +76,7 @@ class RowConverter {
     const std::string columns = text_member(segment, "columns");
     has_partial_ = columns.ends_with(",partial");
     const std::string listed = text_member(member(segment, "metadata"), "sensors");
-    std::vector<SensorName> sensors = compensation::sensors_in("# sensors: " + listed + "\n");
+    std::vector<SensorName> sensors = compensation::listed_sensors(listed);
     std::erase_if(sensors, [](const SensorName& sensor) { return !is_sensor_name(sensor.name); });
     layout_ = compensation::CsvLayout::parse(columns, "", std::make_shared<const std::vector<SensorName>>(sensors));
   }
@@ -114,10 +114,12 @@ class RowConverter {
       const double value = column.value(row_);
       return std::isfinite(value) ? append_field(text, std::bit_cast<std::int64_t>(value), 8) : append_null(text);
     }
-    std::string value;
-    column.append(value, row_);
-    const std::int64_t number = parse_number<std::int64_t>(value).value_or(0);
-    if (column.type == ColumnType::kText) return append_text(text, value);
+    if (column.type == ColumnType::kText) {
+      std::string value;
+      column.append(value, row_);
+      return append_text(text, value);
+    }
+    const std::int64_t number = column.number(row_);
     if (column.type == ColumnType::kFlag) return has_partial_ ? append_field(text, number, 2) : append_null(text);
     append_field(text, number, column.type == ColumnType::kInteger ? 4 : 8);
   }
@@ -185,7 +187,6 @@ void add_segment(BatchItem& item, const json& segment) {
   RowConverter converter(segment);
   const json& rows = member(segment, "rows");
   item.records[kRows].reserve(rows.size());
-  item.texts[kRows].reserve(item.texts[kRows].size() + rows.size() * (prefix.size() + 300));
   for (const json& row : rows) {
     record.line = row.get_ref<const std::string&>();
     if (const auto error = converter.append(item.texts[kRows], prefix, record)) {

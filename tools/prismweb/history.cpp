@@ -613,8 +613,8 @@ asio::awaitable<tl::expected<History::Page, client::RequestError>> History::page
   try {
     const json& result = client::of_axis(*response, axis_);
     for (const json& segment : result.at("segments")) {
-      const std::string names = "# sensors: " + text_member(member(segment, "metadata"), "sensors") + "\n";
-      const auto sensors = std::make_shared<const std::vector<SensorName>>(compensation::sensors_in(names));
+      const std::string names = text_member(member(segment, "metadata"), "sensors");
+      const auto sensors = std::make_shared<const std::vector<SensorName>>(compensation::listed_sensors(names));
       const auto& columns = segment.at("columns").get_ref<const std::string&>();
       const auto layout = compensation::CsvLayout::parse(columns, "rows", sensors);
       if (!layout) continue;
