@@ -88,7 +88,7 @@ struct Point {
   double log_likelihood = -HUGE_VAL;
   VectorXd value, variance;  ///< of the causes, then of A
   double warm_up_s = 0;      ///< 0: without A
-  const Noise* noise = nullptr;
+  std::size_t noise = 0;     ///< its position in the list
 };
 
 /// From the sums of products of the whitened columns.
@@ -111,7 +111,8 @@ std::vector<Point> fits(const std::vector<DriftRecord>& records, const std::vect
                         const std::vector<double>& warm_up_s) {
   const std::size_t causes = records.front().causes.size();
   std::vector<Point> points;
-  for (const Noise& noise : noises) {
+  for (std::size_t n = 0; n < noises.size(); ++n) {
+    const Noise& noise = noises[n];
     MatrixXd products;
     double log_determinant = -2 * std::log(noise.prior), freedom = 0;
     for (const DriftRecord& record : records) {
@@ -129,7 +130,7 @@ std::vector<Point> fits(const std::vector<DriftRecord>& records, const std::vect
       if (!warm_up_s.empty()) used.push_back(static_cast<Index>(2 + causes + w));
       Point point = solve(products, used, freedom - static_cast<double>(used.size()), log_determinant);
       point.warm_up_s = warm_up_s.empty() ? 0 : warm_up_s[w];
-      point.noise = &noise;
+      point.noise = n;
       if (std::isfinite(point.log_likelihood)) points.push_back(std::move(point));
     }
   }
@@ -146,20 +147,21 @@ std::vector<double> weights_of(const std::vector<Point>& points) {
 }
 
 /// The points of the noises that are likely, for values of τ_w over the range of those that are likely.
-std::vector<Point> refined(const std::vector<DriftRecord>& records, const std::vector<Point>& points) {
+std::vector<Point> refined(const std::vector<DriftRecord>& records, const std::vector<Noise>& noises,
+                           const std::vector<Point>& points) {
   constexpr int kCount = 24;
   const std::vector<double> weights = weights_of(points);
   double low = HUGE_VAL, high = 0;
-  const Noise* last = nullptr;
-  std::vector<Noise> noises;
+  std::size_t last = noises.size();
+  std::vector<Noise> likely;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (weights[i] < 1e-4) continue;
     low = std::min(low, points[i].warm_up_s / kTauRatio), high = std::max(high, points[i].warm_up_s * kTauRatio);
-    if (points[i].noise != std::exchange(last, points[i].noise)) noises.push_back(*last);
+    if (points[i].noise != std::exchange(last, points[i].noise)) likely.push_back(noises[last]);
   }
   std::vector<double> all;
   for (int i = 0; i < kCount; ++i) all.push_back(low * std::pow(high / low, static_cast<double>(i) / (kCount - 1)));
-  return fits(records, noises, all);
+  return fits(records, likely, all);
 }
 
 /// The time, h, until |A| exp(−t/τ_w) is below the band, over all points and their weights.
@@ -206,7 +208,7 @@ Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_
   std::vector<double> warm_up_s;
   for (double tau = 2 * step_s; tau < switched_on_s / 3; tau *= kTauRatio) warm_up_s.push_back(tau);
   std::vector<Point> points = fits(records, noises, warm_up_s);
-  if (!warm_up_s.empty() && !points.empty()) points = refined(records, points);
+  if (!warm_up_s.empty() && !points.empty()) points = refined(records, noises, points);
   if (points.empty()) return make_error(where, "the causes are constant, or change together");
 
   const std::vector<double> weights = weights_of(points);

@@ -417,8 +417,8 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   std::vector<NoiseCurve> curves;
   std::string lines;
   for (const bool after : {false, true}) {
-    const auto& allan = after ? recording.allan.after : recording.allan.before;
-    const auto& spectrum = after ? recording.spectrum.after : recording.spectrum.before;
+    const auto& allan = recording.allan.of(after);
+    const auto& spectrum = recording.spectrum.of(after);
     if (!allan) return tl::unexpected(allan.error());
     curves.push_back(
         {after ? "after" : "before", after ? Ink::kCorrected : Ink::kModel, &*allan, spectrum ? &*spectrum : nullptr});
