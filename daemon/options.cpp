@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "base/escape.hpp"
 #include "config/version.hpp"
 #include "daemon/program.hpp"
 
@@ -64,7 +65,7 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "prismd: %s; see prismd --help\n", error.what());
+    std::fprintf(stderr, "prismd: %s; see prismd --help\n", printable(error.what()).c_str());
     return kExitUsage;
   }
   if (options.config.empty() && options.sniff.empty()) {
