@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kYear_h = 8766, kMostOfNeighbours = 0.8;
 constexpr std::size_t kFewest = 100, kMostStep = 300;
-constexpr int kParts = 10, kYears = 40, kShifts = 500, kLongest = 20'000;
+constexpr double kFewestYears = 10, kMostYears = 40, kMostValues = 13e6;  // of the simulation
+constexpr int kParts = 10, kShifts = 500, kLongest = 20'000;
 
 /// The residuals without the mean of their recording.
 void centre(Residuals& residuals) {
@@ -87,17 +88,19 @@ class Quiet {
 /// The threshold with one alarm a year: as many excursions of the sums are larger as years are simulated.
 double threshold_of(compensation::MonitorSettings settings, Quiet quiet, double values_per_h) {
   settings.threshold = std::numeric_limits<double>::infinity();
+  const double values_per_year = kYear_h * values_per_h;
+  const auto years = static_cast<std::size_t>(std::clamp(kMostValues / values_per_year, kFewestYears, kMostYears));
   DriftTest test(settings, 0, values_per_h);
   std::priority_queue<double, std::vector<double>, std::greater<>> largest;
   const auto keep = [&](double& excursion, double sum) {
-    if (sum == 0 && (largest.size() < kYears || excursion > largest.top())) {
+    if (sum == 0 && (largest.size() < years || excursion > largest.top())) {
       largest.push(excursion);
-      if (largest.size() > kYears) largest.pop();
+      if (largest.size() > years) largest.pop();
     }
     excursion = sum == 0 ? 0 : std::max(excursion, sum);
   };
   double up = 0, down = 0;
-  for (long long left = std::llround(kYears * kYear_h * values_per_h); left > 0; --left) {
+  for (long long left = std::llround(static_cast<double>(years) * values_per_year); left > 0; --left) {
     (void)quiet.feed(test, 0);
     keep(up, test.up());
     keep(down, test.down());
