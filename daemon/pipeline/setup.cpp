@@ -436,13 +436,11 @@ std::filesystem::path existing_part(const std::string& directory) {
 }  // namespace
 
 double log_bytes_per_day(const Setup& setup) {
-  if (!setup.config.log) return 0;
   const double row = kRowBytes + kSensorBytes * static_cast<double>(sensors_of_list(setup.sensors).size());
   return kDayS * row * static_cast<double>(setup.axes.size());
 }
 
 double capture_bytes_per_day(const Setup& setup) {
-  if (!setup.config.capture) return 0;
   const wire::FrameDescription& frames = *setup.frames;
   return kDayS * frames.rate_hz * (kPacketBytes + static_cast<double>(frames.max_frame_bytes));
 }

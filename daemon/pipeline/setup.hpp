@@ -105,7 +105,7 @@ std::string log_name(const Setup& setup, std::size_t axis);
 
 // How fast the log and the capture grow, and whether their directories can be written, before there are data.
 
-/// From the described frame rate and lengths, as measured. 0: not configured.
+/// From the described frame rate and lengths, as measured.
 double log_bytes_per_day(const Setup& setup);
 double capture_bytes_per_day(const Setup& setup);
 

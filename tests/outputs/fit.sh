@@ -14,3 +14,11 @@ fit ir-lssvm --inputs x1,x2 --c 50 --sigma2 0.8 --weight logistic
 fit svr --inputs x1,x2 --c 10 --sigma2 1 --epsilon 0.05
 for weight in huber hampel logistic myriad; do prismcal cv t.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight $weight --folds 5; done
 prismcal cv t.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --fold-column fold --json
+awk -F, -v OFS=, '{print $1, NR == 1 ? "two" : NR % 2 * 3 + 1, $3}' t.csv >u.csv
+for method in "lssvm --c 50 --sigma2 0.8" "svr --c 10 --sigma2 1 --epsilon 0.05"; do
+  echo "== $method, an input of two values"
+  prismcal fit u.csv --target y --out m.json --inputs x1,two --quiet --method $method
+  prismcal predict m.json u.csv --out p.csv
+  head -8 p.csv
+done
+prismcal fit u.csv --target y --out m.json --inputs two --method ls || echo "exit $?"
