@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,7 +54,8 @@ struct KeyHelp {
 
 /// The keys of a JSON object that a T stores. A row names a member of T by a pointer to it, or by a function that
 /// returns a reference to it. An absent key leaves the member unchanged; an optional member without a value is printed
-/// as null. `help` is plain text; a key without help shares that of the next key in the man page.
+/// as null. `help` is plain text; a key without help shares that of the next key in the man page. The functions of a row
+/// share the table of a nested object: copies at each level took half of the start of prismd.
 template <class T>
 class JsonTable {
  public:
@@ -215,24 +217,25 @@ class JsonTable {
   template <class X, class Member>
   JsonTable& object(const char* key, const JsonTable<X>& table, Member member, KeyHelp help) {
     Row& row = add(key, Json::object(), help);
+    const auto inner = std::make_shared<const JsonTable<X>>(table);
     row.read = [=](const Section& section, T& object) {
       auto& stored = std::invoke(member, object);
       if (!section.has(key)) return;
       if constexpr (requires { stored.has_value(); }) {
-        table.read(section.object(key), stored ? *stored : stored.emplace());
+        inner->read(section.object(key), stored ? *stored : stored.emplace());
       } else {
-        table.read(section.object(key), stored);
+        inner->read(section.object(key), stored);
       }
     };
     row.print = [=](const T& object, Json& json) {
-      json[key] = printed(std::invoke(member, object), [&](const X& stored) { return table.print(stored); });
+      json[key] = printed(std::invoke(member, object), [&](const X& stored) { return inner->print(stored); });
     };
     row.contents = [=](const T& usual) {
       const auto& stored = std::invoke(member, usual);
       if constexpr (requires { stored.has_value(); }) {
-        return table.schema(stored.value_or(X()));
+        return inner->schema(stored.value_or(X()));
       } else {
-        return table.schema(stored);
+        return inner->schema(stored);
       }
     };
     return *this;
@@ -244,18 +247,19 @@ class JsonTable {
   JsonTable& named(const char* key, const char* label, TextRule rule, const JsonTable<X>& table, Member member,
                    Naming naming, KeyHelp help) {
     Row& row = add(key, {{"type", "object"}, {"$comment", label}}, help);
+    const auto inner = std::make_shared<const JsonTable<X>>(table);
     row.read = [=](const Section& section, T& object) {
       const Section all = section.object(key);
       for (const std::string& name : all.names(rule)) {
         X& one = std::invoke(member, object).emplace_back();
         std::invoke(naming, one) = name;
-        table.read(all.object(name), one);
+        inner->read(all.object(name), one);
       }
     };
     row.print = [=](const T& object, Json& json) {
-      for (const X& one : std::invoke(member, object)) json[key][std::invoke(naming, one)] = table.print(one);
+      for (const X& one : std::invoke(member, object)) json[key][std::invoke(naming, one)] = inner->print(one);
     };
-    row.contents = [=](const T&) { return Json{{"additionalProperties", table.schema()}}; };
+    row.contents = [=](const T&) { return Json{{"additionalProperties", inner->schema()}}; };
     return *this;
   }
 
@@ -263,20 +267,21 @@ class JsonTable {
   template <class X, class Member>
   JsonTable& list(const char* key, const JsonTable<X>& table, Member member, KeyHelp help) {
     Row& row = add(key, {{"type", "array"}}, help);
+    const auto inner = std::make_shared<const JsonTable<X>>(table);
     row.read = [=](const Section& section, T& object) {
       if (!section.has(key)) return;
       std::vector<X> all;
-      for (const Section& one : section.objects(key)) table.read(one, all.emplace_back());
+      for (const Section& one : section.objects(key)) inner->read(one, all.emplace_back());
       std::invoke(member, object) = std::move(all);
     };
     row.print = [=](const T& object, Json& json) {
       json[key] = printed(std::invoke(member, object), [&](const std::vector<X>& all) {
         Json array = Json::array();
-        for (const X& one : all) array.push_back(table.print(one));
+        for (const X& one : all) array.push_back(inner->print(one));
         return array;
       });
     };
-    row.contents = [=](const T&) { return Json{{"items", table.schema()}}; };
+    row.contents = [=](const T&) { return Json{{"items", inner->schema()}}; };
     return *this;
   }
 
@@ -287,10 +292,11 @@ class JsonTable {
   JsonTable& objects(Form form, const char* key, const JsonTable<X>& table, Put put, KeyHelp help,
                      TextRule rule = TextRule::kMessageName) {
     Row& row = add(key, Json::object(), help);
+    const auto inner = std::make_shared<const JsonTable<X>>(table);
     row.read = [=](const Section& section, T& object) {
       const auto read = [&](const Section& one, const std::string& name) {
         X stored{};
-        table.read(one, stored);
+        inner->read(one, stored);
         if (one.good()) put(one, name, stored, object);
       };
       if (!section.has(key)) return;
@@ -304,7 +310,7 @@ class JsonTable {
         read(one, "");
     };
     row.contents = [=](const T&) {
-      const Json one = table.schema();
+      const Json one = inner->schema();
       if (form == Form::kOneOrMore) return one_or_more_schema(one, 0);
       if (form == Form::kList) return Json{{"type", "array"}, {"items", one}};
       return form == Form::kNamed ? Json{{"type", "object"}, {"additionalProperties", one}} : one;
@@ -315,14 +321,16 @@ class JsonTable {
   /// All rows of the table of a member: its keys are keys of this object.
   template <class X, class Member>
   JsonTable& group(const JsonTable<X>& table, Member member) {
-    for (const auto& inner : table.rows()) {
+    for (const auto& of_member : table.rows()) {
+      const auto inner = std::make_shared<const typename JsonTable<X>::Row>(of_member);
       Row& row = rows_.emplace_back();
-      row.key = inner.key, row.schema = inner.schema;
-      row.is_required = inner.is_required, row.has_own_error = inner.has_own_error;
-      row.read = [=](const Section& section, T& object) { inner.read(section, std::invoke(member, object)); };
-      if (inner.print) row.print = [=](const T& object, Json& json) { inner.print(std::invoke(member, object), json); };
-      if (inner.usual) row.usual = [=](const T& usual) { return inner.usual(std::invoke(member, usual)); };
-      if (inner.contents) row.contents = [=](const T& usual) { return inner.contents(std::invoke(member, usual)); };
+      row.key = inner->key, row.schema = inner->schema;
+      row.is_required = inner->is_required, row.has_own_error = inner->has_own_error;
+      row.read = [=](const Section& section, T& object) { inner->read(section, std::invoke(member, object)); };
+      if (inner->print)
+        row.print = [=](const T& object, Json& json) { inner->print(std::invoke(member, object), json); };
+      if (inner->usual) row.usual = [=](const T& usual) { return inner->usual(std::invoke(member, usual)); };
+      if (inner->contents) row.contents = [=](const T& usual) { return inner->contents(std::invoke(member, usual)); };
     }
     return *this;
   }
