@@ -15,7 +15,7 @@ tasks() { ls lot.campaign/tasks; }
 sums() { (cd lot.campaign/tasks && find . -type f | sort | xargs sha256sum); }
 
 prismcal campaign lot.json --plan >plan.out 2>plan.err || fail "plan"
-same "the plan" "$(tail -1 plan.out)" "6 tasks of 3 gyros, 6 to do"
+same "the plan" "$(grep -c '^to do: S[123] z, ' plan.out)" 6
 code=0; prismcal campaign lot.json >out 2>action.err || code=$?
 same "exit code without an action" "$code" 1
 contains "its error" "$(cat action.err)" "expected --engine print and a program that runs its lines"
@@ -65,7 +65,7 @@ same "the model" "$(jq -Sc 'del(.provenance)' "lot.campaign/tasks/$id/model.json
 
 # A changed input repeats only its own tasks.
 prismcal campaign lot.json --plan >plan.out
-contains "nothing to do" "$(tail -1 plan.out)" ", 0 to do"
+same "nothing to do" "$(grep -c '^to do' plan.out)" 0
 rm -r lot/S2; gyro lot S2 22
 printed lot.json
 same "tasks of the changed gyro" "$(wc -l <tasks.txt)" 2

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -24,7 +22,7 @@
 namespace prism::commands {
 namespace {
 
-using campaign::LotFile, campaign::Role, campaign::Task;
+using campaign::Lot, campaign::LotFile, campaign::Task;
 
 // Work of a task.
 
@@ -79,28 +77,6 @@ Result<void> check_options(const LotFile& file) {
   return {};
 }
 
-/// The mean bias, and that in bins of temperature minus the overall mean.
-Json training_json(const std::vector<TrainingRun::Curve>& curves) {
-  constexpr double kBin_degc = 5;
-  std::map<int, std::pair<double, int>> bins;
-  double sum = 0;
-  int blocks = 0;
-  for (const TrainingRun::Curve& curve : curves) {
-    for (std::size_t i = 0; i < curve.bias_deg_per_h.size(); ++i) {
-      if (!std::isfinite(curve.temperature_degc[i]) || !std::isfinite(curve.bias_deg_per_h[i])) continue;
-      auto& [bias, count] = bins[static_cast<int>(std::floor(curve.temperature_degc[i] / kBin_degc))];
-      bias += curve.bias_deg_per_h[i];
-      sum += curve.bias_deg_per_h[i];
-      ++count;
-      ++blocks;
-    }
-  }
-  std::vector<std::pair<double, double>> curve;
-  for (const auto& [bin, mean] : bins)
-    curve.emplace_back(kBin_degc * (bin + 0.5), mean.first / mean.second - sum / blocks);
-  return {{"mean_deg_per_h", blocks > 0 ? Json(sum / blocks) : Json()}, {"curve_degc_deg_per_h", curve}};
-}
-
 /// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
 std::string loaded_level() {
   Dl_info found{};
@@ -121,7 +97,7 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   };
   auto choice = parse_options(task.words("train"), add_train_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
-  choice->files = task.paths(Role::kTrain);
+  choice->files = task.paths(campaign::kTrain);
   choice->serial = task.serial();
   choice->method.quiet = true;
   choice->method.threads = 1;  // one task per core
@@ -134,11 +110,11 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   if (!common) return tl::unexpected<Error>(common.error());
   common->json = false;
   common->quiet = true;
-  EvaluateChoice evaluation{folder + "/model.json", "", "", task.paths(Role::kRepeat), false, std::move(*common)};
+  EvaluateChoice evaluation{folder + "/model.json", "", "", task.paths(campaign::kRepeat), false, std::move(*common)};
   if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
     return tl::unexpected<Error>(done.error());
   const std::size_t repeats = evaluation.recordings.size();
-  for (std::string& path : task.paths(Role::kOther)) evaluation.recordings.push_back(std::move(path));
+  for (std::string& path : task.paths(campaign::kOther)) evaluation.recordings.push_back(std::move(path));
   const auto evaluated = evaluate_recordings(evaluation);
   if (!evaluated) return refused(evaluated.error());
   evaluation.common.out = task.json.at("report") ? folder + "/report" : "";
@@ -146,14 +122,14 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   result.update({{"id", trained->trained.model->info().id},
                  {"simulated", evaluated->report.simulated},
                  {"data_quality", Json::array()},
-                 {"training", training_json(trained->curves)},
+                 {"training", {{"mean_deg_per_h", trained->set.data.target.mean()}}},
                  {"judged", Json::array()}});
   for (const auto& facts : trained->set.facts) result["data_quality"].push_back(facts["data_quality"]);
   for (const RecordingEvaluation& one : evaluated->cases) {
     Json measured = Json::object();
     for (const analysis::Measured& m : one.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
     measured["before_deg_per_h"] = one.evaluation.stability.before.sd;
-    result["judged"].push_back({{"role", role_name(result["judged"].size() < repeats ? Role::kRepeat : Role::kOther)},
+    result["judged"].push_back({{"role", result["judged"].size() < repeats ? campaign::kRepeat : campaign::kOther},
                                 {"recording", one.loaded.table.name},
                                 {"trained_on", one.overlap},
                                 {"measured", measured}});
@@ -168,52 +144,38 @@ struct CampaignChoice {
   bool plan = false, status = false, collect = false;
 };
 
-/// Recordings and gyros without a task.
-void print_left_out(const std::vector<campaign::LeftOutInput>& left_out) {
-  for (const campaign::LeftOutInput& input : left_out)
-    fmt::print("left out: {}: {}\n", printable(input.what), printable(input.why));
-}
-
-void print_plan(const campaign::Plan& plan, const LotFile& file) {
-  std::size_t to_do = 0;
-  fmt::print("{:<32}  {:<20}  {:<14}\n", "task", "gyro", "model");
-  for (const Task& task : plan.tasks) {
-    const bool done = campaign::has_result(file.folder, task.id());
-    fmt::print("{}  {:<20}  {:<14}  {}\n", task.id(), printable(task.gyro()), printable(task.model()),
-               done ? "done" : "to do");
-    to_do += !done;
-  }
-  print_left_out(plan.left_out);
-  fmt::print("{} tasks of {} gyros, {} to do\n", plan.tasks.size(), plan.tasks.size() / file.models.size(), to_do);
-}
-
 /// One shell command for each task without a result: it needs nothing but the directories and this program.
-void print_commands(const campaign::Plan& plan, const LotFile& file) {
+void print_commands(const Lot& lot, const LotFile& file) {
   std::error_code error;
   const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
-  for (const Task& task : plan.tasks) {
-    if (!campaign::has_result(file.folder, task.id()))
-      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id());
+  for (const Task& task : lot.tasks) {
+    if (!task.done()) fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id());
   }
 }
 
-int print_status(const campaign::Lot& lot) {
-  const auto failed = static_cast<std::size_t>(
-      std::count_if(lot.missing.begin(), lot.missing.end(), [](const Task& task) { return !task.violations.empty(); }));
-  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n", lot.results.size(),
-             lot.results.size() + lot.missing.size(), failed, lot.missing.size() - failed);
-  const auto print = [](const char* how, const Task& task, const std::string& why) {
-    if (!why.empty())
-      fmt::print("{}: {}, {}: {}\n", how, printable(task.gyro()), printable(task.model()), printable(why));
-  };
-  for (const Task& result : lot.results) print("refused", result, result.json.value("why", ""));
-  for (const Task& task : lot.missing) print("failed", task, task.violations.empty() ? "" : task.violations[0]);
-  print_left_out(lot.left_out);
-  return failed == 0 ? 0 : 1;
+/// How many tasks are done, those that were refused or failed, or `all`, and what is left out.
+int print_status(const Lot& lot, bool all) {
+  std::size_t done = 0, failed = 0;
+  std::string lines;
+  for (const Task& task : lot.tasks) {
+    done += task.done();
+    failed += !task.done() && !task.violations.empty();
+    const std::string why =
+        task.done() ? task.json.value("why", "") : fmt::format("{}", fmt::join(task.violations, ""));
+    const char* const state = task.refused() ? "refused" : task.done() ? "done" : why.empty() ? "to do" : "failed";
+    if (all || !why.empty())
+      lines += fmt::format("{}: {}, {}{}{}\n", state, printable(task.gyro()), printable(task.model()),
+                           why.empty() ? "" : ": ", printable(why));
+  }
+  for (const auto& [what, why] : lot.left_out)
+    lines += fmt::format("left out: {}: {}\n", printable(what), printable(why));
+  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n{}", done, lot.tasks.size(), failed,
+             lot.tasks.size() - done - failed, lines);
+  return failed == 0 || all ? 0 : 1;
 }
 
-Result<int> collect(const LotFile& file, const campaign::Lot& lot) {
-  std::optional<campaign::Lot> previous;
+Result<int> collect(const LotFile& file, const Lot& lot) {
+  std::optional<Lot> previous;
   if (!file.previous.empty()) {
     auto read = campaign::read_lot(file.previous, file.limits);
     if (!read) return make_error(file.path + ":/previous", read.error().text());
@@ -228,14 +190,14 @@ Result<int> collect(const LotFile& file, const campaign::Lot& lot) {
   if (!accepted) return tl::unexpected<Error>(accepted.error());
   fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, folder);
   if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
-  return lot.missing.empty() ? 0 : 1;
+  return std::ranges::all_of(lot.tasks, &Task::done) ? 0 : 1;
 }
 
-Result<int> install(const LotFile& file, const campaign::Lot& lot, const std::string& folder) {
+Result<int> install(const LotFile& file, const Lot& lot, const std::string& folder) {
   const auto installed = campaign::install_models(file, lot, folder, true);
   if (!installed) return tl::unexpected<Error>(installed.error());
   fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
-             folder, installed->kept, lot.missing.size());
+             folder, installed->kept, lot.tasks.size() - std::ranges::count_if(lot.tasks, &Task::done));
   return 0;
 }
 
@@ -259,16 +221,15 @@ Result<int> run_campaign(const CampaignChoice& choice) {
     if (!plan) return tl::unexpected<Error>(plan.error());
     if (auto written = campaign::write_plan(file->folder, *plan); !written)
       return tl::unexpected<Error>(written.error());
-    choice.plan ? print_plan(*plan, *file) : print_commands(*plan, *file);
-    return 0;
-  }
-  if (!choice.status && !choice.collect && choice.install.empty())
+  } else if (!choice.status && !choice.collect && choice.install.empty()) {
     return make_error("campaign",
                       "found no action, expected --engine print and a program that runs its lines "
                       "(docs/campaign.md), --plan, --status, --collect or --install");
+  }
   const auto lot = campaign::read_lot(file->folder, file->limits);
   if (!lot) return tl::unexpected<Error>(lot.error());
-  if (choice.status) return print_status(*lot);
+  if (!choice.engine.empty()) return print_commands(*lot, *file), 0;
+  if (choice.plan || choice.status) return print_status(*lot, choice.plan);
   return choice.collect ? collect(*file, *lot) : install(*file, *lot, choice.install);
 }
 

@@ -86,12 +86,12 @@ constexpr std::array<std::pair<const char*, const char*>, 6> kQuantities{{{"befo
 
 /// The mean over the repeat runs, or that of the training.
 std::optional<double> value_of(const Task& result, const std::string& quantity) {
-  if (result.refused()) return std::nullopt;
+  if (!result.trained()) return std::nullopt;
   if (quantity == kMean) return number_of(result.json.at("training").at("mean_deg_per_h"));
   double sum = 0, count = 0;
   for (const Json& run : result.json.at("judged")) {
     const auto value = number_of(run.at("measured").value(quantity, Json()));
-    if (run.at("role") == "repeat" && value) sum += *value, ++count;
+    if (run.at("role") == kRepeat && value) sum += *value, ++count;
   }
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
@@ -99,8 +99,8 @@ std::optional<double> value_of(const Task& result, const std::string& quantity) 
 /// The values of a quantity of all gyros with one model, in increasing order.
 std::vector<double> spread_of(const Lot& lot, const std::string& model, const char* quantity) {
   std::vector<double> values;
-  for (const Task& result : lot.results) {
-    const auto value = result.model() == model ? value_of(result, quantity) : std::nullopt;
+  for (const Task& task : lot.tasks) {
+    const auto value = task.model() == model ? value_of(task, quantity) : std::nullopt;
     if (value) values.push_back(*value);
   }
   std::sort(values.begin(), values.end());
@@ -115,52 +115,31 @@ double quantile(const std::vector<double>& values, double share) {
   return below + 1 < values.size() ? values[below] + part * (values[below + 1] - values[below]) : values.back();
 }
 
-/// Bins of temperature, and the mean bias there minus that of all blocks.
-using Curve = std::vector<std::pair<double, double>>;
-
-Curve curve_of(const Task& result) {
-  return result.refused() ? Curve() : result.json.at("training").at("curve_degc_deg_per_h").get<Curve>();
-}
-
-/// Rms difference and correlation of two curves, deg/h; nullopt if they have fewer than four common bins.
-std::optional<std::pair<double, double>> compare_curves(const Curve& a, const Curve& b) {
-  constexpr std::size_t kMinBins = 4;
-  std::vector<double> x, y, difference;
-  for (const auto& [degc, bias] : a) {
-    for (const auto& [other_degc, other] : b) {
-      if (degc == other_degc) x.push_back(bias), y.push_back(other), difference.push_back(bias - other);
-    }
-  }
-  if (x.size() < kMinBins) return std::nullopt;
-  const auto centred = evaluation::summarise(difference, evaluation::Divisor::kN, "difference");
-  return std::pair(centred ? centred->sd : kUnknown, evaluation::correlate(x, y, "curves").value_or(0));
-}
-
 // Tables.
 
-Cell gyro_cell(const LotFile& file, const Task& result) {
-  Cell cell(result.gyro());
-  if (file.reports && !result.refused()) cell.link = fmt::format("../tasks/{}/report/report.html", result.id());
+Cell gyro_cell(const LotFile& file, const Task& task) {
+  Cell cell(task.gyro());
+  if (file.reports && task.trained()) cell.link = fmt::format("../tasks/{}/report/report.html", task.id());
   return cell;
 }
 
 Table models_table(const LotFile& file, const Lot& lot) {
   Table table{"models", "The lot by model", "Installed: the first accepted model of each gyro, in this order.",
               columns("model: | options: | accepted | rejected | refused | without a result | installed")};
-  const auto chosen = lot.chosen(file.models);
+  const auto installed = chosen(lot, file.models);
   std::set<std::string> gyros;
   for (const ModelChoice& model : file.models) {
-    std::size_t accepted = 0, rejected = 0, refused = 0, missing = 0, installed = 0;
-    for (const Task& result : lot.results) {
-      gyros.insert(result.gyro());
-      if (result.model() == model.name) ++(result.accepted() ? accepted : result.refused() ? refused : rejected);
+    std::array<std::size_t, 5> counts{};
+    for (const Task& task : lot.tasks) {
+      if (task.done()) gyros.insert(task.gyro());
+      if (task.model() == model.name) ++counts[!task.done() ? 3 : task.accepted() ? 0 : task.refused() ? 2 : 1];
     }
-    for (const Task& task : lot.missing) missing += task.model() == model.name;
-    for (const auto& [gyro, result] : chosen) installed += result->model() == model.name;
-    table.rows.push_back({model.name, fmt::format("{}", fmt::join(model.words, " ")), count_cell(accepted),
-                          count_cell(rejected), count_cell(refused), count_cell(missing), count_cell(installed)});
+    for (const auto& [gyro, result] : installed) counts[4] += result->model() == model.name;
+    std::vector<Cell>& row = table.rows.emplace_back();
+    row = {model.name, fmt::format("{}", fmt::join(model.words, " "))};
+    for (const std::size_t count : counts) row.push_back(count_cell(count));
   }
-  table.meaning = fmt::format("{} of {} have an accepted model.", chosen.size(), counted(gyros.size(), "gyro"));
+  table.meaning = fmt::format("{} of {} have an accepted model.", installed.size(), counted(gyros.size(), "gyro"));
   return table;
 }
 
@@ -171,22 +150,20 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
               columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
                       "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
   std::size_t accepted = 0;
-  for (const Task& result : lot.results) {
-    accepted += result.accepted();
-    const Cell verdict = result.accepted() ? Cell("accepted", Emphasis::kGood)
-                                           : Cell(result.refused() ? "refused" : "rejected", Emphasis::kBad);
+  for (const Task& task : lot.tasks) {
+    accepted += task.accepted();
+    const Cell verdict = task.accepted()  ? Cell("accepted", Emphasis::kGood)
+                         : task.refused() ? Cell("refused", Emphasis::kBad)
+                         : task.done()    ? Cell("rejected", Emphasis::kBad)
+                                          : Cell("no result", Emphasis::kWarn);
+    std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{gyro_cell(file, task), task.model(), verdict});
     std::size_t repeats = 0;
-    for (const Json& run : result.json.value("judged", Json::array())) repeats += run.at("role") == "repeat";
-    std::vector<Cell>& row = table.rows.emplace_back(
-        std::vector<Cell>{gyro_cell(file, result), result.model(), verdict, count_cell(repeats)});
-    for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(result, kQuantities[i].first), 4));
-    row.emplace_back(fmt::format("{}", fmt::join(result.violations, "; ")));
-    row.emplace_back(result.json.value("id", "").substr(0, 12), Emphasis::kMuted);
-  }
-  for (const Task& task : lot.missing) {
-    std::vector<Cell>& row = table.rows.emplace_back(table.columns.size(), report::kNothing);
-    row[0] = task.gyro(), row[1] = task.model(), row[2] = {"no result", Emphasis::kWarn};
-    row[9] = task.violations.empty() ? "not run yet" : task.violations[0];
+    for (const Json& run : task.json.value("judged", Json::array())) repeats += run.at("role") == kRepeat;
+    row.push_back(task.done() ? count_cell(repeats) : Cell(report::kNothing));
+    for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(task, kQuantities[i].first), 4));
+    const bool waits = !task.done() && task.violations.empty();
+    row.emplace_back(waits ? "not run yet" : fmt::format("{}", fmt::join(task.violations, "; ")));
+    row.emplace_back(task.json.value("id", report::kNothing).substr(0, 12), Emphasis::kMuted);
   }
   table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
   return table;
@@ -203,9 +180,26 @@ std::string lot_meaning(const LotFile& file, const Lot& lot) {
   return "No gyro has an improvement.";
 }
 
+/// The gyros more than kScore robust sd from the median; none of a few.
+std::vector<std::string> outliers(const Lot& lot, const std::string& model, const char* quantity,
+                                  const std::vector<double>& spread) {
+  constexpr std::size_t kMinValues = 8;
+  constexpr double kScore = 3.5;  // Iglewicz and Hoaglin 1993
+  const double sd = spread.size() < kMinValues ? 0 : evaluation::robust_sd(spread);
+  std::vector<std::string> names;
+  for (const Task& task : lot.tasks) {
+    const auto value = task.model() == model && sd > 0 ? value_of(task, quantity) : std::nullopt;
+    if (value && std::abs(*value - quantile(spread, 0.5)) > kScore * sd) names.push_back(task.gyro());
+  }
+  return names;
+}
+
 Table spread_table(const LotFile& file, const Lot& lot) {
-  Table table{"spread", "Distributions over the lot", "Robust sd: 1.4826 × median absolute deviation.",
-              columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd")};
+  Table table{"spread", "Distributions over the lot",
+              "Robust sd: 1.4826 × median absolute deviation. Outliers: more than 3.5 robust sd from the median; for "
+              "eight or more gyros.",
+              columns("model: | quantity: | unit: | gyros | least | 5 % | median | 95 % | greatest | robust sd | "
+                      "outliers:")};
   for (const ModelChoice& model : file.models) {
     for (const auto& [quantity, unit] : kQuantities) {
       const std::vector<double> spread = spread_of(lot, model.name, quantity);
@@ -213,6 +207,7 @@ Table spread_table(const LotFile& file, const Lot& lot) {
       std::vector<Cell> row = {model.name, quantity, unit, count_cell(spread.size())};
       for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(quantile(spread, share), 4));
       row.push_back(general_cell(evaluation::robust_sd(spread), 4));
+      row.emplace_back(fmt::format("{}", fmt::join(outliers(lot, model.name, quantity, spread), ", ")));
       table.rows.push_back(std::move(row));
     }
   }
@@ -220,114 +215,21 @@ Table spread_table(const LotFile& file, const Lot& lot) {
   return table;
 }
 
-/// Histograms from the 1st to the 99th percentile of all models, so that one outlier does not change the bins.
-report::Figure spread_figure(const LotFile& file, const Lot& lot) {
-  constexpr std::size_t kBars = 24;
-  constexpr std::array kInks{report::Ink::kCorrected, report::Ink::kModel, report::Ink::kAccent1, report::Ink::kAccent2,
-                             report::Ink::kAccent3};
-  report::Figure figure{"spread_figure",
-                        "Distributions over the lot",
-                        "Gyros in each of 24 bins; values outside are counted in the first and last bin.",
-                        {2, 260, {}},
-                        lot_meaning(file, lot)};
-  for (const auto& [quantity, unit] : kQuantities) {
-    std::vector<std::vector<double>> spreads;
-    std::vector<double> all;
-    for (const ModelChoice& model : file.models) {
-      spreads.push_back(spread_of(lot, model.name, quantity));
-      all.insert(all.end(), spreads.back().begin(), spreads.back().end());
-    }
-    if (all.size() < 2) continue;
-    std::sort(all.begin(), all.end());
-    const double min = all[all.size() / 100], max = all[all.size() - 1 - all.size() / 100];
-    if (!(max > min)) continue;
-    report::Panel panel{"", {fmt::format("{}, {}", quantity, unit)}, {"gyros"}};
-    std::replace(panel.x.label.begin(), panel.x.label.end(), '_', ' ');
-    const double width = (max - min) / static_cast<double>(kBars);
-    for (std::size_t m = 0; m < spreads.size(); ++m) {
-      if (spreads[m].empty()) continue;
-      report::Series bars{file.models[m].name, kInks[m % kInks.size()], report::SeriesStyle::kLinePoints};
-      bars.y.assign(kBars, 0);
-      for (std::size_t i = 0; i < kBars; ++i) bars.x.push_back(min + width * (static_cast<double>(i) + 0.5));
-      for (const double value : spreads[m])
-        ++bars.y[std::min(kBars - 1, static_cast<std::size_t>(std::max(0.0, (value - min) / width)))];
-      panel.series.push_back(std::move(bars));
-    }
-    figure.plot.panels.push_back(std::move(panel));
-  }
-  return figure;
-}
-
-Table outliers_table(const LotFile& file, const Lot& lot) {
-  constexpr std::size_t kMinValues = 8;
-  constexpr double kScore = 3.5;  // robust sd from the median (Iglewicz and Hoaglin 1993)
-  Table table{"outliers", "Outliers",
-              fmt::format("More than {} robust sd from the median of the lot; for eight or more gyros.", kScore),
-              columns("gyro: | model: | quantity: | value | robust sds | verdict:")};
-  for (const ModelChoice& model : file.models) {
-    for (const auto& [quantity, unit] : kQuantities) {
-      const std::vector<double> spread = spread_of(lot, model.name, quantity);
-      const double sd = spread.size() < kMinValues ? 0 : evaluation::robust_sd(spread);
-      for (const Task& result : lot.results) {
-        const auto value = result.model() == model.name ? value_of(result, quantity) : std::nullopt;
-        const double score = value && sd > 0 ? (*value - quantile(spread, 0.5)) / sd : 0;
-        if (std::abs(score) > kScore)
-          table.rows.push_back({gyro_cell(file, result), model.name, quantity, general_cell(value, 4),
-                                report::fixed_cell(score, 1), result.accepted() ? "accepted" : "rejected"});
-      }
-    }
-  }
-  std::stable_sort(table.rows.begin(), table.rows.end(),
-                   [](const auto& a, const auto& b) { return std::abs(*a[4].value) > std::abs(*b[4].value); });
-  table.meaning = table.rows.empty() ? "No gyro differs from the lot."
-                                     : fmt::format("Look first at gyro {}.", table.rows.front().front().text);
-  return table;
-}
-
-Table siblings_table(const LotFile& file, const Lot& lot) {
-  Table table{"siblings", "Gyros with similar bias curves",
-              "Each gyro and the gyro with the most similar bias against temperature (training recordings, bins of "
-              "5 degC, mean subtracted); most similar pairs first, least similar last.",
-              columns("gyro: | most like: | rms difference [deg/h] | correlation")};
-  // All models of a gyro have the same recordings, and the same curve.
-  std::map<std::string, std::pair<const Task*, Curve>> gyros;
-  for (const Task& result : lot.results) {
-    if (Curve curve = curve_of(result); !curve.empty()) gyros.try_emplace(result.gyro(), &result, std::move(curve));
-  }
-  for (const auto& [name, one] : gyros) {
-    std::vector<Cell> nearest;
-    for (const auto& [other_name, other] : gyros) {
-      const auto pair = name == other_name ? std::nullopt : compare_curves(one.second, other.second);
-      if (pair && (nearest.empty() || pair->first < *nearest[2].value))
-        nearest = {gyro_cell(file, *one.first), gyro_cell(file, *other.first), general_cell(pair->first, 4),
-                   report::fixed_cell(pair->second, 3)};
-    }
-    if (!nearest.empty()) table.rows.push_back(std::move(nearest));
-  }
-  std::stable_sort(table.rows.begin(), table.rows.end(),
-                   [](const auto& a, const auto& b) { return *a[2].value < *b[2].value; });
-  table.meaning = table.rows.empty() ? "No two gyros have enough temperatures in common."
-                                     : fmt::format("Gyro {} is least like the others.", table.rows.back().front().text);
-  return table;
-}
-
 Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
   constexpr const char* kStability = "bias_stability_deg_per_h";
   Table table{"drift", "Drift since the earlier campaign", "Same gyro and model: this campaign minus the earlier one.",
-              columns("gyro: | model: | mean [deg/h] | against temperature, rms [deg/h] | after, then [deg/h] | after, "
-                      "now [deg/h]")};
+              columns("gyro: | model: | mean [deg/h] | after, then [deg/h] | after, now [deg/h]")};
   double largest = -1;
   table.meaning = "No gyro is in both campaigns.";
-  for (const Task& now : lot.results) {
-    const auto then = std::find_if(previous.results.begin(), previous.results.end(), [&](const Task& other) {
-      return !other.refused() && other.gyro() == now.gyro() && other.model() == now.model();
+  for (const Task& now : lot.tasks) {
+    const auto then = std::find_if(previous.tasks.begin(), previous.tasks.end(), [&](const Task& other) {
+      return other.trained() && other.gyro() == now.gyro() && other.model() == now.model();
     });
-    if (now.refused() || then == previous.results.end()) continue;
-    std::optional<double> change, of_curve;
+    if (!now.trained() || then == previous.tasks.end()) continue;
+    std::optional<double> change;
     const auto mean = value_of(now, kMean), before = value_of(*then, kMean);
     if (mean && before) change = *mean - *before;
-    if (const auto curves = compare_curves(curve_of(now), curve_of(*then))) of_curve = curves->first;
-    table.rows.push_back({gyro_cell(file, now), now.model(), general_cell(change, 4), general_cell(of_curve, 4),
+    table.rows.push_back({gyro_cell(file, now), now.model(), general_cell(change, 4),
                           general_cell(value_of(*then, kStability), 4), general_cell(value_of(now, kStability), 4)});
     if (std::abs(change.value_or(0)) <= largest) continue;
     largest = std::abs(change.value_or(0));
@@ -404,7 +306,7 @@ Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::str
     manifest["models"].push_back(std::move(entry));
     return write_text_file((fs::path(made) / name).string(), *text);
   };
-  for (const auto& [gyro, result] : lot.chosen(file.models)) {
+  for (const auto& [gyro, result] : chosen(lot, file.models)) {
     const std::string name = file_name_of(*result);
     if (is_there(name) || name == kManifest)
       return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
@@ -441,18 +343,18 @@ std::vector<std::string> find_violations(const Task& result, const LotLimits& li
     std::vector<Measured> measured;
     for (const auto& [quantity, value] : run.at("measured").items())
       measured.push_back({quantity, "", number_of(value)});
-    add_violations(where, run.at("role") == "repeat" ? limits.repeat : limits.other, measured, violations);
+    add_violations(where, run.at("role") == kRepeat ? limits.repeat : limits.other, measured, violations);
     const std::string trained_on = run.at("trained_on");
     if (!trained_on.empty()) violations.push_back(where + ": not a test: " + trained_on);
   }
   return violations;
 }
 
-std::map<std::string, const Task*> Lot::chosen(const std::vector<ModelChoice>& models) const {
+std::map<std::string, const Task*> chosen(const Lot& lot, const std::vector<ModelChoice>& models) {
   std::map<std::string, const Task*> chosen;
   for (const ModelChoice& model : models) {
-    for (const Task& result : results) {
-      if (result.accepted() && result.model() == model.name) chosen.try_emplace(result.gyro(), &result);
+    for (const Task& task : lot.tasks) {
+      if (task.accepted() && task.model() == model.name) chosen.try_emplace(task.gyro(), &task);
     }
   }
   return chosen;
@@ -465,33 +367,29 @@ void check_keys(const Task& result) {
   for (const char* key : {"level", "outcome", result.refused() ? "why" : "id"}) result.json.at(key).get<std::string>();
   if (result.refused()) return;
   result.json.at("simulated").get<bool>();
-  curve_of(result);
   for (const auto& [quantity, unit] : kQuantities) value_of(result, quantity);
 }
 
 }  // namespace
 
 Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
-  auto plan = read_plan(folder);
-  if (!plan) return tl::unexpected<Error>(plan.error());
-  Lot lot;
-  lot.left_out = std::move(plan->left_out);
-  for (const Task& task : plan->tasks) {
+  auto lot = read_plan(folder);
+  if (!lot) return lot;
+  for (Task& task : lot->tasks) {
     if (!has_result(folder, task.id())) {
-      const std::string why = failure(folder, task.id());
-      lot.missing.push_back({task.json, why.empty() ? std::vector<std::string>() : std::vector{why}});
+      if (std::string why = failure(folder, task.id()); !why.empty()) task.violations = {std::move(why)};
       continue;
     }
     const std::string path = task_folder(folder, task.id()) + "/result.json";
     const auto text = read_text_file(path, kMaxModelBytes);
     if (!text) return tl::unexpected<Error>(text.error());
     try {
-      Task result{Json::parse(*text)};
-      for (const char* key : {"task", "serial", "axis"}) result.json[key] = task.json.at(key);
-      result.json["model"] = task.model();  // the stored one may be older, since the id does not contain it
-      check_keys(result);
-      result.violations = find_violations(result, limits);
-      lot.results.push_back(std::move(result));
+      Json result = Json::parse(*text);
+      // The stored model's name may be older, since the id does not contain it.
+      for (const char* key : {"task", "serial", "axis", "model"}) result[key] = task.json.at(key);
+      task.json = std::move(result);
+      check_keys(task);
+      task.violations = find_violations(task, limits);
     } catch (const Json::exception& error) {
       return make_error(path, fmt::format("found {}, expected a result of this version; remove its directory to repeat "
                                           "the task",
@@ -504,15 +402,18 @@ Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
 report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous) {
   report::Report report;
   std::set<std::string> gyros, levels;
-  for (const Task& result : lot.results) {
-    gyros.insert(result.gyro());
-    levels.insert(result.json.at("level"));
-    report.simulated = report.simulated || result.json.value("simulated", false);
+  std::size_t missing = 0;
+  for (const Task& task : lot.tasks) {
+    missing += !task.done();
+    if (!task.done()) continue;
+    gyros.insert(task.gyro());
+    levels.insert(task.json.at("level"));
+    report.simulated = report.simulated || task.json.value("simulated", false);
   }
   report.title = "Campaign " + file.name;
   report.subtitle =
       fmt::format("{} with a result, {} of them with an accepted model; {} without a result",
-                  counted(gyros.size(), "gyro"), lot.chosen(file.models).size(), counted(lot.missing.size(), "task"));
+                  counted(gyros.size(), "gyro"), chosen(lot, file.models).size(), counted(missing, "task"));
   report.tool = "prismcal " + file.version;
   report.facts = {
       {"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
@@ -522,16 +423,12 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
       {"limits, other profiles", limits_text(file.limits.other)},
       {"processor level", fmt::format("{}", fmt::join(levels, ", "))}};
   for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
-  if (!lot.missing.empty())
-    report.warning = fmt::format("Lot incomplete: {} without a result. ", counted(lot.missing.size(), "task"));
+  if (missing > 0) report.warning = fmt::format("Lot incomplete: {} without a result. ", counted(missing, "task"));
   if (levels.size() > 1)
     report.warning +=
         fmt::format("Processor levels differ: {}; the last digits of models depend on them.", fmt::join(levels, ", "));
   report.sections = {{"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}},
-                     {"verdicts", "Every gyro", {gyros_table(file, lot)}},
-                     {"company", "Outliers and similar gyros", {outliers_table(file, lot), siblings_table(file, lot)}}};
-  if (auto figure = spread_figure(file, lot); !figure.plot.panels.empty())
-    report.sections[0].blocks.emplace_back(std::move(figure));
+                     {"verdicts", "Every gyro", {gyros_table(file, lot)}}};
   if (previous) report.sections.push_back({"drift_section", "Drift", {drift_table(file, lot, *previous)}});
   return report;
 }

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,21 +16,15 @@ namespace prism::campaign {
 /// evaluation on training data is also listed.
 std::vector<std::string> find_violations(const Task& result, const LotLimits& limits);
 
-struct Lot {
-  std::vector<Task> results;  ///< in the order of the plan
-  std::vector<Task> missing;  ///< without a result; `violations`: why the last attempt failed, if one did
-  std::vector<LeftOutInput> left_out;
+/// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.
+std::map<std::string, const Task*> chosen(const Lot& lot, const std::vector<ModelChoice>& models);
 
-  /// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.
-  std::map<std::string, const Task*> chosen(const std::vector<ModelChoice>& models) const;
-};
-
-/// Reads all results of the plan in `folder`. Errors: no plan, a result that cannot be read, or one of another version.
+/// Reads the plan in `folder` and its results so far. Errors: no plan, a result that cannot be read, or one of another
+/// version.
 Result<Lot> read_lot(const std::string& folder, const LotLimits& limits);
 
-/// The lot by model, every gyro with every model, distributions, outliers, and each gyro with the one whose
-/// bias-temperature curve is the most similar. `previous`: an earlier lot, for the drift since then, or null. Links to
-/// tasks' pages are relative to FOLDER/report.
+/// The lot by model, distributions with outliers, and every gyro with every model. `previous`: an earlier lot, for the
+/// drift since then, or null. Links to tasks' pages are relative to FOLDER/report.
 report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous);
 
 struct InstalledModels {

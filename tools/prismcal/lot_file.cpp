@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -27,8 +28,6 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string> kFindings = {"temperature_span", "length", "explainable", "moved",
                                             "disturbed",        "noise",  "quantised"};
-
-constexpr const char* kWildcards = "*?[{";
 
 std::string absolute_in(const fs::path& base, const std::string& path) {
   return path.empty() ? path : (base / path).lexically_normal().string();
@@ -57,31 +56,25 @@ std::vector<std::string> words_of(const Section& section, std::vector<std::strin
   return words;
 }
 
-/// The end of the folder or file name with the first wildcard, if that is a * and the only one of its name; else 0.
-std::size_t end_of_name_with_star(const std::string& pattern) {
-  const std::size_t star = pattern.find_first_of(kWildcards), end = std::min(pattern.find('/', star), pattern.size());
-  const bool is_only_star = star != pattern.npos && pattern[star] == '*' &&
-                            pattern.substr(star + 1, end - star - 1).find_first_of(kWildcards) == pattern.npos;
-  return is_only_star ? end : 0;
-}
-
 std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path& base) {
   std::vector<RecordingPattern> recordings;
   for (const Section& section : root.objects("recordings")) {
-    RecordingPattern recording{static_cast<Role>(section.choice("role", kRoleNames)), {}, section.text("serial", "")};
+    constexpr std::array kRoles{kTrain, kRepeat, kOther};
+    RecordingPattern recording{kRoles[section.choice("role", kRoles)], {}, section.text("serial", "")};
     for (const std::string& pattern : section.texts("paths")) {
-      recording.patterns.push_back(absolute_in(base, pattern));
-      if (recording.serial == "*" && end_of_name_with_star(recording.patterns.back()) == 0)
-        section.fail("serial", fmt::format("found \"*\" with the path {}, expected a path whose first * is the first "
-                                           "wildcard, and the only one of its name",
+      const std::string& all = recording.patterns.emplace_back(absolute_in(base, pattern));
+      const bool has_one_star = std::count(all.begin(), all.end(), '*') == 1 && all.find_first_of("?[{") == all.npos;
+      if (recording.serial == "*" && !has_one_star)
+        section.fail("serial", fmt::format("found \"*\" with the path {}, expected a path with one * and no other "
+                                           "wildcard",
                                            pattern));
     }
     recordings.push_back(std::move(recording));
   }
-  for (const Role role : {Role::kTrain, Role::kRepeat}) {
+  for (const char* const role : {kTrain, kRepeat}) {
     const auto has_role = [role](const RecordingPattern& recording) { return recording.role == role; };
     if (root.good() && std::none_of(recordings.begin(), recordings.end(), has_role))
-      root.fail("recordings", fmt::format("found no recording with role {}, expected one or more", role_name(role)));
+      root.fail("recordings", fmt::format("found no recording with role {}, expected one or more", role));
   }
   return recordings;
 }
@@ -92,11 +85,6 @@ std::vector<analysis::Limit> read_limits(const Section& limits, const char* key,
 }
 
 }  // namespace
-
-std::string matched_by_star(const std::string& pattern, const std::string& path) {
-  const std::size_t star = pattern.find('*'), after = end_of_name_with_star(pattern) - star - 1;
-  return path.substr(star, std::min(path.find('/', star), path.size()) - star - after);
-}
 
 Result<LotFile> parse_lot_file(std::string_view text, const std::string& path) {
   const auto document = parse_json_object(text, path);
@@ -176,7 +164,7 @@ using Owner = std::pair<std::string, std::string>;  // serial number and axis
 
 /// Errors: the files are of several gyros or axes, or have no serial number.
 Result<Owner> owner_of(const std::string& path, const std::string& serial, const std::string& pattern) {
-  if (serial == "*") return Owner(matched_by_star(pattern, path), "");
+  if (serial == "*") return Owner(path.substr(pattern.find('*'), path.size() + 1 - pattern.size()), "");
   if (!serial.empty()) return Owner(serial, "");
   const auto log = recordings::LogFolder::open(path);
   if (!log) return tl::unexpected<Error>(log.error());
@@ -191,11 +179,11 @@ Result<Owner> owner_of(const std::string& path, const std::string& serial, const
   return Owner(known("gyro_serial"), known("axis"));
 }
 
-/// The inputs of each gyro, by role.
-using Gyros = std::map<Owner, std::array<std::vector<Json>, kRoleNames.size()>>;
+/// The inputs of each gyro.
+using Gyros = std::map<Owner, Json>;
 
 /// Adds the recordings of a pattern. Errors: it matches no file, or a file cannot be read.
-Result<void> add_recordings(const RecordingPattern& recording, const std::string& pattern, Gyros& gyros, Plan& plan) {
+Result<void> add_recordings(const RecordingPattern& recording, const std::string& pattern, Gyros& gyros, Lot& plan) {
   glob_t found{};
   const bool any = ::glob(pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0;
   const std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (any ? found.gl_pathc : 0));
@@ -205,8 +193,7 @@ Result<void> add_recordings(const RecordingPattern& recording, const std::string
     const auto files = files_of_recording(path);
     if (!files) return tl::unexpected<Error>(files.error());
     if (const auto owner = owner_of(path, recording.serial, pattern))
-      gyros[*owner][static_cast<std::size_t>(recording.role)].push_back(
-          {{"role", role_name(recording.role)}, {"path", path}, {"files", *files}});
+      gyros[*owner].push_back({{"role", recording.role}, {"path", path}, {"files", *files}});
     else
       plan.left_out.push_back({path, owner.error().what});
   }
@@ -255,16 +242,16 @@ Result<void> run_in(const std::string& unfinished, const LotFile& file, const Ta
 
 }  // namespace
 
-std::vector<std::string> Task::paths(Role role) const {
+std::vector<std::string> Task::paths(std::string_view role) const {
   std::vector<std::string> found;
   for (const Json& input : json.at("inputs")) {
-    if (input.at("role") == role_name(role)) found.push_back(input.at("path"));
+    if (input.at("role") == role) found.push_back(input.at("path"));
   }
   return found;
 }
 
-Result<Plan> make_plan(const LotFile& file) {
-  Plan plan;
+Result<Lot> make_plan(const LotFile& file) {
+  Lot plan;
   Gyros gyros;
   for (const RecordingPattern& recording : file.recordings) {
     for (const std::string& pattern : recording.patterns) {
@@ -282,14 +269,11 @@ Result<Plan> make_plan(const LotFile& file) {
                  {"judging", file.judging},
                  {"version", file.version},
                  {"report", file.reports},
-                 {"inputs", Json::array()}};
-    for (const auto& of_role : inputs) {
-      for (const Json& input : of_role) task.json["inputs"].push_back(input);
-    }
-    const bool trains = !task.paths(Role::kTrain).empty();
-    if (!trains || task.paths(Role::kRepeat).empty()) {
+                 {"inputs", inputs}};
+    const bool trains = !task.paths(kTrain).empty();
+    if (!trains || task.paths(kRepeat).empty()) {
       plan.left_out.push_back({task.gyro(), fmt::format("found no recording with role {}, expected one or more",
-                                                        role_name(trains ? Role::kRepeat : Role::kTrain))});
+                                                        trains ? kRepeat : kTrain)});
       continue;
     }
     for (const ModelChoice& model : file.models) {
@@ -320,7 +304,7 @@ std::string failure(const std::string& folder, const std::string& id) {
   return why;
 }
 
-Result<void> write_plan(const std::string& folder, const Plan& plan) {
+Result<void> write_plan(const std::string& folder, const Lot& plan) {
   std::error_code error;
   for (const char* name : {"/tasks", "/failed"}) {
     fs::create_directories(folder + name, error);
@@ -333,11 +317,11 @@ Result<void> write_plan(const std::string& folder, const Plan& plan) {
   return write_text_file(folder + "/tasks.jsonl", lines);
 }
 
-Result<Plan> read_plan(const std::string& folder, const std::string& id) {
+Result<Lot> read_plan(const std::string& folder, const std::string& id) {
   const std::string path = folder + "/tasks.jsonl";
   auto in = FileReader::open(path);
   if (!in) return make_error(path, "no plan yet; run `prismcal campaign FILE --engine print`");
-  Plan plan;
+  Lot plan;
   for (std::string line; in->read_line(line);) {
     if (!id.empty() && !line.starts_with("{\"task\":\"" + id + "\"")) continue;
     try {
@@ -351,7 +335,7 @@ Result<Plan> read_plan(const std::string& folder, const std::string& id) {
       if (task.id().find_first_not_of("0123456789abcdef") != std::string::npos)  // a part of paths and shell scripts
         return make_error(path, fmt::format("found the task \"{}\", expected hex digits", task.id()));
       for (const char* key : {"train", "judging"}) task.words(key);
-      for (const Role role : {Role::kTrain, Role::kRepeat, Role::kOther}) task.paths(role);
+      for (const char* const role : {kTrain, kRepeat, kOther}) task.paths(role);
       task.json.at("version").get<std::string>(), task.json.at("report").get<bool>(), task.gyro(), task.model();
     } catch (const Json::exception& error) {
       return make_error(path, fmt::format("found {}, expected a line of a plan; plan again", error.what()));

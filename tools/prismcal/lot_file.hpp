@@ -2,7 +2,6 @@
 // A lot of gyros as files: the lot's file (JSON), the plan of its tasks, each gyro with each model, and their results.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -14,14 +13,13 @@
 
 namespace prism::campaign {
 
-enum class Role { kTrain, kRepeat, kOther };
-inline constexpr std::array kRoleNames{"train", "repeat", "other"};  ///< in the order of Role
-inline const char* role_name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
+/// Roles of recordings.
+inline constexpr const char *kTrain = "train", *kRepeat = "repeat", *kOther = "other";
 
 struct RecordingPattern {
-  Role role = Role::kTrain;
+  std::string role;
   std::vector<std::string> patterns;  ///< absolute shell patterns of logs, folders of logs, or tables
-  /// Serial number of their gyro; "*": the text that the first * of the pattern matches; empty: that in the log.
+  /// Serial number of their gyro; "*": the text that the only wildcard of the pattern matches; empty: that in the log.
   std::string serial;
 };
 
@@ -55,13 +53,9 @@ struct LotFile {
 
 /// Paths in the file are relative to its directory. Does not check the options of models and judging. Errors, with the
 /// JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or repeat, no model,
-/// a serial number "*" that a pattern does not determine.
+/// a serial number "*" with a pattern that has not one * as its only wildcard.
 Result<LotFile> parse_lot_file(std::string_view text, const std::string& path);
 Result<LotFile> load_lot_file(const std::string& path);
-
-/// The text that the first * of a pattern matched in a path: the pattern has no wildcard before it, and no other one in
-/// the same folder or file name, which parse_lot_file() checks.
-std::string matched_by_star(const std::string& pattern, const std::string& path);
 
 // Tasks.
 
@@ -69,7 +63,9 @@ std::string matched_by_star(const std::string& pattern, const std::string& path)
 /// the keys. The result depends only on the keys of the plan.
 struct Task {
   Json json;
-  std::vector<std::string> violations = {};  ///< of a result: the lot's limits, one line each; not stored
+  /// Of a result: the lot's limits, one line each; without a result: why the last attempt failed, if one did. Not
+  /// stored.
+  std::vector<std::string> violations = {};
 
   /// First 32 hex digits of the SHA-256 of the other keys, without the model's name and the directories of the files.
   std::string id() const { return json.at("task"); }
@@ -78,9 +74,11 @@ struct Task {
   std::string gyro() const { return axis().empty() ? serial() : serial() + " " + axis(); }
   std::string model() const { return json.at("model"); }
   std::vector<std::string> words(const char* key) const { return json.at(key); }  ///< of "train", "judging"
-  std::vector<std::string> paths(Role role) const;
-  bool refused() const { return json.at("outcome") == "refused"; }
-  bool accepted() const { return violations.empty(); }
+  std::vector<std::string> paths(std::string_view role) const;
+  bool done() const { return json.contains("outcome"); }
+  bool refused() const { return done() && json["outcome"] == "refused"; }
+  bool trained() const { return done() && !refused(); }
+  bool accepted() const { return done() && violations.empty(); }
 };
 
 /// A recording or gyro without a task, and the reason.
@@ -88,14 +86,15 @@ struct LeftOutInput {
   std::string what, why;
 };
 
-struct Plan {
+/// The tasks of a plan, and with read_lot() (lot.hpp) their results.
+struct Lot {
   std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the file
   std::vector<LeftOutInput> left_out;
 };
 
 /// Groups the recordings by serial number and axis. Gyros without a train or repeat recording are listed in
-/// Plan::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
-Result<Plan> make_plan(const LotFile& file);
+/// Lot::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
+Result<Lot> make_plan(const LotFile& file);
 
 // The folder of a lot. tasks.jsonl: the plan, one line per task or input that is left out. tasks/ID/: a complete
 // result, renamed into place; tasks/.ID.HOST.PID/: an unfinished one. failed/ID: why the last attempt failed. Several
@@ -107,9 +106,9 @@ bool has_result(const std::string& folder, const std::string& id);
 std::string failure(const std::string& folder, const std::string& id);
 
 /// Creates the folder and replaces the plan.
-Result<void> write_plan(const std::string& folder, const Plan& plan);
+Result<void> write_plan(const std::string& folder, const Lot& plan);
 /// Reads also plans of version 0.3. `id`: reads this task only. Errors: no plan, or no task with this id.
-Result<Plan> read_plan(const std::string& folder, const std::string& id = {});
+Result<Lot> read_plan(const std::string& folder, const std::string& id = {});
 
 /// Trains and evaluates; writes the model and the report into `folder`. Returns what result.json has besides the task.
 /// Data that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be

@@ -285,9 +285,6 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   auto quality = worst_quality(*set, choice);
   if (!quality) return tl::unexpected<Error>(quality.error());
   if (constant) return tl::unexpected<Error>(*constant);
-  std::vector<TrainingRun::Curve> curves;
-  for (auto& [recording, table] : set->recordings)
-    curves.push_back({table.column(compensation::kInputTemperature), std::move(table.bias_deg_per_h)});
   set->recordings = {};  // a year has 80 MB of blocks
   const auto plan = training::plan_resources(set->data.inputs.cols(), set->data.inputs.rows(), *settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
@@ -324,8 +321,8 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!held_out) return tl::unexpected<Error>(held_out.error());
     summary["held_out"] = std::move(*held_out);
   }
-  return TrainingRun{std::move(*trained), std::move(*set),     std::move(curves),    std::move(*settings),
-                     std::move(*quality), std::move(expected), std::move(judgement), std::move(summary)};
+  return TrainingRun{std::move(*trained), std::move(*set),      std::move(*settings), std::move(*quality),
+                     std::move(expected), std::move(judgement), std::move(summary)};
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {

@@ -24,14 +24,8 @@ struct TrainChoice {
 };
 
 struct TrainingRun {
-  /// Blocks of a recording.
-  struct Curve {
-    std::vector<double> temperature_degc, bias_deg_per_h;
-  };
-
   training::TrainedModel trained;
   recordings::TrainingSet set;  ///< without its recordings
-  std::vector<Curve> curves;    ///< one per recording
   training::TrainingSettings settings;
   evaluation::DataQuality quality;  ///< the worst of the recordings
   std::optional<Expectation> expected;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Results of a lot: violated limits, outliers, similar gyros, drift, report and installation.
+// Results of a lot: violated limits, outliers, drift, report and installation.
 #include "tests/unit/campaign/lot.hpp"
 
 #include <gmock/gmock.h>
@@ -29,10 +29,8 @@ Json run(const char* role, const char* recording, const Json& improvement) {
           {"measured", {{"improvement_percent", improvement}}}};
 }
 
-Task result(const std::string& serial, const std::string& model, double improvement, double slope = 1) {
+Task result(const std::string& serial, const std::string& model, double improvement) {
   Task made;
-  Json curve = Json::array();
-  for (int i = 0; i < 8; ++i) curve.push_back(Json::array({5 * i, slope * i * i}));
   made.json = {{"task", serial + model},
                {"serial", serial},
                {"axis", ""},
@@ -42,7 +40,7 @@ Task result(const std::string& serial, const std::string& model, double improvem
                {"id", ""},
                {"simulated", false},
                {"data_quality", Json::array()},
-               {"training", {{"mean_deg_per_h", 1}, {"curve_degc_deg_per_h", curve}}},
+               {"training", {{"mean_deg_per_h", 1}}},
                {"judged", Json::array({run("repeat", "cycle2", improvement)})}};
   made.json["data_quality"].push_back(
       {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
@@ -83,14 +81,14 @@ TEST(Violations, IncludeDataQuality) {
 TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   Lot lot;
   for (const char* model : {"a", "b"}) {
-    lot.results.push_back(result("S1", model, 50));
-    lot.results.push_back(result("S2", model, 50));
+    lot.tasks.push_back(result("S1", model, 50));
+    lot.tasks.push_back(result("S2", model, 50));
   }
-  lot.results[1].violations = {"limit"};  // S2, a
-  const auto chosen = lot.chosen({{"a", {}}, {"b", {}}});
-  ASSERT_EQ(chosen.size(), 2u);
-  EXPECT_EQ(chosen.at("S1")->model(), "a");
-  EXPECT_EQ(chosen.at("S2")->model(), "b");
+  lot.tasks[1].violations = {"limit"};  // S2, a
+  const auto best = chosen(lot, {{"a", {}}, {"b", {}}});
+  ASSERT_EQ(best.size(), 2u);
+  EXPECT_EQ(best.at("S1")->model(), "a");
+  EXPECT_EQ(best.at("S2")->model(), "b");
 }
 
 Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
@@ -100,35 +98,30 @@ Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
 
 TEST(LotReport, FindsAnOutlier) {
   Lot lot;
-  for (int i = 0; i < 20; ++i) lot.results.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
-  lot.results[7].json["judged"][0]["measured"]["improvement_percent"] = 5;
-  const Json outliers = tables_of(lot)["outliers"]["rows"];
-  ASSERT_EQ(outliers.size(), 1u);
-  EXPECT_EQ(outliers[0][0]["text"], "S7");
-  EXPECT_EQ(outliers[0][2]["text"], "improvement_percent");
-  EXPECT_LT(outliers[0][4]["value"], -3.5);
+  for (int i = 0; i < 20; ++i) lot.tasks.push_back(result(fmt::format("S{}", i), "a", 50 + i % 5));
+  lot.tasks[7].json["judged"][0]["measured"]["improvement_percent"] = 5;
+  const Json rows = tables_of(lot)["spread"]["rows"];
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0][1]["text"], "improvement_percent");
+  EXPECT_EQ(rows[0][10]["text"], "S7");
+  EXPECT_EQ(rows[1][10]["text"], "");
 }
 
-TEST(LotReport, FindsSimilarGyrosAndDrift) {
+TEST(LotReport, FindsDrift) {
   Lot lot;
-  lot.results = {result("S1", "a", 50, 1), result("S2", "a", 50, -1), result("S3", "a", 50, 1.1)};
+  lot.tasks = {result("S1", "a", 50), result("S2", "a", 50)};
   Lot later = lot;
-  later.results[0].json["training"]["mean_deg_per_h"] = 1.25;
-  const Json tables = tables_of(later, &lot), pairs = tables["siblings"]["rows"], drift = tables["drift"]["rows"];
-  ASSERT_EQ(pairs.size(), 3u);
-  EXPECT_EQ(pairs[0][0]["text"], "S1");
-  EXPECT_EQ(pairs[0][1]["text"], "S3");
-  EXPECT_NEAR(pairs[0][3]["value"], 1, 1e-12);
-  EXPECT_EQ(pairs[2][0]["text"], "S2");  // the least similar
-  ASSERT_EQ(drift.size(), 3u);
+  later.tasks[0].json["training"]["mean_deg_per_h"] = 1.25;
+  const Json drift = tables_of(later, &lot)["drift"]["rows"];
+  ASSERT_EQ(drift.size(), 2u);
   EXPECT_EQ(drift[0][2]["value"], 0.25);
-  EXPECT_EQ(drift[0][3]["value"], 0);
+  EXPECT_EQ(drift[1][2]["value"], 0);
 }
 
 TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
   Lot lot;
-  lot.results = {result("S1", "a", 50)};
-  Json& judged = lot.results[0].json["judged"];
+  lot.tasks = {result("S1", "a", 50)};
+  Json& judged = lot.tasks[0].json["judged"];
   judged.push_back(run("repeat", "cycle3", 40));
   judged.push_back(run("repeat", "cycle4", nullptr));
   judged.push_back(run("other", "steps", 0));
@@ -140,17 +133,16 @@ TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
 TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   test::Lot files;
   Lot lot;
-  lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
-  lot.results[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
-  lot.missing = {result("S3", "a", 0)};
-  lot.missing[0].violations = {"out of memory"};
+  lot.tasks = {result("S1", "a", 50), result("S2", "a", 20)};
+  lot.tasks[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
+  lot.tasks.push_back({{{"task", ""}, {"serial", "S3"}, {"axis", ""}, {"model", "a"}}, {"out of memory"}});
   const report::Report report = lot_report(files.file(), lot, &lot);
   const auto json = Json::parse(report::json_text(report));
   const Json& rows = json["tables"]["gyros"]["rows"];
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0][0]["link"], "../tasks/S1a/report/report.html");
   EXPECT_EQ(rows[0][2]["text"], "accepted");
-  EXPECT_EQ(rows[1][9]["text"], lot.results[1].violations[0]);
+  EXPECT_EQ(rows[1][9]["text"], lot.tasks[1].violations[0]);
   EXPECT_EQ(rows[2][9]["text"], "out of memory");
   EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
   EXPECT_THAT(report.warning, HasSubstr("incomplete"));
@@ -160,8 +152,8 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
 TEST(LotReport, NamesALotWhoseProcessorLevelsDiffer) {
   test::Lot files;
   Lot lot;
-  lot.results = {result("S1", "a", 50), result("S2", "a", 20)};
-  lot.results[0].json["level"] = "x86-64-v3";
+  lot.tasks = {result("S1", "a", 50), result("S2", "a", 20)};
+  lot.tasks[0].json["level"] = "x86-64-v3";
   EXPECT_THAT(lot_report(files.file(), lot, nullptr).warning,
               HasSubstr("Processor levels differ: baseline, x86-64-v3"));
 }
@@ -185,7 +177,7 @@ class InstalledLot : public testing::Test {
     const auto model = compensation::parse_model(text, "model");
     ASSERT_TRUE(model) << model.error().text();
     made.json["id"] = (*model)->info().id;
-    lot_.results.push_back(std::move(made));
+    lot_.tasks.push_back(std::move(made));
   }
   Result<InstalledModels> install() { return install_models(files_.file(), lot_, files_.path("dest"), true); }
 
@@ -196,7 +188,7 @@ class InstalledLot : public testing::Test {
 TEST_F(InstalledLot, HasAManifestOfChecksumsAndKeepsOtherGyros) {
   store("S1");
   ASSERT_EQ(install()->models, 1u);
-  lot_.results.clear();
+  lot_.tasks.clear();
   store("S 2/x");
   const auto second = install();
   ASSERT_TRUE(second) << second.error().text();
@@ -215,10 +207,10 @@ TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
   ASSERT_TRUE(install());
   const std::string before = test::read_file(files_.path("dest/manifest.json"));
   store("S2");
-  lot_.results[1].json["id"] = "0123";
+  lot_.tasks[1].json["id"] = "0123";
   EXPECT_THAT(install().error().text(), HasSubstr("not the evaluated model"));
-  lot_.results[1].json["id"] = lot_.results[0].json["id"];
-  lot_.results[1].json["serial"] = "S9";
+  lot_.tasks[1].json["id"] = lot_.tasks[0].json["id"];
+  lot_.tasks[1].json["serial"] = "S9";
   EXPECT_THAT(install().error().text(), HasSubstr("expected that of \"S9\""));
   EXPECT_EQ(test::read_file(files_.path("dest/manifest.json")), before);
   EXPECT_FALSE(fs::exists(files_.path("dest/S2.json")));

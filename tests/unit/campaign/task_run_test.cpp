@@ -21,7 +21,7 @@ class CampaignTask : public testing::Test {
   CampaignTask() {
     lot_.gyro("S1");
     file_ = lot_.file();
-    const Plan plan = make_plan(file_).value();
+    const Lot plan = make_plan(file_).value();
     EXPECT_TRUE(write_plan(file_.folder, plan));
     task_ = plan.tasks.at(0);
   }
@@ -48,14 +48,14 @@ TEST_F(CampaignTask, StoresItsResultUnderItsId) {
   EXPECT_TRUE(is_stored());
   for (const char* name : {"model.json", "result.json"}) EXPECT_TRUE(fs::exists(stored(name))) << name;
   EXPECT_EQ(unfinished(), 0u);
-  ASSERT_EQ(lot().results.size(), 1u);
-  const Json stored_result = lot().results[0].json;
+  ASSERT_TRUE(lot().tasks.at(0).done());
+  const Json stored_result = lot().tasks[0].json;
   EXPECT_EQ(stored_result["task"], task_.id());
   EXPECT_EQ(stored_result["inputs"][0]["files"][0]["sha256"], task_.json["inputs"][0]["files"][0]["sha256"]);
   const Json outcome = test::quick_work(task_, lot_.path("")).value();
   for (const auto& [key, value] : outcome.items()) EXPECT_EQ(stored_result[key], value) << key;
-  ASSERT_EQ(lot().missing.size(), 1u);
-  EXPECT_TRUE(lot().missing[0].violations.empty());  // not run yet
+  ASSERT_FALSE(lot().tasks.at(1).done());
+  EXPECT_TRUE(lot().tasks[1].violations.empty());  // not run yet
 }
 
 TEST_F(CampaignTask, IsSkippedIfItsResultExists) {
@@ -84,10 +84,10 @@ TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
   EXPECT_FALSE(run());
   EXPECT_FALSE(is_stored());
   EXPECT_EQ(unfinished(), 0u);
-  EXPECT_EQ(lot().missing.at(0).violations.at(0), "disk: is full");
+  EXPECT_EQ(lot().tasks.at(0).violations.at(0), "disk: is full");
   work_ = test::quick_work;
   ASSERT_TRUE(run());
-  EXPECT_EQ(lot().missing.size(), 1u);
+  EXPECT_TRUE(lot().tasks.at(0).accepted());
   EXPECT_EQ(failure(file_.folder, task_.id()), "");
 }
 
@@ -96,9 +96,8 @@ TEST_F(CampaignTask, StoresARejectionOfTheDataAsAResult) {
     return Json{{"level", "baseline"}, {"outcome", "refused"}, {"why", "no thermometer"}};
   };
   ASSERT_TRUE(run());
-  ASSERT_EQ(lot().results.size(), 1u);
-  EXPECT_EQ(lot().results[0].json["why"], "no thermometer");
-  EXPECT_THAT(lot().results[0].violations, testing::ElementsAre("refused: no thermometer"));
+  EXPECT_EQ(lot().tasks.at(0).json["why"], "no thermometer");
+  EXPECT_THAT(lot().tasks[0].violations, testing::ElementsAre("refused: no thermometer"));
 }
 
 TEST_F(CampaignTask, IsNotReadIfItsResultIsDamaged) {
