@@ -6,7 +6,7 @@ _prismcal() {
     case $word in train|fit|cv|predict|evaluate|compare|monitor|history|inspect|allan|convert|design|export|verify|campaign) command=$word && break ;; esac
   done
   case "$command ${COMP_WORDS[COMP_CWORD-1]}" in
-    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'monitor --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'design --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
+    'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'monitor --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --slope'|'compare --slope'|'inspect --slope') words='difference least_squares' ;;
     'train --tune'|'fit --tune'|'cv --tune') words='blocked shuffled loo reml' ;;
@@ -25,7 +25,7 @@ _prismcal() {
   esac
   if [ -n "${words+set}" ]; then mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"); return; fi
   case $command in
-    train) words='-h --help --out --inputs --response --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --hold-out --method --json --quiet --from --strict --window --slope --end-mean --max-gap --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
+    train) words='-h --help --out --inputs --response --serial --name --prior --force --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --method --json --quiet --from --strict --window --slope --end-mean --max-gap --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     fit) words='-h --help --inputs --target --fold-column --decimal --time-unit --time --out --diagnostics --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     cv) words='-h --help --inputs --target --fold-column --decimal --time-unit --method --json --quiet --weight --c --sigma2 --beta --delta --epsilon --tune --folds --reweight --scale --hampel-floor --drift --normalise --seed --threads --start --p-enter --p-remove --memory' ;;
     predict) words='-h --help --out --extrapolation --decimal --time-unit --json --quiet' ;;
@@ -36,7 +36,7 @@ _prismcal() {
     inspect) words='-h --help --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --json --window --slope --end-mean --max-gap' ;;
     allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet --out --pdf --paper --test' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
-    design) words='-h --help --out --mission --recordings --domain --chamber --hours --prior --bias-sd --noise --start --thermal-lag --self-heating --report --json --quiet --map --interval --decimal --time-unit --config --axis --leave-out' ;;
+    design) words='-h --help --out --domain --chamber --hours --prior --bias-sd --noise --start --thermal-lag --self-heating --report --json --quiet' ;;
     export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;

@@ -10,7 +10,7 @@ train lssvm a b --c 20 --sigma2 2
 train ir-lssvm a b --c 20 --sigma2 2 --weight huber
 train ir-lssvm a --c 20 --sigma2 1.5 --weight hampel --scale iqr --reweight 1 --slope least_squares
 train svr a --c 5 --sigma2 2 --epsilon 0.2 --no-earth-rate
-train stepwise a --hold-out blocks:1800 --leave-out 3600..7200 --response 600 --inputs T,dTdt --json
+train stepwise a --leave-out 3600..7200 --response 600 --inputs T,dTdt --json
 train lssvm a.pcap --config g.json --c 10 --sigma2 3 --end-mean 20
 # A new constant: of polynomials, of kernels, and of a model without a standard deviation.
 log moved 1 3 --profile steady --turn-on 0.1

@@ -76,18 +76,14 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
     if (packet.event == drivers::CaptureEvent::kOpened) pipeline.begin_sensor_session(line, packet.time_ns);
     if (packet.event == drivers::CaptureEvent::kData) pipeline.feed_sensors(line, packet.bytes, packet.time_ns);
   };
-  constexpr std::size_t kPacketsPerReport = 4096;
-  tables::ReadMeter meter(options.table.progress, reader->size_bytes());
   std::size_t packets = 0;
   for (; const auto packet = reader->next(); ++packets) {
-    if (packets % kPacketsPerReport == 0) meter.set(reader->position_bytes(), packets);
     sensors->until(*packet, feed_sensor);
     if (packet->event == drivers::CaptureEvent::kOpened) add(pipeline.begin_session(packet->time_ns));
     if (packet->event == drivers::CaptureEvent::kData) add(pipeline.feed(packet->bytes, packet->time_ns));
     if (!fed) return tl::unexpected<Error>(fed.error());
   }
   add(pipeline.finish());
-  meter.set(reader->size_bytes(), packets);
   if (!fed) return tl::unexpected<Error>(fed.error());
   const std::string clocks = pipeline::clocks_text(*setup->frames, pipeline.clock().rate_check());
   if (!clocks.empty())

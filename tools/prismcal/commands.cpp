@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -25,14 +24,6 @@ void interrupt(int) {
 }
 
 std::atomic<bool> bar_drawn{false};
-
-/// "2 h 05 min", "12 s".
-std::string duration_text(double s) {
-  const auto rounded = static_cast<long>(s + 0.5);
-  if (rounded < 100) return fmt::format("{} s", rounded);
-  if (rounded < 5400) return fmt::format("{} min {:02} s", rounded / 60, rounded % 60);
-  return fmt::format("{} h {:02} min", rounded / 3600, rounded / 60 % 60);
-}
 
 /// Draws one line that fits the terminal: a longer one would add a line with each drawing.
 void draw(double share, std::string text) {
@@ -101,28 +92,6 @@ training::TuningProgress progress_bar(bool quiet) {
     draw(static_cast<double>(done) / std::max(1, expected),
          fmt::format("{} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}", done, expected, best.cost, best.c,
                      best.sigma2));
-  };
-}
-
-tables::ReadProgress read_progress() {
-  using Clock = std::chrono::steady_clock;
-  constexpr double kPatience_s = 2, kBetween_s = 0.2;
-  if (isatty(STDERR_FILENO) == 0) return {};
-  // A command may read several recordings, one after the other; a new reading begins with fewer bytes.
-  return [began = Clock::time_point(), drawn = Clock::time_point(),
-          last_bytes = std::uint64_t{UINT64_MAX}](const tables::ReadState& state) mutable {
-    const auto now = Clock::now();
-    const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
-    if (state.bytes < last_bytes) began = drawn = now;
-    last_bytes = state.bytes;
-    const bool done = state.bytes >= state.of_bytes;
-    const double seconds = since(began), share = static_cast<double>(state.bytes) / static_cast<double>(state.of_bytes);
-    if (done && drawn != began) end_progress();
-    if (done || seconds < kPatience_s || since(drawn) < kBetween_s) return;
-    drawn = now;
-    draw(share,
-         fmt::format("{:.0f} %, {} left, {:.2f} million rows/s", 100 * share,
-                     duration_text(seconds * (1 - share) / share), 1e-6 * static_cast<double>(state.rows) / seconds));
   };
 }
 

@@ -10,11 +10,6 @@
 #include "base/result.hpp"
 #include "compensation/model.hpp"
 #include "compensation/training/tuning.hpp"
-#include "tools/prismcal/read_meter.hpp"
-
-namespace prism::recordings {
-struct TrainingSetOptions;
-}
 
 namespace prism::commands {
 
@@ -34,10 +29,6 @@ void add_design_command(CLI::App& app, int& code);    ///< plans the next record
 void add_export_command(CLI::App& app, int& code);    ///< writes a model as C for firmware
 void add_verify_command(CLI::App& app, int& code);    ///< checks logs and captures
 void add_campaign_command(CLI::App& app, int& code);  ///< trains and evaluates models of hundreds of gyros
-
-/// `inspect` of several recordings, a line each: length, step, temperatures, noise of the window's means, verdict and
-/// its first reason; with `json` all reasons. Returns 1 if none can be used for training.
-int inspect_each(const std::vector<std::string>& paths, const recordings::TrainingSetOptions& options, bool json);
 
 /// Ends a progress line, prints "prismcal: ERROR" on stderr and returns exit code 1.
 int failed(const Error& error);
@@ -61,13 +52,8 @@ inline constexpr const char* kStoppedEarly = "stopped early by Ctrl-C, before th
 /// Exit code of `evaluate` if a recording was used in training.
 inline constexpr int kNotATest = 3;
 
-// Progress bars on stderr, if it is a terminal.
-
-/// Of a tuning, with the best cost so far.
+/// A progress bar of a tuning on stderr, if it is a terminal, with the best cost so far.
 training::TuningProgress progress_bar(bool quiet);
-
-/// Of reading that takes more than 2 s, with its rate and the time left. Empty if stderr is not a terminal.
-tables::ReadProgress read_progress();
 
 /// Ends the line of a bar.
 void end_progress();

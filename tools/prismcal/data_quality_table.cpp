@@ -19,12 +19,6 @@ using report::Emphasis;
 
 namespace {
 
-Emphasis emphasis_of(evaluation::Verdict verdict) {
-  return verdict == evaluation::Verdict::kPass   ? Emphasis::kGood
-         : verdict == evaluation::Verdict::kWarn ? Emphasis::kWarn
-                                                 : Emphasis::kBad;
-}
-
 bool is_disturbance(const std::string& name) { return name == "moved" || name == "disturbed" || name == "outliers"; }
 
 /// A disturbance of the rate refuses the recording.
@@ -75,18 +69,6 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
       finding.text += place_text(table, hours[*finding.block], finding);
   }
   return quality;
-}
-
-report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording) {
-  report::Table table{"data_quality", "Data quality of " + recording, "Checked before training.", {}, {}};
-  table.columns = {{"question", "", false}, {"verdict", "", false}, {"found, and thresholds", "", false}};
-  for (const evaluation::Finding& finding : quality.findings) {
-    table.rows.push_back({report::text_cell(finding.name),
-                          report::text_cell(evaluation::verdict_text(finding.verdict), emphasis_of(finding.verdict)),
-                          report::text_cell(finding.text)});
-  }
-  table.meaning = data_quality_paragraph(quality, recording).text;
-  return table;
 }
 
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Checks the data quality of a recording and prints the result.
+// Checks the data quality of a recording; the result as text and JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -14,8 +14,6 @@ namespace prism::analysis {
 
 Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
                                              const evaluation::DataQualitySettings& settings = {});
-/// A table with one row per finding.
-report::Table data_quality_table(const evaluation::DataQuality& quality, const std::string& recording);
 
 /// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);

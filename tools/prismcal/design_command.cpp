@@ -12,7 +12,6 @@
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
-#include "compensation/features.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
@@ -20,52 +19,16 @@
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/plan.hpp"
-#include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {
 namespace {
 
 struct DesignChoice {
   std::string model, prior, domain, chamber, out;
-  std::vector<std::string> mission, made;
-  recordings::SourceOptions source;
   double hours = 8, start_degc = 25, lag_min = 65, self_heating_degc = 4;
   double bias_sd_deg_per_h = 0, noise_deg_per_h = 0;
   CommonOptions report;
 };
-
-// An option that takes several recordings also takes a model that follows it.
-std::optional<Error> misplaced_model(const DesignChoice& choice) {
-  if (!choice.model.empty()) return std::nullopt;
-  const std::pair<const char*, const std::vector<std::string>*> options[] = {{"--mission", &choice.mission},
-                                                                             {"--recordings", &choice.made}};
-  for (const auto& [option, paths] : options) {
-    for (const std::string& path : *paths) {
-      if (load_model(path))
-        return Error{option, fmt::format("{} is a model, expected recordings; put the model first: prismcal design {} "
-                                         "{} RECORDING",
-                                         path, path, option)};
-    }
-  }
-  return std::nullopt;
-}
-
-/// The rows of recordings, each on its own.
-Result<std::vector<design::RecordedInputs>> recorded(const std::vector<std::string>& paths,
-                                                     const design::KnownGyro& gyro, const DesignChoice& choice) {
-  if (paths.empty()) return std::vector<design::RecordedInputs>();
-  recordings::TrainingSetOptions options;
-  options.source = choice.source;
-  if (choice.report.quiet) options.source.table.announce = {};
-  options.features = gyro.features;
-  options.site.no_earth_rate = true;  // the bias does not matter
-  const auto set = recordings::read_training_set(paths, gyro.inputs, options);
-  if (!set) return tl::unexpected<Error>(set.error());
-  std::vector<design::RecordedInputs> all;
-  for (const auto& rows : training::fold_members(set->data.runs))
-    all.push_back({set->data.inputs(Eigen::all, rows), set->data.time_s(rows) / 3600, {}});
-  return all;
-}
 
 struct Basis {
   std::vector<design::KnownGyro> gyros;
@@ -86,7 +49,6 @@ Result<Basis> basis_of(const DesignChoice& choice, const std::vector<design::Inp
   } else {
     if (!(choice.bias_sd_deg_per_h > 0) || !(choice.noise_deg_per_h > 0))
       return make_error("design", "found no model and no --prior; expected one of them, or --bias-sd and --noise");
-    if (domain.empty()) return make_error("--domain", "found none, expected one if there is no model");
     return Basis{{design::stated_gyro(domain, choice.bias_sd_deg_per_h, choice.noise_deg_per_h)},
                  fmt::format("stated prior: bias {:g} deg/h, noise {:g} deg/h", choice.bias_sd_deg_per_h,
                              choice.noise_deg_per_h)};
@@ -224,28 +186,17 @@ std::string first_line(const design::Plan& plan, const std::string& out) {
 }
 
 Result<int> run(const DesignChoice& choice) {
-  if (auto error = misplaced_model(choice)) return tl::unexpected<Error>(std::move(*error));
   design::PlanSettings settings;
   auto chamber = design::parse_chamber(choice.chamber, choice.start_degc);
   if (!chamber) return tl::unexpected<Error>(chamber.error());
   settings.chamber = *chamber;
   settings.hours = choice.hours;
   settings.response = {choice.lag_min * 60, choice.self_heating_degc};
-  if (choice.domain.empty() == choice.mission.empty())
-    return make_error("design", "expected --domain or --mission, one of them");
-  if (!choice.domain.empty()) {
-    auto domain = design::parse_domain(choice.domain);
-    if (!domain) return tl::unexpected<Error>(domain.error());
-    settings.domain = std::move(*domain);
-  }
+  auto domain = design::parse_domain(choice.domain);
+  if (!domain) return tl::unexpected<Error>(domain.error());
+  settings.domain = std::move(*domain);
   const auto basis = basis_of(choice, settings.domain);
   if (!basis) return tl::unexpected<Error>(basis.error());
-  auto made = recorded(choice.made, basis->gyros.front(), choice);
-  if (!made) return tl::unexpected<Error>(made.error());
-  settings.made = std::move(*made);
-  auto mission = recorded(choice.mission, basis->gyros.front(), choice);
-  if (!mission) return tl::unexpected<Error>(mission.error());
-  settings.mission = design::mission_points(*mission);
   const auto plan = design::plan_recording(basis->gyros, settings);
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (auto done = write_text_file(choice.out, design::set_points_csv(plan->profile)); !done)
@@ -265,15 +216,14 @@ void add_design_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("design", "plan the next recording: the chamber profile that a model needs most");
   const auto choice = std::make_shared<DesignChoice>();
-  add_options(*command, {{"--out", &choice->out, "CSV of set-points to write: time_s,temperature_degc"}},
+  add_options(*command,
+              {{"--out", &choice->out, "CSV of set-points to write: time_s,temperature_degc"},
+               {"--domain", &choice->domain,
+                "inputs that the model must serve: \"T=-40:60, dTdt=-1:1 degC/min\"; slopes need their unit"}},
               Need::kRequired);
   add_options(
       *command,
       {{"model", &choice->model, "composite model of the gyro (default: --prior, or --bias-sd and --noise)"},
-       {"--mission", &choice->mission, "recordings of the use, instead of --domain"},
-       {"--recordings", &choice->made, "recordings already made that the model was not trained on"},
-       {"--domain", &choice->domain,
-        "inputs that the model must serve: \"T=-40:60, dTdt=-1:1 degC/min\"; slopes need their unit"},
        {"--chamber", &choice->chamber, "limits: \"rate<=2 degC/min, T=-45:65\" (default: 1 degC/min, -40 to 70 degC)"},
        {"--hours", &choice->hours, "length of the recording, h", tools::within(0.5, 200)},
        {"--prior", &choice->prior, "without a model: folder with two or more models of gyros of the same type"},
@@ -289,13 +239,12 @@ void add_design_command(CLI::App& app, int& code) {
        {"--report", &choice->report.out, "folder for report.html with the figures, report.csv, report.json"},
        {"--json", &choice->report.json, "print the report as JSON"},
        {"--quiet", &choice->report.quiet, "no remarks on stderr"}});
-  add_source_options(*command, choice->source);
-  accept_site_options(*command);  // the bias does not matter
+  refuse_removed(*command, "--mission", "state the ranges of its inputs by --domain");
+  refuse_removed(*command, "--recordings", "train the model on them, too");
   tools::add_examples(
       *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --chamber \"rate<=2 degC/min, "
                  "T=-45:65\" --out "
                  "cycle.csv",
-                 "prismcal design model.json --mission flights/ --hours 12 --out cycle.csv --report plan",
                  "prismcal design --prior models/ --domain \"T=-30:60, dTdt=-0.5:0.5 degC/min\" --out cycle.csv"});
   command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }

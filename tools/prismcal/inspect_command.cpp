@@ -2,24 +2,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iterator>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/escape.hpp"
 #include "base/plain_text.hpp"
-#include "compensation/evaluation/data_quality.hpp"
-#include "compensation/features.hpp"
+#include "compensation/evaluation/statistics.hpp"
 #include "compensation/sample.hpp"
-#include "config/search_path.hpp"
-#include "drivers/capture_file.hpp"
-#include "drivers/wire/decode/inspect.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/data_quality_table.hpp"
+#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/quantity_map.hpp"
 #include "tools/prismcal/recording.hpp"
@@ -35,69 +34,10 @@ struct InspectChoice {
   bool json = false;
 };
 
-/// At most 64 means of equal numbers of rows, in order; kUnknown without a value. The number of rows doubles whenever
-/// there are twice as many means.
-class Course {
- public:
-  void add(double value) {
-    if (std::isfinite(value)) sum_ += value, ++known_;
-    if (++rows_ < each_) return;
-    means_.push_back(known_ > 0 ? sum_ / static_cast<double>(known_) : kUnknown);
-    sum_ = 0, known_ = rows_ = 0;
-    if (means_.size() < 2 * kMost) return;
-    means_ = halved();
-    each_ *= 2;
-  }
-  std::vector<double> means() const { return means_.size() > kMost ? halved() : means_; }
+using nlohmann::ordered_json;
 
- private:
-  std::vector<double> halved() const {
-    std::vector<double> half;
-    for (std::size_t i = 0; i + 1 < means_.size(); i += 2) {
-      const double a = means_[i], b = means_[i + 1];
-      half.push_back(std::isnan(a) ? b : std::isnan(b) ? a : (a + b) / 2);
-    }
-    return half;
-  }
-
-  static constexpr std::size_t kMost = 64;
-  std::vector<double> means_;
-  double sum_ = 0;
-  std::size_t known_ = 0, rows_ = 0, each_ = 1;
-};
-
-struct ColumnSummary {
-  tables::Header header;
-  tables::ColumnKind kind = tables::ColumnKind::kText;
-  double smallest = kUnknown, largest = kUnknown;  ///< as in the file
-  std::size_t missing = 0;
-  Course course = {};
-
-  void take(double value) {
-    course.add(value);
-    if (!std::isfinite(value)) return;
-    smallest = std::fmin(smallest, value);
-    largest = std::fmax(largest, value);
-  }
-};
-
-struct TimeSummary {
-  std::string column, format;
-  std::int64_t first_ns = 0, last_ns = 0;
-  bool is_date = false;  ///< ns since 1970 UTC; otherwise since the origin of the file
-  std::optional<recordings::SampleGrid> grid;
-  std::string no_grid;  ///< why sample_grid() found no sample time
-};
-
-struct TableSummary {
-  std::string form, command;  ///< command: train_command()
-  bool states_rate = false;   ///< the command is complete but for the site
-  std::size_t rows = 0, torn = 0;
-  std::vector<ColumnSummary> columns;
-  std::optional<TimeSummary> time;
-  std::vector<std::string> remarks;  ///< findings of a training with the columns that the table names, one line each
-  std::string problem;               ///< of the time, or of the first bad row: the summary ends there; empty: none
-};
+/// In recordings::train_command(), if no column has the unit of a rate.
+constexpr const char* kOpenRate = "rate=COLUMN:UNIT";
 
 /// The findings of a training with the columns that the table names, which are read again, but for those on the time;
 /// the reason if it cannot use them.
@@ -113,267 +53,245 @@ std::vector<std::string> remarks_on(const tables::PlainTable& table, const table
   auto recording = recordings::read_recording(table.path(), source, {ignore, ignore});
   if (!recording) return {recording.error().what};
   std::erase_if(recording->findings,
-                [](const recordings::Finding& finding) { return finding.kind == "time"; });  // TimeSummary
+                [](const recordings::Finding& finding) { return finding.kind == "time"; });  // summary_of() has them
   std::vector<std::string> remarks = recording->remarks();
   for (std::string& question : recording->questions()) remarks.push_back(std::move(question));
   return remarks;
 }
 
-/// Errors: those of PlainTable::open().
-Result<TableSummary> summarise_table(const std::string& path, const tables::TableOptions& options) {
+/// The step of the rows and their lost samples, or why they have none.
+void add_grid(const std::vector<std::int64_t>& stamps_ns, const std::string& path, double interval_s,
+              ordered_json& time) {
+  const auto grid = recordings::sample_grid(stamps_ns, path, interval_s > 0 ? std::optional(interval_s) : std::nullopt);
+  if (!grid) {
+    time["no_interval"] = grid.error().what;
+    return;
+  }
+  time.update({{"interval_s", grid->interval_s},
+               {"mean_step_s", grid->mean_step_s},
+               {"median_step_s", grid->median_step_s},
+               {"jitter_s", grid->jitter_s},
+               {"lost", grid->lost},
+               {"holes", grid->holes.size()}});
+}
+
+/// How the table is understood, as --json prints it. `problem`: of the time, or of the first bad row, where the rest of
+/// the summary ends; empty: none. Errors: those of PlainTable::open().
+Result<ordered_json> summary_of(const std::string& path, const tables::TableOptions& options) {
   auto table = tables::PlainTable::open(path, options);
   if (!table) return tl::unexpected<Error>(table.error());
-  TableSummary summary;
-  summary.form = table->form_text();
-  summary.command = recordings::train_command(*table, options);
-  const auto rate = recordings::rate_column(*table);
-  summary.states_rate = rate.has_value();
+  ordered_json json = {{"file", path}, {"dialect", table->form_text()}, {"rows", 0}, {"torn_rows", 0}};
+  json.update({{"columns", ordered_json::array()}, {"time", nullptr}, {"remarks", ordered_json::array()}});
+  json.update({{"command", recordings::train_command(*table, options)}, {"problem", ""}});
+  constexpr const char* kKinds[] = {"number", "time", "text"};  // in the order of ColumnKind
   tables::Selection selection;
   for (std::size_t i = 0; i < table->columns().size(); ++i) {
-    summary.columns.push_back({table->columns()[i], table->kind(i)});
+    const tables::Header& header = table->columns()[i];
     if (table->kind(i) == tables::ColumnKind::kNumber) selection.numbers.push_back(i);
+    json["columns"].push_back({{"header", header.text}, {"name", header.name}, {"unit", nullptr}});
+    if (header.unit) json["columns"].back()["unit"] = header.unit->name;
+    json["columns"].back().update({{"kind", kKinds[static_cast<std::size_t>(table->kind(i))]},
+                                   {"smallest", nullptr},
+                                   {"largest", nullptr},
+                                   {"holes", 0}});
   }
   const std::vector<std::size_t> numbers = selection.numbers;
   const auto time = table->time_column();
   if (time) selection.time = tables::TimeSelection{*time};
   if (auto good = table->select(selection); !good) {
-    summary.problem = good.error().text();
+    json["problem"] = good.error().text();
     selection.time.reset();
     if (good = table->select(selection); !good) return tl::unexpected<Error>(good.error());
   }
   std::vector<std::int64_t> stamps_ns;
+  std::vector<double> smallest(numbers.size(), kUnknown), largest = smallest;
   tables::Row row;
   while (true) {
     const auto more = table->next(row);
-    if (!more) summary.problem = more.error().text();
+    if (!more) json["problem"] = more.error().text();
     if (!more || !*more) break;
-    for (std::size_t i = 0; i < numbers.size(); ++i) summary.columns[numbers[i]].take(row.values[i]);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      smallest[i] = std::fmin(smallest[i], row.values[i]);
+      largest[i] = std::fmax(largest[i], row.values[i]);
+    }
     if (table->time()) stamps_ns.push_back(row.time_ns);
   }
-  for (std::size_t i = 0; i < numbers.size(); ++i) summary.columns[numbers[i]].missing = table->missing(i);
-  summary.rows = table->rows();
-  summary.torn = table->torn();
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    json["columns"][numbers[i]].update(
+        {{"smallest", smallest[i]}, {"largest", largest[i]}, {"holes", table->missing(i)}});
+  json["rows"] = table->rows();
+  json["torn_rows"] = table->torn();
   if (!stamps_ns.empty()) {
-    summary.time = TimeSummary{table->columns()[*time].text,
-                               table->time()->text(),
-                               stamps_ns.front(),
-                               stamps_ns.back(),
-                               table->has_dates(),
-                               {},
-                               {}};
-    const auto interval_s = options.interval_s > 0 ? std::optional(options.interval_s) : std::nullopt;
-    if (auto grid = recordings::sample_grid(stamps_ns, path, interval_s))
-      summary.time->grid = std::move(*grid);
-    else
-      summary.time->no_grid = std::move(grid.error().what);
-  }
-  if (rate && summary.problem.empty()) summary.remarks = remarks_on(*table, options);
-  return summary;
-}
-
-/// The course of a column in one line of eighths of a block.
-std::string spark(const ColumnSummary& column) {
-  constexpr const char* kEighths[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
-  const std::vector<double> course = column.course.means();
-  double low = INFINITY, high = -INFINITY;
-  for (const double mean : course) {
-    if (std::isfinite(mean)) low = std::min(low, mean), high = std::max(high, mean);
-  }
-  // The means of a constant column differ by rounding.
-  const bool constant = !(column.largest > column.smallest) || !(high > low);
-  std::string text;
-  const std::size_t step = course.size() > 32 ? 2 : 1;
-  for (std::size_t i = 0; i < course.size(); i += step) {
-    const double mean = course[i];
-    const double part = !constant ? (mean / 2 - low / 2) / (high / 2 - low / 2) : 0;  // high - low may overflow
-    text += std::isfinite(mean) ? kEighths[std::min(7, static_cast<int>(part * 8))] : " ";
-  }
-  return text;
-}
-
-std::string grid_text(const TimeSummary& time) {
-  if (!time.grid) return time.no_grid;
-  const recordings::SampleGrid& grid = *time.grid;
-  return fmt::format(
-      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; {} lost in {}",
-      grid.interval_s, grid.mean_step_s, grid.median_step_s, grid.jitter_s, counted(grid.lost, "sample"),
-      counted(grid.holes.size(), "hole"));
-}
-
-/// Of a record with fewer blocks than a training accepts.
-void print_if_too_short(double seconds, const char* how = "") {
-  const compensation::FeatureDefinition features;
-  const double least_s =
-      evaluation::DataQualitySettings{}.min_blocks.reject * features.length_s + compensation::history_s(features);
-  if (seconds < least_s)
-    fmt::print(
-        "These are only {:.3g} s{}. The command needs at least {:g} s; a model needs a complete temperature cycle.\n",
-        seconds, how, least_s);
-}
-
-void print(const TableSummary& summary, const std::string& path) {
-  fmt::print("{}: {}\n{}, {}{}\n\n", path, summary.form, counted(summary.rows, "row"),
-             counted(summary.columns.size(), "column"),
-             summary.torn > 0 ? "; the last one has no line end and is left out" : "");
-  std::size_t width = 6;
-  for (const ColumnSummary& column : summary.columns) width = std::max(width, column.header.text.size());
-  width = std::min<std::size_t>(width, 40);
-  fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}\n", "column", width, "unit", "smallest", "largest", "holes");
-  for (const ColumnSummary& column : summary.columns) {
-    const std::string unit = column.header.unit ? std::string(column.header.unit->name) : "";
-    if (column.kind == tables::ColumnKind::kNumber) {
-      const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.8g}", value) : "-"; };
-      fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}  {}\n", shortened(column.header.text, 40), width, unit,
-                 number(column.smallest), number(column.largest), column.missing, spark(column));
-    } else {
-      fmt::print("{:<{}}  {}\n", shortened(column.header.text, 40), width,
-                 column.kind == tables::ColumnKind::kTime ? "time" : "text");
-    }
-  }
-  if (summary.time)
-    fmt::print("\ntime {} ({}): {} to {}\n  {}\n", summary.time->column, summary.time->format,
-               tables::time_text(summary.time->first_ns, summary.time->is_date),
-               tables::time_text(summary.time->last_ns, summary.time->is_date), grid_text(*summary.time));
-  if (!summary.remarks.empty()) fmt::print("\n");
-  for (const std::string& remark : summary.remarks) fmt::print("{}\n", printable(remark));
-  if (!summary.problem.empty()) return;
-  if (!summary.states_rate)
-    fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");
-  else if (summary.command.find(":UNIT") != std::string::npos)
-    fmt::print("\nReplace COLUMN (its name or number) and UNIT (degC, K or degF; V or mV):");
-  fmt::print("\n{}\n{}\n", printable(summary.command), recordings::kSiteAdvice);
-  if (summary.time) print_if_too_short(static_cast<double>(summary.time->last_ns - summary.time->first_ns) / 1e9);
-}
-
-nlohmann::ordered_json json_of(const TableSummary& summary, const std::string& path) {
-  nlohmann::ordered_json json = {{"file", path},
-                                 {"dialect", summary.form},
-                                 {"rows", summary.rows},
-                                 {"torn_rows", summary.torn},
-                                 {"columns", nlohmann::ordered_json::array()}};
-  for (const ColumnSummary& column : summary.columns) {
-    json["columns"].push_back({{"header", column.header.text},
-                               {"name", column.header.name},
-                               {"unit", nullptr},
-                               {"kind", column.kind == tables::ColumnKind::kNumber ? "number"
-                                        : column.kind == tables::ColumnKind::kTime ? "time"
-                                                                                   : "text"},
-                               {"smallest", column.smallest},
-                               {"largest", column.largest},
-                               {"holes", column.missing}});
-    if (column.header.unit) json["columns"].back()["unit"] = column.header.unit->name;
-  }
-  json["time"] = nullptr;
-  if (summary.time) {
-    const TimeSummary& time = *summary.time;
-    json["time"] = {{"column", time.column},
-                    {"format", time.format},
-                    {"first_s", static_cast<double>(time.first_ns) / 1e9},
-                    {"last_s", static_cast<double>(time.last_ns) / 1e9},
-                    {"is_date", time.is_date},
+    const auto text = [&](std::int64_t time_ns) { return tables::time_text(time_ns, table->has_dates()); };
+    json["time"] = {{"column", table->columns()[*time].text},
+                    {"format", table->time()->text()},
+                    {"first", text(stamps_ns.front())},
+                    {"last", text(stamps_ns.back())},
+                    {"first_s", static_cast<double>(stamps_ns.front()) / 1e9},
+                    {"last_s", static_cast<double>(stamps_ns.back()) / 1e9},
+                    {"is_date", table->has_dates()},
                     {"interval_s", nullptr}};
-    if (time.grid) {
-      json["time"].update({{"interval_s", time.grid->interval_s},
-                           {"mean_step_s", time.grid->mean_step_s},
-                           {"median_step_s", time.grid->median_step_s},
-                           {"jitter_s", time.grid->jitter_s},
-                           {"lost", time.grid->lost},
-                           {"holes", time.grid->holes.size()}});
-    }
+    add_grid(stamps_ns, path, options.interval_s, json["time"]);
   }
-  json["remarks"] = summary.remarks;
-  json["command"] = summary.states_rate ? summary.command : "";
-  json["problem"] = summary.problem;
+  if (recordings::rate_column(*table) && json["problem"] == "") json["remarks"] = remarks_on(*table, options);
   return json;
 }
 
-/// The configuration and the command to train on bytes that the description fits. The words in capitals are refused.
-void print_next(const InspectChoice& choice, const std::string& kind, const wire::SniffScore& score) {
-  const wire::FrameDescription& frames = *score.description;
-  std::string site = "\"site\": {\"latitude_deg\": LATITUDE, \"elevation_deg\": ELEVATION, \"azimuth_deg\": AZIMUTH}",
-              options;
-  if (frames.axis_names.size() > 1) {
-    std::string axes;
-    for (const std::string& name : frames.axis_names)
-      axes += fmt::format("{}\"{}\": {{\"elevation_deg\": ELEVATION, \"azimuth_deg\": AZIMUTH}}",
-                          axes.empty() ? "" : ", ", name);
-    site = fmt::format("\"site\": {{\"latitude_deg\": LATITUDE}},\n   \"axes\": {{{}}}", axes);
-    options = " --axis " + frames.axis_names.front();
-  }
-  if (!frames.has(wire::ChannelRole::kUhfo)) options += " --inputs T,dTdt";
-  fmt::print(
-      "\nTo train on it, write gyro.json, with your values:\n"
-      "  {{\"frames\": \"{}\", \"gyro\": {{\"serial\": \"SERIAL\"}}, {}}}\n"
-      "then: prismcal train {} --config gyro.json{} --out model.json\n",
-      frames.name, site, shell_word(choice.file), options);
-  const bool timed = score.rate_hz > 0;
-  print_if_too_short(static_cast<double>(score.rates) / (timed ? score.rate_hz : frames.rate_hz),
-                     timed ? "" : " at the description's frame rate (another rate of this gyro: rate_hz in gyro.json)");
-  if (kind != "capture")
-    fmt::print(
-        "Arrival times are not read from this kind of file: time comes from the description's rate (rate_hz), or from "
-        "its counter with "
-        "\"clock\": \"device\".\n");
+std::string grid_text(const ordered_json& time) {
+  if (time.contains("no_interval")) return time["no_interval"];
+  const auto number = [&](const char* key) { return time[key].get<double>(); };
+  return fmt::format(
+      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; {} lost in {}",
+      number("interval_s"), number("mean_step_s"), number("median_step_s"), number("jitter_s"),
+      counted(time["lost"], "sample"), counted(time["holes"], "hole"));
 }
 
-/// The shipped and installed descriptions that fit the whole file, the best first. Errors: those of CaptureReader.
-Result<std::vector<wire::SniffScore>> fitting_descriptions(const std::string& path) {
-  std::error_code error;
-  std::vector<wire::FrameDescriptionPtr> descriptions;
-  for (const std::string& file : config::data_files("frames", std::filesystem::current_path(error))) {
-    const auto text = config::read_data_file(file, "frames", "DESCRIPTION");
-    if (!text) continue;
-    if (const auto description = wire::parse_frame_description(*text, file)) descriptions.push_back(*description);
+/// The same as text.
+void print(const ordered_json& summary) {
+  const auto text = [](const ordered_json& object, const char* key) { return object[key].get<std::string>(); };
+  fmt::print("{}: {}\n{}, {}{}\n\n", text(summary, "file"), text(summary, "dialect"), counted(summary["rows"], "row"),
+             counted(summary["columns"].size(), "column"),
+             summary["torn_rows"] > 0 ? "; the last one has no line end and is left out" : "");
+  std::size_t width = 6;
+  for (const auto& column : summary["columns"]) width = std::max(width, text(column, "header").size());
+  width = std::min<std::size_t>(width, 40);
+  fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}\n", "column", width, "unit", "smallest", "largest", "holes");
+  for (const auto& column : summary["columns"]) {
+    const auto number = [&](const char* key) {
+      const double value = column[key].is_null() ? kUnknown : column[key].get<double>();
+      return std::isfinite(value) ? fmt::format("{:.8g}", value) : "-";
+    };
+    fmt::print("{:<{}}  ", shortened(text(column, "header"), 40), width);
+    if (column["kind"] == "number")
+      fmt::print("{:<8} {:>14} {:>14} {:>8}\n", column["unit"].is_null() ? "" : text(column, "unit"),
+                 number("smallest"), number("largest"), column["holes"].get<std::size_t>());
+    else
+      fmt::print("{}\n", text(column, "kind"));
   }
-  constexpr drivers::RawByteStream kAtOnce{1e12, 0};  // raw bytes have no times
-  auto reader = drivers::CaptureReader::open(path, kAtOnce);
-  if (!reader) return tl::unexpected<Error>(reader.error());
-  wire::Sniffer sniffer(std::move(descriptions));
-  while (const auto packet = reader->next()) {
-    if (packet->event == drivers::CaptureEvent::kData)
-      sniffer.feed(packet->bytes, reader->is_bare() ? 0 : packet->time_ns);
-  }
-  std::vector<wire::SniffScore> ranking = sniffer.ranking();
-  std::erase_if(ranking, [](const wire::SniffScore& score) { return !score.fits; });
-  return ranking;
-}
-
-/// A capture or raw bytes: the descriptions that fit.
-Result<int> run_bytes(const InspectChoice& choice, const std::string& kind) {
-  const auto fitting = fitting_descriptions(choice.file);
-  if (!fitting) return tl::unexpected<Error>(fitting.error());
-  nlohmann::ordered_json json = {{"file", choice.file}, {"kind", kind}, {"fits", nlohmann::ordered_json::array()}};
-  if (!choice.json)
-    fmt::print("{}: {}; {} {}\n", choice.file, kind,
-               fitting->empty() ? "no frame description" : counted(fitting->size(), "frame description"),
-               fitting->size() > 1 ? "fit" : "fits");
-  for (const wire::SniffScore& score : *fitting) {
-    json["fits"].push_back(
-        {{"frames", score.description->name}, {"good_frames", score.frames}, {"bytes", score.bytes}});
-    if (!choice.json) fmt::print("  {}\n", wire::sniff_line(score));
-  }
-  if (!choice.json && !fitting->empty()) print_next(choice, kind, fitting->front());
-  if (!choice.json && fitting->empty())
-    fmt::print(
-        "\nTried: the shipped descriptions and those in ./frames. Describe its frames (docs/frames.md, part 1); "
-        "then prismd --sniff {} DESCRIPTION.json\n",
-        shell_word(choice.file));
-  if (choice.json) fmt::print("{}\n", json_text(json, 2));
-  return fitting->empty() ? 1 : 0;
+  if (const ordered_json& time = summary["time"]; !time.is_null())
+    fmt::print("\ntime {} ({}): {} to {}\n  {}\n", text(time, "column"), text(time, "format"), text(time, "first"),
+               text(time, "last"), grid_text(time));
+  if (!summary["remarks"].empty()) fmt::print("\n");
+  for (const auto& remark : summary["remarks"]) fmt::print("{}\n", printable(remark.get<std::string>()));
+  if (summary["problem"] != "") return;
+  const std::string command = text(summary, "command");
+  if (command.find(kOpenRate) != std::string::npos)
+    fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");
+  else if (command.find(":UNIT") != std::string::npos)
+    fmt::print("\nReplace COLUMN (its name or number) and UNIT (degC, K or degF; V or mV):");
+  fmt::print("\n{}\n{}\n", printable(command), recordings::kSiteAdvice);
 }
 
 Result<int> run(const InspectChoice& choice) {
   const auto kind = recordings::bytes_kind(choice.file);
   if (!kind) return tl::unexpected<Error>(kind.error());
-  if (!kind->empty()) return run_bytes(choice, *kind);
-  const auto summary = summarise_table(choice.file, choice.table);
+  if (!kind->empty())
+    return make_error(choice.file, fmt::format("is a {}; prismd --sniff {} finds the frame description", *kind,
+                                               shell_word(choice.file)));
+  auto summary = summary_of(choice.file, choice.table);
   if (!summary) return tl::unexpected<Error>(summary.error());
-  if (choice.json)
-    fmt::print("{}\n", json_text(json_of(*summary, choice.file), 2));
-  else
-    print(*summary, choice.file);
-  if (!summary->problem.empty() && !choice.json) fmt::print(stderr, "prismcal: {}\n", summary->problem);
-  return summary->problem.empty() ? 0 : 1;
+  const std::string problem = (*summary)["problem"];
+  if (!choice.json) {
+    print(*summary);
+    if (!problem.empty()) fmt::print(stderr, "prismcal: {}\n", problem);
+  } else {
+    std::string command = (*summary)["command"];
+    if (command.find(kOpenRate) != std::string::npos) (*summary)["command"] = "";  // it is not complete
+    fmt::print("{}\n", json_text(*summary, 2));
+  }
+  return problem.empty() ? 0 : 1;
+}
+
+// Several recordings, a line each.
+
+/// Reads the blocks as a training does; a table without --map by the names and units of its columns.
+Result<recordings::Loaded> load(const std::string& path, const recordings::TrainingSetOptions& options) {
+  recordings::SourceOptions source = options.source;
+  source.table.silence();
+  source.several = true;
+  recordings::SiteOptions site = options.site;
+  site.no_earth_rate = site.no_earth_rate || !site.latitude_deg;  // the verdict needs the site for unit and sign only
+  const auto any = [](const recordings::Recording&) { return Result<void>(); };
+  auto loaded = recordings::read_blocks(path, source, site, options.window(), any);
+  if (loaded || !source.map.empty() || !std::filesystem::is_regular_file(path)) return loaded;
+  const auto table = tables::PlainTable::open(path, source.table);
+  if (!table) return loaded;
+  source.map = recordings::suggested_map(*table, source.table);
+  const auto is_open = [](const std::string& entry) {
+    return entry.find("COLUMN") != std::string::npos || entry.ends_with(":UNIT");
+  };
+  if (source.map.empty() || std::ranges::any_of(source.map, is_open)) return loaded;
+  return recordings::read_blocks(path, source, site, options.window(), any);
+}
+
+/// The mean step between samples, gaps included.
+double step_of(const recordings::Recording& recording, const recordings::BlockTable& table) {
+  std::size_t samples = 0;
+  for (const auto& [count, seconds] : recording.samples) samples += count * seconds;
+  return samples > 0 ? static_cast<double>(table.last_s - table.first_s + 1) / static_cast<double>(samples) : kUnknown;
+}
+
+constexpr std::array kVerdicts = {"good", "doubtful", "unusable"};
+
+/// Length, step, temperatures, noise of the window's means, verdict and its reasons, of which the first decides.
+ordered_json judge_file(const std::string& path, const recordings::TrainingSetOptions& options) {
+  ordered_json json = {{"file", path},
+                       {"verdict", kVerdicts[2]},
+                       {"reasons", ordered_json::array()},
+                       {"length_h", nullptr},
+                       {"step_s", nullptr},
+                       {"temperature_degc", {nullptr, nullptr}},
+                       {"noise_deg_per_h", nullptr}};
+  auto loaded = load(path, options);
+  if (!loaded) {
+    json["reasons"].push_back(loaded.error().what);
+    return json;
+  }
+  auto& [recording, table] = *loaded;
+  const std::vector<double> degc = table.column(compensation::kInputTemperature);
+  json["temperature_degc"] = {std::ranges::min(degc), std::ranges::max(degc)};
+  json["length_h"] = static_cast<double>(table.last_s - table.first_s + 1) / 3600;
+  if (const double step_s = step_of(recording, table); std::isfinite(step_s)) json["step_s"] = step_s;
+  if (const auto noise = evaluation::noise_floor(table.bias_deg_per_h, table.follows)) json["noise_deg_per_h"] = *noise;
+  if (auto question = recordings::sign_question(table.mean_rate_deg_per_h(), table.earth_rate_deg_per_h))
+    recording.findings.push_back(std::move(*question));
+  auto [quality, unusable] = analysis::usability_of(*loaded, true);
+  std::vector<std::string> doubts = recording.questions();
+  if (quality && quality->verdict == evaluation::Verdict::kWarn)
+    doubts.push_back(analysis::data_quality_words(*quality));
+  json["verdict"] = kVerdicts[!unusable.empty() ? 2 : doubts.empty() ? 0 : 1];
+  if (!unusable.empty()) json["reasons"].push_back(std::move(unusable));
+  for (std::string& doubt : doubts) json["reasons"].push_back(std::move(doubt));
+  return json;
+}
+
+/// Returns 1 if no recording can be used for training.
+int inspect_each(const std::vector<std::string>& paths, const recordings::TrainingSetOptions& options, bool json) {
+  report::Table table{
+      "files", "Recordings", "",
+      report::columns(
+          "file: | length [h] | step [s] | T from [degC] | to [degC] | noise [deg/h] | verdict: | first reason:")};
+  std::map<std::string, std::size_t> counts;
+  ordered_json rows = ordered_json::array();
+  for (const std::string& path : paths) {
+    const ordered_json& row = rows.emplace_back(judge_file(path, options));
+    const auto number = [](const ordered_json& value) { return value.is_null() ? kUnknown : value.get<double>(); };
+    const ordered_json &degc = row["temperature_degc"], &reasons = row["reasons"];
+    ++counts[row["verdict"].get<std::string>()];
+    table.rows.push_back({shortened(std::filesystem::path(path).filename().string(), 24),
+                          report::fixed_cell(number(row["length_h"]), 2),
+                          report::general_cell(number(row["step_s"]), 3), report::fixed_cell(number(degc[0]), 1),
+                          report::fixed_cell(number(degc[1]), 1),
+                          report::general_cell(number(row["noise_deg_per_h"]), 2), row["verdict"].get<std::string>(),
+                          reasons.empty() ? "" : shortened(printable(reasons[0].get<std::string>()), 90)});
+  }
+  if (json) {
+    fmt::print("{}\n", json_text(rows, 2));
+  } else {
+    fmt::print("{}\n{} good, {} doubtful, {} unusable: train and compare leave the unusable ones out.\n",
+               report::plain_text(table), counts["good"], counts["doubtful"], counts["unusable"]);
+  }
+  return counts["unusable"] == paths.size() ? 1 : 0;
 }
 
 }  // namespace
@@ -384,8 +302,7 @@ void add_inspect_command(CLI::App& app, int& code) {
   const auto choice = std::make_shared<InspectChoice>();
   const auto files = std::make_shared<std::vector<std::string>>();
   const auto options = std::make_shared<recordings::TrainingSetOptions>();  // of one file: only its table
-  add_options(*command, {{"files", files.get(), "plain table, capture or raw bytes; of several: a line each"}},
-              Need::kRequired);
+  add_options(*command, {{"files", files.get(), "plain table; of several recordings: a line each"}}, Need::kRequired);
   add_source_options(*command, options->source);
   add_site_options(*command, options->site);
   add_window_options(*command, *options);

@@ -125,7 +125,7 @@ class RowJoiner {
   }
 
   /// Rows of a segment that is identical to another one are left out.
-  Result<void> read(LogSegment& segment, tables::ReadMeter& meter) {
+  Result<void> read(LogSegment& segment) {
     // opened() hashes those that may be identical.
     const bool is_copy = segment.first_second && !segment.sha256.empty() && !checksums_.insert(segment.sha256).second;
     if (is_copy) leave_out(segment, 0, "identical to another file", left_out_.copies);
@@ -133,7 +133,7 @@ class RowJoiner {
     superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
     last_second_ = &last_seconds_[segment.session];
     const auto add_row = [&](LogRow& row) { return is_copy ? Result<void>() : add(segment, row); };
-    if (auto done = read_log_segment(segment, add_row, meter); !done || is_copy) return done;
+    if (auto done = read_log_segment(segment, add_row); !done || is_copy) return done;
     if (segment.end == SegmentEnd::kTruncated) {
       left_out_.truncated.push_back(segment.file);
       left_out_.truncated_bytes += segment.truncated_bytes;
@@ -213,21 +213,10 @@ std::string Absent::text() const {
   return fmt::format("begins with segment {}: {} of the log are not here{}", segments + 1, what, before);
 }
 
-Absent absent_of(const OldIndex& index, const std::string& folder) {
-  Absent absent{index.deleted_segments, index.deleted_rows, index.deleted_before_s};
-  for (const auto& [number, entry] : index.entries) {
-    std::error_code error;
-    if (fs::exists(fs::path(folder) / entry.file, error)) break;
-    ++absent.segments;
-    absent.rows += entry.rows;
-  }
-  return absent;
-}
-
 namespace {
 
-// Of each log, as its oldest segment says; of 0.3 and older as the index says.
-std::vector<std::string> absent_texts(const std::string& folder, const std::vector<LogSegment>& segments) {
+// Of each log, as its oldest segment says.
+std::vector<std::string> absent_texts(const std::vector<LogSegment>& segments) {
   std::map<std::string, Absent> logs;
   for (const LogSegment& segment : segments) {
     if (!segment.position) continue;
@@ -235,11 +224,6 @@ std::vector<std::string> absent_texts(const std::string& folder, const std::vect
     const Absent absent{position.segment - 1, position.first - 1, segment.first_second.value_or(-1) + 1};
     const auto log = logs.try_emplace(position.log, absent).first;
     if (absent.segments < log->second.segments) log->second = absent;
-  }
-  for (const std::string& file : files_of(folder, ".csv.index")) {
-    const OldIndex index = OldIndex::read(file).value_or(OldIndex());
-    if (std::any_of(segments.begin(), segments.end(), [&](const auto& one) { return index.number(one.file) > 0; }))
-      logs[index.id] = absent_of(index, folder);
   }
   std::vector<std::string> texts;
   for (const auto& [log, absent] : logs)
@@ -256,7 +240,7 @@ Result<LogFolder> LogFolder::open(const std::string& path, const std::string& ax
   if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
   std::error_code error;
-  if (fs::is_directory(path, error)) folder.absent = absent_texts(path, folder.segments);
+  if (fs::is_directory(path, error)) folder.absent = absent_texts(folder.segments);
   return folder;
 }
 
@@ -348,10 +332,10 @@ std::vector<std::string> LeftOut::lines() const {
   return lines;
 }
 
-Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::ReadMeter& meter) {
+Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row) {
   RowJoiner joiner(folder, on_row);
   for (LogSegment& segment : folder.segments) {
-    if (auto done = joiner.read(segment, meter); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = joiner.read(segment); !done) return tl::unexpected<Error>(done.error());
     if (segment.read_failed && !folder.salvaging)
       return make_error(fmt::format("{}:{}", segment.path, segment.damaged.back().line), segment.damaged.back().why);
   }
@@ -371,10 +355,8 @@ Result<Recording> read_log(const std::string& path, const SourceOptions& options
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
   for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
   SecondFeed feed(recording, leave_out, true, consumer);
-  tables::ReadMeter meter(options.table.progress, folder->bytes());
   const auto left_out = join_rows(
-      *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); },
-      meter);
+      *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); });
   if (!left_out) return tl::unexpected<Error>(left_out.error());
   add_remarks(recording.findings, "file", left_out->lines());
   if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());

@@ -23,8 +23,6 @@ struct Absent {
   /// "begins with segment 4: 259200 rows before 2026-11-23T09:11:00Z are not here"; empty: nothing is absent.
   std::string text() const;
 };
-/// Of the segments of one index of 0.3, those that the folder has.
-Absent absent_of(const pipeline::OldIndex& index, const std::string& folder);
 
 /// The log segments in one file or in all *.csv of a folder, in the order of their positions. Those of 0.3 and older
 /// come first, in the order of the index next to them; without one, sorted by session and first second.
@@ -87,6 +85,6 @@ using OnLogRow = std::function<Result<void>(const LogRow& row, bool begins_sessi
 /// Reads the rows of all segments, as a stream, and joins them. Format 1 has no session names: a second that is not
 /// after the previous one starts a new session. If it is the same second, both rows are partial. Errors: those of
 /// `on_row`, and a failed disk (unless folder.salvaging).
-Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row, tables::ReadMeter& meter);
+Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row);
 
 }  // namespace prism::recordings

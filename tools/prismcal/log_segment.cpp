@@ -79,7 +79,7 @@ Result<void> take_line(const LogSegment& segment, const char* key, const char* e
 /// The complete lines of a file with their places, and the hash of its bytes.
 class Lines {
  public:
-  Lines(FileReader in, tables::ReadMeter& meter) : in_(std::move(in)), meter_(meter) {}
+  explicit Lines(FileReader in) : in_(std::move(in)) {}
 
   /// Returns false at the end, or if only a part of a line is left.
   bool next() {
@@ -121,7 +121,6 @@ class Lines {
     bytes_.resize(filled + kPiece);
     const std::size_t got = in_.read(std::span(bytes_).subspan(filled));
     bytes_.resize(filled + got);
-    meter_.add_bytes(got);
     return got > 0;
   }
   const Sha256& hash_until(std::size_t end) {
@@ -131,7 +130,6 @@ class Lines {
   }
 
   FileReader in_;
-  tables::ReadMeter& meter_;
   std::string bytes_;
   std::size_t begin_ = 0, next_ = 0, hashed_ = 0;  ///< in bytes_: of the line, of the next one, hashed up to here
   std::size_t dropped_ = 0, number_ = 0;           ///< bytes of the file before bytes_
@@ -228,8 +226,7 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
   std::string first(kFirstWords.size(), '\0');
   first.resize(in->read(first));
   in->seek(0);
-  tables::ReadMeter not_shown;
-  Lines lines(std::move(*in), not_shown);
+  Lines lines(std::move(*in));
   const auto complete = read_metadata(lines, segment);
   if (!complete) return tl::unexpected<Error>(complete.error());
   if (!*complete && kFirstWords.starts_with(first)) return segment;
@@ -244,7 +241,7 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
   return segment;
 }
 
-Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, tables::ReadMeter& meter) {
+Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row) {
   const bool locked = is_locked(segment.path);  // checked before reading: one that ends meanwhile is read to its end
   auto in = FileReader::open(segment.path);
   if (!in) {
@@ -252,7 +249,7 @@ Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, t
     segment.read_failed = true;
     return {};
   }
-  Lines lines(std::move(*in), meter);
+  Lines lines(std::move(*in));
   std::size_t number = 0;                // rows so far, also damaged ones
   std::size_t good = 0, good_lines = 0;  // end of the last good line
   std::vector<LeftOutRow> unreadable;    // damage if a good line follows, else the incomplete end
@@ -284,7 +281,6 @@ Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, t
     good_lines = lines.number();
     if (!is_row) continue;
     ++segment.rows;
-    meter.add_rows(1);
     if (!on_row) continue;
     if (auto done = on_row(row); !done) return done;
   }

@@ -13,7 +13,6 @@
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
-#include "tools/prismcal/read_meter.hpp"
 
 namespace prism::recordings {
 
@@ -77,6 +76,6 @@ using OnSegmentRow = std::function<Result<void>(LogRow& row)>;
 
 /// Reads the rows in order, in constant memory, and completes the segment. An incomplete end, as after a power failure,
 /// and damaged rows are not errors but are listed. Errors: only those of `on_row`, which end the reading.
-Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row, tables::ReadMeter& meter);
+Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row);
 
 }  // namespace prism::recordings

@@ -28,7 +28,8 @@ CLI::Option* add_value(CLI::App& command, const OptionRow& row, Value& value) {
   }
 }
 
-/// Refuses an option of an earlier version, which has no help.
+}  // namespace
+
 void refuse_removed(CLI::App& command, const char* name, const char* instead) {
   command
       .add_option_function<std::string>(name,
@@ -37,8 +38,6 @@ void refuse_removed(CLI::App& command, const char* name, const char* instead) {
                                         })
       ->group("");
 }
-
-}  // namespace
 
 CLI::Validator one_of(std::vector<std::string> names) { return CLI::IsMember(std::move(names)); }
 
@@ -61,7 +60,6 @@ void add_table_options(CLI::App& command, tables::TableOptions& options) {
                 one_of({"s", "ms", "us", "ns", "min", "h", "d"})}});
   for (const char* name : {"--separator", "--encoding", "--header-row", "--time-format"})
     refuse_removed(command, name, "prismcal reads plain tables; prism-import reads others");
-  options.progress = read_progress();
   // Each file once, also if a command reads it several times.
   options.announce = [said = std::make_shared<std::set<std::string>>()](const std::string& line) {
     if (said->insert(line).second) fmt::print(stderr, "{}\n", printable(line));
@@ -124,9 +122,8 @@ void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions&
   add_source_options(command, o.source);
   add_site_options(command, o.site);
   add_window_options(command, o);
-  add_options(command, {{"--hold-out", &o.hold_out,
-                         "evaluate on a part not used for training: 0.5 (the last half of each recording) or "
-                         "blocks:600 (every second 600 s)"}});
+  refuse_removed(command, "--hold-out",
+                 "the first line of train has what held-out parts show; evaluate tests another recording");
 }
 
 }  // namespace prism::commands

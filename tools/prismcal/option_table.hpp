@@ -31,6 +31,9 @@ struct OptionRow {
   std::optional<CLI::Validator> check{};  ///< its range (tools/command_line.hpp) or its names (one_of())
 };
 
+/// Refuses an option of an earlier version, which has no help.
+void refuse_removed(CLI::App& command, const char* name, const char* instead);
+
 CLI::Validator one_of(std::vector<std::string> names);
 
 /// Adds all rows; returns their options in this order.
@@ -38,7 +41,7 @@ std::vector<CLI::Option*> add_options(CLI::App& command, const std::vector<Optio
 
 // Options that several commands share.
 
-/// --decimal, --time-unit; those of 0.3 are refused. Sets options.announce and options.progress to print on stderr.
+/// --decimal, --time-unit; those of 0.3 are refused. Sets options.announce to print on stderr.
 void add_table_options(CLI::App& command, tables::TableOptions& options);
 
 /// --map, --interval, --config, --axis, --leave-out, and those of add_table_options().
@@ -54,7 +57,7 @@ void accept_site_options(CLI::App& command);
 /// --window, --slope, --end-mean, --max-gap.
 void add_window_options(CLI::App& command, recordings::TrainingSetOptions& options);
 
-/// All above, and --hold-out.
+/// All above.
 void add_training_set_options(CLI::App& command, recordings::TrainingSetOptions& options);
 
 }  // namespace prism::commands

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -133,13 +131,6 @@ void GroupWatch::see(std::string_view cell) {
   if (group) least_group_ = std::min(least_group_, number);
   if (group && group_.empty()) group_ = cell;
   shown_ = !integer && !group && !is_missing(cell);
-}
-
-PlainTable::PlainTable(FileReader in, const std::string& path, const TableOptions& options)
-    : in_(std::move(in)), path_(path), options_(options) {
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  meter_ = ReadMeter(options.progress, error ? 0 : bytes);
 }
 
 Result<PlainTable> PlainTable::open(const std::string& path, const TableOptions& options) {
@@ -471,11 +462,9 @@ Result<bool> PlainTable::next(Row& row) {
       last_ns_ = *time_ns;
     }
     if (selection_.keep_text) row.text = utf8::is_valid(line.text) ? line.text : from_latin1(line.text);
-    constexpr std::size_t kRowsPerReport = 4096;
-    if (++rows_ % kRowsPerReport == 0) meter_.set(in_.offset(), rows_);
+    ++rows_;
     return true;
   }
-  meter_.set(in_.offset(), rows_);
   if (auto good = check_groups(); !good) return tl::unexpected<Error>(good.error());
   return false;
 }

@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/file.hpp"
 #include "base/sha256.hpp"
-#include "tools/prismcal/read_meter.hpp"
 #include "tools/prismcal/units.hpp"
 
 namespace prism::tables {
@@ -24,13 +24,8 @@ struct TableOptions {
   double interval_s = 0;  ///< > 0: true spacing of the rows
   /// Called once per file that was read, with one line of how it was understood. May be empty.
   std::function<void(const std::string&)> announce;
-  ReadProgress progress;  ///< while files are read: tables, logs and captures
 
-  /// No remarks and no progress: --quiet.
-  void silence() {
-    announce = {};
-    progress = {};
-  }
+  void silence() { announce = {}; }  ///< --quiet
 };
 
 /// The number of a cell with this decimal sign; nullopt for any other text.
@@ -122,7 +117,8 @@ class PlainTable {
     bool ended = true;
   };
   using Rows = std::vector<std::vector<std::string>>;
-  PlainTable(FileReader in, const std::string& path, const TableOptions& options);
+  PlainTable(FileReader in, const std::string& path, const TableOptions& options)
+      : in_(std::move(in)), path_(path), options_(options) {}
   Result<bool> read_line(Line& line);
   Result<void> read_head();
   Result<void> read_first_rows();
@@ -139,7 +135,6 @@ class PlainTable {
   FileReader in_;
   std::string path_;
   TableOptions options_;
-  ReadMeter meter_;
   Sha256 sha256_;
   std::size_t line_ = 0;  ///< last line that was read
   char separator_ = 0;    ///< 0: one column

@@ -219,9 +219,8 @@ double DesignPosterior::sd_with(const RecordedInputs& recording, int windows) co
 namespace {
 
 constexpr int kDomainPoints = 200;
-constexpr Eigen::Index kMissionPoints = 300;  // of each recording
-constexpr int kSearchWindows = 3;             // windows in each row of the search
-constexpr double kSearchCost = 1.2e11;        // bound of the search, multiplications: seconds
+constexpr int kSearchWindows = 3;       // windows in each row of the search
+constexpr double kSearchCost = 1.2e11;  // bound of the search, multiplications: seconds
 
 using Posteriors = std::vector<DesignPosterior>;
 
@@ -240,8 +239,7 @@ Eigen::VectorXd at_points(const Posteriors& all) {
 double hours_of(const RecordedInputs& recording) { return recording.time_h[recording.time_h.size() - 1]; }
 
 /// The inputs that gyros of this type record on profiles.
-Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalResponse& response,
-                             const std::vector<RecordedInputs>& made) {
+Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalResponse& response) {
   const KnownGyro& first = gyros.front();
   std::vector<RecordedInputs> shown;
   for (const KnownGyro& gyro : gyros) {
@@ -249,7 +247,6 @@ Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalR
       return make_error(gyro.name, fmt::format("has other inputs or features than {}", first.name));
     shown.insert(shown.end(), gyro.recordings.begin(), gyro.recordings.end());
   }
-  shown.insert(shown.end(), made.begin(), made.end());
   return GyroInputs::make(first.inputs, first.features, response, shown);
 }
 
@@ -269,23 +266,13 @@ Result<Posteriors> posteriors_of(const std::vector<KnownGyro>& gyros, const Eige
 
 }  // namespace
 
-Eigen::MatrixXd mission_points(const std::vector<RecordedInputs>& recordings) {
-  Eigen::MatrixXd points;
-  for (const RecordedInputs& recording : recordings)
-    append_columns(points, recording.inputs(Eigen::all, training::thinned(recording.inputs.cols(), kMissionPoints)));
-  return points;
-}
-
 Result<Plan> plan_recording(const std::vector<KnownGyro>& gyros, const PlanSettings& settings) {
   const KnownGyro& first = gyros.front();
-  const auto inputs = inputs_of(gyros, settings.response, settings.made);
+  const auto inputs = inputs_of(gyros, settings.response);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
-  Eigen::MatrixXd domain = settings.mission;
-  if (domain.cols() == 0) {
-    auto over = inputs->over(settings.domain, kDomainPoints);
-    if (!over) return tl::unexpected<Error>(over.error());
-    domain = std::move(*over);
-  }
+  const auto over = inputs->over(settings.domain, kDomainPoints);
+  if (!over) return tl::unexpected<Error>(over.error());
+  const Eigen::MatrixXd& domain = *over;
   std::vector<simulation::ChamberProfile> others = {paper_within(settings.chamber)};
   for (auto& simple : simple_profiles(settings.chamber, settings.hours)) others.push_back(std::move(simple));
   // Models of other gyros saw the drift of their own recordings, which may be longer.
@@ -297,13 +284,11 @@ Result<Plan> plan_recording(const std::vector<KnownGyro>& gyros, const PlanSetti
   const auto now = [&] { return together(known, [](const DesignPosterior& p) { return p.sd_deg_per_h(); }); };
   plan.spread_deg_per_h = now();
   // Recordings of other gyros of the type show inputs and covariance, not the bias of this one.
-  std::vector<RecordedInputs> made = settings.made;
-  if (gyros.size() == 1) {
-    if (first.gram.size() > 0) {
-      known.front().add_long_record(first);
-      plan.made.push_back({"the model's recordings", kUnknown, now()});
-    }
-    made.insert(made.begin(), first.recordings.begin(), first.recordings.end());
+  std::vector<RecordedInputs> made;
+  if (gyros.size() == 1) made = first.recordings;
+  if (gyros.size() == 1 && first.gram.size() > 0) {
+    known.front().add_long_record(first);
+    plan.made.push_back({"the model's recordings", kUnknown, now()});
   }
   for (const RecordedInputs& recording : made) {
     for (DesignPosterior& p : known) p.add(recording);

@@ -84,9 +84,7 @@ struct PlanSettings {
   ChamberLimits chamber;
   double hours = 8;  ///< > 0
   ThermalResponse response;
-  std::vector<InputRange> domain;    ///< or `mission`
-  Eigen::MatrixXd mission;           ///< d × M inputs that the model must serve; empty: the domain
-  std::vector<RecordedInputs> made;  ///< further recordings, which the model was not trained on
+  std::vector<InputRange> domain;
 };
 
 struct Worth {
@@ -108,9 +106,6 @@ struct Plan {
   Eigen::VectorXd sd_before, sd_after;  ///< at each point
   std::string assumed;                  ///< what the plan takes for granted; for the user
 };
-
-/// Some hundred points of recordings, for PlanSettings::mission; empty without recordings.
-Eigen::MatrixXd mission_points(const std::vector<RecordedInputs>& recordings);
 
 /// `gyros`: the gyro itself, or several of its type, of which the mean square counts. Errors: those of GyroInputs and
 /// DesignPosterior; different inputs; a profile that does not fit into the hours.

@@ -5,17 +5,18 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <initializer_list>
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "base/escape.hpp"
-#include "base/text_number.hpp"
 #include "compensation/features.hpp"
+#include "tools/prismcal/units.hpp"
 #include "tools/prismsim/simulation/random_source.hpp"
 
 namespace prism::design {
@@ -24,11 +25,6 @@ namespace {
 constexpr double kHour_s = 3600, kMinute_s = 60;
 constexpr const char* kRate = "rate";
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-  return first == std::string_view::npos ? std::string_view() : text.substr(first, last - first + 1);
-}
-
 // "NAME=LOW:HIGH UNIT" or "NAME<=HIGH UNIT".
 struct Statement {
   std::string name, unit;
@@ -36,43 +32,33 @@ struct Statement {
   double high = 0;
 };
 
-// A number at the begin of `text`; sets the rest.
-std::optional<double> number_at(std::string_view text, std::string_view& rest) {
-  text = trimmed(text);
-  rest = text.substr(std::min(text.find_first_not_of("0123456789.+-eE"), text.size()));
-  const auto value = parse_number<double>(text.substr(0, text.size() - rest.size()));
-  return value && std::isfinite(*value) ? value : std::nullopt;
+std::optional<Statement> statement_of(const std::string& text) {
+  constexpr std::size_t kMostChars = 64;
+  std::array<char, kMostChars> name{}, unit{};
+  double low = 0, high = 0;
+  int end = 0;
+  if (text.size() >= kMostChars) return std::nullopt;
+  const bool limit = text.find("<=") != std::string::npos;
+  const int found =
+      limit ? std::sscanf(text.c_str(), "%[^=< ] <=%lf%n%s%n", name.data(), &high, &end, unit.data(), &end)
+            : std::sscanf(text.c_str(), "%[^=< ] =%lf:%lf%n%s%n", name.data(), &low, &high, &end, unit.data(), &end);
+  if (found < (limit ? 2 : 3) || text.find_first_not_of(' ', static_cast<std::size_t>(end)) != std::string::npos ||
+      !std::isfinite(low) || !std::isfinite(high))
+    return std::nullopt;
+  return Statement{name.data(), unit.data(), limit ? std::nullopt : std::optional(low), high};
 }
 
-std::optional<Statement> statement_of(std::string_view text) {
-  const bool limit = text.find("<=") != std::string_view::npos;
-  const auto sign = text.find(limit ? "<=" : "=");
-  if (sign == std::string_view::npos) return std::nullopt;
-  Statement s{std::string(trimmed(text.substr(0, sign))), "", std::nullopt, 0};
-  std::string_view rest = text.substr(sign + (limit ? 2 : 1));
-  if (!limit) s.low = number_at(rest, rest);
-  if (!limit && (!s.low || !rest.starts_with(':'))) return std::nullopt;
-  const auto high = number_at(limit ? rest : rest.substr(1), rest);
-  if (s.name.empty() || !high) return std::nullopt;
-  s.high = *high;
-  s.unit = trimmed(rest);
-  return s;
-}
-
-Result<std::vector<Statement>> statements_of(std::string_view text, const char* where, const char* expected) {
+Result<std::vector<Statement>> statements_of(const std::string& text, const char* where, const char* expected) {
   std::vector<Statement> all;
-  while (true) {
-    const auto comma = text.find(',');
-    const std::string_view part = trimmed(text.substr(0, comma));
+  for (const std::string& part : tables::list_items(text.empty() ? " " : text)) {
     const auto s = statement_of(part);
     if (!s) return make_error(where, fmt::format("found \"{}\", expected {}", shortened(part), expected));
     if (s->low && !(*s->low < s->high))
       return make_error(
           where, fmt::format("{}: found {}:{}, expected the lower limit first", shortened(s->name), *s->low, s->high));
     all.push_back(*s);
-    if (comma == std::string_view::npos) return all;
-    text.remove_prefix(comma + 1);
   }
+  return all;
 }
 
 // Factor to degC/s.

@@ -173,7 +173,6 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!factor) return tl::unexpected(factor.error());
   const std::size_t most_rows = folder->most_rows();
   series.rate_deg_per_h.reserve(most_rows + 1);
-  tables::ReadMeter meter(choice.table.progress, folder->bytes());
   std::int64_t last = 0;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
@@ -189,7 +188,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
     series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
     return {};
   };
-  const auto left_out = join_rows(*folder, add, meter);
+  const auto left_out = join_rows(*folder, add);
   if (!left_out) return tl::unexpected(left_out.error());
   if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
   series.interval_source = "one row per second";
@@ -245,7 +244,7 @@ Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesCho
     if (!kind->empty())
       return make_error(path, fmt::format("found a {}, expected a table or log; make a log of it: prismd CONFIG.json "
                                           "--replay {} --out FOLDER",
-                                          *kind == "bytes" ? "file of bytes" : *kind, shell_word(path)));
+                                          *kind, shell_word(path)));
   }
   return log ? read_log_series(path, choice) : read_table_series(path, choice);
 }

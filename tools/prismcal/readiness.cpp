@@ -88,9 +88,7 @@ std::string advice_of(const Attempts& tried, double explained) {
 }
 
 ModelJudgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                           const evaluation::DataQuality& quality, bool held_out,
-                           const std::function<Attempts()>& attempts) {
-  if (held_out) return {Readiness::kNotReady, "trained without the held-out part", "train again without --hold-out"};
+                           const evaluation::DataQuality& quality, const std::function<Attempts()>& attempts) {
   if (quality.nothing_to_compensate)
     return {Readiness::kNotReady, "the bias changes with temperature by less than its noise",
             "record larger temperature changes"};
@@ -152,12 +150,12 @@ const char* readiness_text(Readiness readiness) {
 }
 
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions,
+                const evaluation::DataQuality& quality, const std::vector<std::string>& questions,
                 const std::function<Attempts()>& attempts) {
-  const ModelJudgement model = judge_model(trained, expected, quality, held_out, attempts);
+  const ModelJudgement model = judge_model(trained, expected, quality, attempts);
   std::string reason = model.reason;
   // Another cycle does not help against a fault of the data, which comes with its own advice.
-  if (!model.advice.empty() && (questions.empty() || held_out)) reason += ": " + model.advice;
+  if (!model.advice.empty() && questions.empty()) reason += ": " + model.advice;
   if (questions.empty()) return {model.readiness, reason};
   // The fault may be the reason of the rest.
   const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";

@@ -55,10 +55,10 @@ struct Attempts {
   std::vector<std::pair<std::string, double>> others;
 };
 
-/// `held_out`: a part of the recordings was left out of the training, so that the model is for tests only. `questions`:
-/// on the data that was used (Recording::questions). `attempts` is called only if the model predicts badly.
+/// `questions`: on the data that was used (Recording::questions). `attempts` is called only if the model predicts
+/// badly.
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                const evaluation::DataQuality& quality, bool held_out, const std::vector<std::string>& questions,
+                const evaluation::DataQuality& quality, const std::vector<std::string>& questions,
                 const std::function<Attempts()>& attempts);
 
 /// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:

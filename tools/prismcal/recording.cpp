@@ -89,7 +89,7 @@ Result<std::string> bytes_kind(const std::string& path) {
   if (!in) return tl::unexpected<Error>(in.error());
   std::array<char, drivers::kFirstBytes> bytes{};
   const std::string_view first(bytes.data(), in->read(bytes));
-  if (drivers::is_binary(first)) return std::string("bytes");
+  if (drivers::is_binary(first)) return std::string("file of bytes");
   const auto sentences = drivers::has_sentences(path, first);
   if (!sentences) return tl::unexpected<Error>(sentences.error());
   return std::string(*sentences ? "log of sentences" : "");
@@ -169,9 +169,10 @@ Result<Recording> read(const std::string& path, const SourceOptions& options, co
     if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
     if (!options.config.empty()) return read_capture(path, options, std::move(*leave_out), consumer);
     return make_error(
-        path, fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismcal inspect "
-                          "{} finds the description",
-                          *kind, shell_word(path)));
+        path,
+        fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismd --sniff {} "
+                    "finds the description",
+                    *kind, shell_word(path)));
   }
   return read_log(path, options, std::move(*leave_out), consumer);
 }

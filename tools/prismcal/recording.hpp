@@ -97,7 +97,7 @@ class SecondFeed {
 /// Returns true if the first bytes are those of pcap or pcapng.
 bool is_capture(const std::string& path);
 
-/// "capture", "bytes" (binary) or "log of sentences"; empty: probably a table. Reads the first bytes.
+/// "capture", "file of bytes" (binary) or "log of sentences"; empty: probably a table. Reads the first bytes.
 /// Errors: those of FileReader::open(); a damaged container (MATLAB); a text that shows bytes (has_sentences()).
 Result<std::string> bytes_kind(const std::string& path);
 

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -29,9 +28,7 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/data_quality_table.hpp"
-#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/input_choice.hpp"
-#include "tools/prismcal/model_evaluation.hpp"
 #include "tools/prismcal/option_table.hpp"
 
 namespace prism::commands {
@@ -57,7 +54,8 @@ std::optional<Error> constant_input(const training::TrainingData& data) {
 constexpr const char* kAdvice =
     " Record again without these faults, or leave them out (--leave-out, or of the table); --force trains anyway.";
 
-/// The worst of set.qualities. Adds them to set.facts and prints those that do not pass. Errors: one that is rejected.
+/// The worst of set.qualities. Adds them to set.facts and prints the findings that do not pass. Errors: one that is
+/// rejected.
 Result<evaluation::DataQuality> worst_quality(recordings::TrainingSet& set, const TrainChoice& choice) {
   std::optional<Error> rejected;
   evaluation::DataQuality worst = set.qualities.front();
@@ -65,8 +63,11 @@ Result<evaluation::DataQuality> worst_quality(recordings::TrainingSet& set, cons
     const evaluation::DataQuality& quality = set.qualities[i];
     const std::string& name = set.recordings[i].table.name;
     set.facts[i]["data_quality"] = analysis::data_quality_json(quality);
-    if (quality.verdict != evaluation::Verdict::kPass && !choice.method.quiet)
-      fmt::print(stderr, "{}\n", report::plain_text(analysis::data_quality_table(quality, name)));
+    for (const evaluation::Finding& finding : quality.findings) {
+      if (finding.verdict != evaluation::Verdict::kPass && !choice.method.quiet)
+        fmt::print(stderr, "{}: {}: {} {}\n", name, evaluation::verdict_text(finding.verdict), finding.name,
+                   finding.text);
+    }
     const std::string reason = analysis::data_quality_error(quality);
     if (!reason.empty()) rejected = Error{name, reason + kAdvice};
     if (quality.verdict > worst.verdict) worst = quality;
@@ -81,28 +82,6 @@ std::string provenance(const recordings::TrainingSet& set, const nlohmann::order
   json["recordings"] = set.facts;
   json["training"] = provenance_json(summary);
   return json_text(json);
-}
-
-/// Evaluates the model on the held-out part of each recording, without a bias limit.
-Result<nlohmann::ordered_json> evaluate_held_out(const training::TrainedModel& trained,
-                                                 const recordings::TrainingSet& set) {
-  analysis::CorrectionSettings correction;
-  correction.engine.max_bias_deg_per_h = std::numeric_limits<double>::max();
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const recordings::BlockTable& table : set.held_out) {
-    const auto evaluated = analysis::evaluate_model(trained.model, table, correction, evaluation::Divisor::kNMinus1);
-    if (!evaluated) return tl::unexpected<Error>(evaluated.error());
-    const evaluation::BiasStability& stability = evaluated->stability;
-    json.push_back({{"recording", table.name},
-                    {"part", set.hold_out.text()},
-                    {"blocks", table.size()},
-                    {"raw_deg_per_h", stability.before.sd},
-                    {"corrected_deg_per_h", stability.after.sd},
-                    {"improvement_percent", nullptr},
-                    {"extrapolated_percent", evaluated->extrapolated_percent()}});
-    if (stability.improvement) json.back()["improvement_percent"] = 100 * *stability.improvement;
-  }
-  return json;
 }
 
 std::string check_response(std::string& word) {
@@ -304,7 +283,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
   auto summary = summary_json(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
-  Judgement judgement = judge(*trained, expected, *quality, set->hold_out.wanted(), set->questions,
+  Judgement judgement = judge(*trained, expected, *quality, set->questions,
                               [&] { return attempts_of(requested, *set, *settings, *quality, response); });
   summary["stopped_early"] = stopped && *stopped;
   summary["readiness"] = readiness_text(judgement.readiness);
@@ -316,11 +295,6 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
                            {"interval_s", {response->low_s, response->high_s}},
                            {"log_likelihood_gain", response->gain}};
   if (search) summary["input_search"] = search_json(*search);
-  if (set->hold_out.wanted()) {
-    auto held_out = evaluate_held_out(*trained, *set);
-    if (!held_out) return tl::unexpected<Error>(held_out.error());
-    summary["held_out"] = std::move(*held_out);
-  }
   return TrainingRun{std::move(*trained), std::move(*set),      std::move(*settings), std::move(*quality),
                      std::move(expected), std::move(judgement), std::move(summary)};
 }
@@ -349,26 +323,6 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
 
 namespace {
 
-std::string held_out_text(const nlohmann::ordered_json& held_out) {
-  std::string text;
-  for (const auto& part : held_out) {
-    const auto number = [&](const char* key) { return part[key].get<double>(); };
-    const std::string gain = part["improvement_percent"].is_null()
-                                 ? "improvement undefined"
-                                 : fmt::format("improvement {:.1f} %", number("improvement_percent"));
-    text += fmt::format(
-        "held out, {} of {}: {} blocks, raw {:.4g}, corrected {:.4g} deg/h (1 sigma, divisor N-1), {}; {:.1f} % "
-        "outside "
-        "the training range\n",
-        part["part"].get<std::string>(), part["recording"].get<std::string>(), part["blocks"].get<std::size_t>(),
-        number("raw_deg_per_h"), number("corrected_deg_per_h"), gain, number("extrapolated_percent"));
-  }
-  return text +
-         "  The held-out part shares its switch-on with the rest: another recording is a stronger test.\n  This model "
-         "was "
-         "trained without that part; for prismd, train again without --hold-out.\n";
-}
-
 /// The test on another recording, which is read like these.
 std::string next_command(const TrainChoice& choice) {
   const recordings::SourceOptions& source = choice.recordings.source;
@@ -392,7 +346,6 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
     fmt::print("{}",
                printable_lines(first_sentence(run->judgement, run->expected, run->quality, next_command(choice))));
     fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
-    if (run->summary.contains("held_out")) fmt::print("{}", held_out_text(run->summary["held_out"]));
   }
   return std::move(run->summary);
 }
@@ -462,7 +415,9 @@ void add_train_command(CLI::App& app, int& code) {
                                            "--axis",     "--leave-out", "--latitude", "--elevation", "--azimuth",
                                            "--json",     "--quiet"};
   for (CLI::Option* option : command->get_options()) {
-    if (option != command->get_help_ptr() && !with_from.contains(option->get_name())) from->excludes(option);
+    const bool removed = option->get_group().empty();
+    if (option != command->get_help_ptr() && !removed && !with_from.contains(option->get_name()))
+      from->excludes(option);
   }
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "

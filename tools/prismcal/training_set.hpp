@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Recordings → training samples, one per block. Uses the same feature extraction as prismd and subtracts the Earth
-// rate. A part of each recording may be held out for a test.
+// rate.
 #pragma once
 
 #include <cstdint>
@@ -17,34 +17,12 @@
 
 namespace prism::recordings {
 
-/// Which part is held out for the test: none, the end of each recording, or every second segment.
-struct HoldOut {
-  double share = 0;            ///< share of the recording's time, at its end; 0: not used
-  std::int64_t segment_s = 0;  ///< length of each segment, s; 0: not used
-
-  bool wanted() const { return share > 0 || segment_s > 0; }
-  std::string text() const;  ///< "the last 50 %", "every second 600 s"
-};
-
-/// Parses "0.5" (0.05 to 0.95) or "blocks:600" (seconds).
-Result<HoldOut> parse_hold_out(const std::string& text);
-
-struct Split {
-  BlockTable training, held_out;
-  std::size_t between = 0;  ///< number of unused blocks between them
-};
-
-/// Training and held-out blocks are at least a window apart: neighbouring blocks share slow noise. BlockTable::gaps and
-/// missing_s of the parts are 0. Errors: segments too short for that, fewer than two training or held-out blocks.
-Result<Split> split_blocks(const BlockTable& table, const HoldOut& hold_out);
-
 struct TrainingSetOptions {
   SourceOptions source;
   compensation::FeatureDefinition features;
   std::string slope = "difference";
   SiteOptions site;
-  std::string hold_out;  ///< see parse_hold_out(); empty: all blocks are used for training
-  bool strict = false;   ///< the first of several recordings that cannot be used is an error
+  bool strict = false;  ///< the first of several recordings that cannot be used is an error
 
   /// The features with `slope`.
   compensation::FeatureDefinition window() const;
@@ -66,9 +44,7 @@ struct TrainingSet {
   nlohmann::ordered_json facts;    ///< one object per recording: files with SHA-256, blocks, gaps, Earth rate, remarks
   std::vector<Loaded> recordings;  ///< without the `seconds` of their tables
   std::vector<evaluation::DataQuality> qualities;  ///< of each recording, by `judge`
-  HoldOut hold_out;
-  std::vector<BlockTable> held_out;       ///< one per recording; empty if no blocks are held out
-  double second_sd_deg_per_h = kUnknown;  ///< of one-second means within a window's length: the median
+  double second_sd_deg_per_h = kUnknown;           ///< of one-second means within a window's length: the median
   Unusable left_out;
   std::vector<std::string> notes;      ///< readable lines on gaps and blocks left out, and the questions
   std::vector<std::string> questions;  ///< Recording::questions of all
@@ -78,7 +54,7 @@ struct TrainingSet {
 using Judge = std::function<Result<evaluation::DataQuality>(const Loaded&)>;
 
 /// Leaves out recordings that `judge` refuses, and those with an error, as use_each() does: another gyro or axis than
-/// before, inputs that it does not have, and those of read_recording() and split_blocks(). Errors: also no block with
+/// before, inputs that it does not have, and those of read_recording(). Errors: also no block with
 /// all inputs.
 Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, const std::vector<std::string>& inputs,
                                       const TrainingSetOptions& options, const Judge& judge = {});

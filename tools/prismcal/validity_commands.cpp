@@ -179,21 +179,19 @@ Result<int> history(const MonitorChoice& choice) {
   auto folder = recordings::LogFolder::open(choice.log, choice.common.source.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
   std::vector<Period> periods;
-  tables::ReadMeter meter(read_progress(), folder->bytes());
   for (recordings::LogSegment& segment : folder->segments) {
     std::int64_t last_s = 0;
     const auto at = [&](const recordings::LogRow& row) -> Result<void> {
       last_s = row.second_mean.second;
       return {};
     };
-    if (auto done = recordings::read_log_segment(segment, at, meter); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = recordings::read_log_segment(segment, at); !done) return tl::unexpected<Error>(done.error());
     if (segment.rows == 0) continue;
     const std::string model = segment.value("model");
     if (periods.empty() || periods.back().model != model) periods.push_back({model, *segment.first_second});
     periods.back().last_s = last_s;
     periods.back().rows += segment.rows;
   }
-  end_progress();
   for (const Period& period : periods) {
     const std::size_t space = std::min(period.model.find(' '), period.model.size());  // after the id
     fmt::print("{} to {}  {:>9} rows  {}{}\n", utc_text(period.first_s), utc_text(period.last_s), period.rows,

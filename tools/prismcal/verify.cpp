@@ -89,36 +89,6 @@ void check_numbers(const std::string& folder, bool has_older, std::vector<Number
   }
 }
 
-/// The same for segments of 0.3 and older by their indexes, and damaged indexes. `extension`: of the segments, with the
-/// dot; `rows`: number of rows by file name, if known.
-void check_old_indexes(const std::string& folder, const std::string& extension,
-                       const std::map<std::string, std::uint64_t>& rows, std::vector<Finding>& findings) {
-  for (const std::string& file : recordings::files_of(folder, extension + ".index")) {
-    const auto index = pipeline::OldIndex::read(file);
-    if (!index) {
-      findings.push_back({file, FileState::kDamaged, "not a valid index; segments are ordered by session and name"});
-      continue;
-    }
-    const recordings::Absent absent = recordings::absent_of(*index, folder);
-    if (absent.segments > 0) findings.push_back({file, FileState::kDeleted, absent.text()});
-    bool has_begun = false;
-    for (const auto& [number, entry] : index->entries) {
-      const std::string path = (fs::path(folder) / entry.file).string();
-      const auto found = rows.find(entry.file);
-      std::error_code error;
-      const bool is_there = fs::exists(path, error);
-      has_begun = has_begun || is_there;
-      const std::string listed = counted(entry.rows, "row");
-      if (!is_there && has_begun)
-        findings.push_back(
-            {path, FileState::kMissing, "listed in the index" + (entry.rows > 0 ? ", with " + listed : "")});
-      else if (found != rows.end() && found->second < entry.rows)
-        findings.push_back({path, FileState::kMissing,
-                            fmt::format("{} of {} listed in the index", entry.rows - found->second, listed)});
-    }
-  }
-}
-
 Finding of_segment(const LogSegment& segment) {
   const std::string rows = fmt::format("{}, format {}", counted(segment.rows, "row"), segment.format);
   if (segment.end == SegmentEnd::kOpen) return {segment.path, FileState::kOpen, rows + "; prismd writes it"};
@@ -146,7 +116,7 @@ void add_left_out(const std::vector<recordings::LeftOutRow>& rows, std::vector<F
 
 /// Reads the rows of one axis and adds its sessions. Returns what is left out.
 recordings::LeftOut read_axis(LogFolder& folder, const std::string& log, const std::string& axis,
-                              std::vector<LogSession>& sessions, tables::ReadMeter& meter) {
+                              std::vector<LogSession>& sessions) {
   std::int64_t last = 0;
   const auto add = [&](const recordings::LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
@@ -166,22 +136,20 @@ recordings::LeftOut read_axis(LogFolder& folder, const std::string& log, const s
     last = second_mean.second;
     return {};
   };
-  auto left_out = recordings::join_rows(folder, add, meter);
+  auto left_out = recordings::join_rows(folder, add);
   return left_out ? std::move(*left_out) : recordings::LeftOut();  // never an error: a failed disk is damage here
 }
 
 /// Checks the log in `folder`; with `only`, in that file of it.
-void check_log(const std::string& where, const std::string& only, const tables::ReadProgress& progress,
-               VerificationResult& result) {
+void check_log(const std::string& where, const std::string& only, VerificationResult& result) {
   const std::string& path = only.empty() ? where : only;
   const auto folder = LogFolder::salvage(path);
-  tables::ReadMeter meter(progress, folder.bytes());
   std::vector<LogFolder> axes = folder.by_axis();
   std::vector<Finding> left_out;
   std::map<std::string, const LogSegment*> read;
   for (LogFolder& axis : axes) {
     const std::string name = axes.size() > 1 ? axis.segments.front().value("axis") : "";
-    add_left_out(read_axis(axis, path, name, result.sessions, meter).rows, left_out);
+    add_left_out(read_axis(axis, path, name, result.sessions).rows, left_out);
     for (const LogSegment& segment : axis.segments) read[segment.path] = &segment;
   }
   const auto is_deleted = [&](const std::string& file) {  // meanwhile, by the retention limit
@@ -203,7 +171,6 @@ void check_log(const std::string& where, const std::string& only, const tables::
   for (const auto& [file, error] : folder.rejected)
     if (!is_deleted(file)) result.findings.push_back({file, FileState::kUnreadable, without_path(error, file)});
   if (only.empty()) {
-    check_old_indexes(where, ".csv", rows, result.findings);
     const bool has_older = numbered.size() < rows.size();
     check_numbers(where, has_older, std::move(numbered), result.findings);
   }
@@ -253,7 +220,6 @@ Finding check_capture(const std::string& path) {
 /// Checks the numbers of the captures of a folder.
 void check_capture_numbers(const std::string& folder, const std::vector<std::string>& captures,
                            std::vector<Finding>& findings) {
-  check_old_indexes(folder, ".pcap", {}, findings);
   std::vector<NumberedSegment> numbered;
   for (const std::string& path : captures) {
     const std::string file = fs::path(path).filename().string();
@@ -270,7 +236,7 @@ void check_capture_numbers(const std::string& folder, const std::vector<std::str
 /// Checks the files of a folder, or `only` one of them. If one .csv is a log, or if there is an index, the folder is a
 /// log and its other .csv files are faults: the log readers read all .csv.
 void check_folder(const std::string& folder, const std::string& only, std::vector<std::string> files,
-                  const tables::ReadProgress& progress, VerificationResult& result) {
+                  VerificationResult& result) {
   std::sort(files.begin(), files.end());
   std::vector<std::string> tables, captures, others;
   bool has_index = false;
@@ -285,7 +251,7 @@ void check_folder(const std::string& folder, const std::string& only, std::vecto
       others.push_back(file);
   }
   if (has_index || std::any_of(tables.begin(), tables.end(), begins_a_log))
-    check_log(folder, has_index ? "" : only, progress, result);
+    check_log(folder, has_index ? "" : only, result);
   else
     others.insert(others.end(), tables.begin(), tables.end());
   for (const std::string& path : captures) result.findings.push_back(check_capture(path));
@@ -301,17 +267,17 @@ std::size_t VerificationResult::faults() const {
   return static_cast<std::size_t>(std::count_if(findings.begin(), findings.end(), bad));
 }
 
-VerificationResult verify(const std::string& path, const tables::ReadProgress& progress) {
+VerificationResult verify(const std::string& path) {
   VerificationResult result;
   std::error_code error;
   if (!fs::is_directory(path, error)) {
     const fs::path parent = fs::path(path).parent_path();
     const std::string folder = parent.empty() ? "." : parent.string();
     if (FileReader::open(path))
-      check_folder(folder, path, {path}, progress, result);
+      check_folder(folder, path, {path}, result);
     else
-      check_log(folder, path, progress, result);  // which has the reason
-  } else {                                        // with the folders below it, without following links
+      check_log(folder, path, result);  // which has the reason
+  } else {                              // with the folders below it, without following links
     std::map<std::string, std::vector<std::string>> files;
     const auto options = fs::directory_options::skip_permission_denied;
     for (fs::recursive_directory_iterator entry(path, options, error), end; !error && entry != end;
@@ -320,7 +286,7 @@ VerificationResult verify(const std::string& path, const tables::ReadProgress& p
       if (entry->is_regular_file(unknown))
         files[entry->path().parent_path().string()].push_back(entry->path().string());
     }
-    for (auto& [below, paths] : files) check_folder(below, "", std::move(paths), progress, result);
+    for (auto& [below, paths] : files) check_folder(below, "", std::move(paths), result);
   }
   const auto& findings = result.findings;
   if (std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.state == FileState::kSkipped; }))
@@ -411,7 +377,7 @@ ordered_json json_of(const VerificationResult& result) {
 int run(const VerifyChoice& choice) {
   VerificationResult result;
   for (const std::string& path : choice.paths) {
-    VerificationResult one = verification::verify(path, read_progress());
+    VerificationResult one = verification::verify(path);
     std::move(one.findings.begin(), one.findings.end(), std::back_inserter(result.findings));
     std::move(one.sessions.begin(), one.sessions.end(), std::back_inserter(result.sessions));
   }

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/prismcal/read_meter.hpp"
-
 namespace prism::verification {
 
 /// States before kTruncated are not faults.
@@ -64,6 +62,6 @@ struct VerificationResult {
 
 /// Checks a log segment (formats 1 and 2) or a capture, or all of them in a folder and below. Uses the same readers as
 /// the other tools. Never fails: an unreadable file is a finding.
-VerificationResult verify(const std::string& path, const tables::ReadProgress& progress = {});
+VerificationResult verify(const std::string& path);
 
 }  // namespace prism::verification

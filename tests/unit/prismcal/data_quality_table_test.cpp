@@ -22,7 +22,6 @@ TEST(DataQualityTable, ReportsNothingToCompensate) {
   EXPECT_TRUE(quality.nothing_to_compensate);
   EXPECT_THAT(analysis::data_quality_error(quality), testing::StartsWith("nothing to compensate:"));
   EXPECT_THAT(analysis::data_quality_paragraph(quality, "room").text, HasSubstr("room: nothing to compensate:"));
-  EXPECT_EQ(analysis::data_quality_table(quality, "room").rows.size(), quality.findings.size());
 }
 
 // The step at the end of a block was in the block before the one that was named: some moved seconds were kept.

@@ -51,15 +51,11 @@ struct LogTable {
 
 LogTable all_rows(LogFolder& folder) {
   LogTable table;
-  tables::ReadMeter meter;
-  auto left_out = join_rows(
-      folder,
-      [&](const LogRow& row, bool begins_session) {
-        if (begins_session) table.sessions.push_back(table.rows.size());
-        table.rows.push_back(row);
-        return Result<void>();
-      },
-      meter);
+  auto left_out = join_rows(folder, [&](const LogRow& row, bool begins_session) {
+    if (begins_session) table.sessions.push_back(table.rows.size());
+    table.rows.push_back(row);
+    return Result<void>();
+  });
   EXPECT_TRUE(left_out) << left_out.error().text();
   if (left_out) table.left_out = std::move(*left_out);
   return table;
@@ -204,8 +200,7 @@ TEST_F(LogFolderTest, ATruncatedSegmentLosesOnlyItsLastRow) {
     write("gyro1-20261121T120000Z.csv", text.substr(0, length));
     auto segment = open_log_segment(log + "/gyro1-20261121T120000Z.csv");
     ASSERT_TRUE(segment) << length << ": " << segment.error().text();
-    tables::ReadMeter meter;
-    ASSERT_TRUE(read_log_segment(*segment, {}, meter));
+    ASSERT_TRUE(read_log_segment(*segment, {}));
     EXPECT_EQ(segment->end, length == text.size() ? SegmentEnd::kIntact : SegmentEnd::kTruncated) << length;
     const std::string left = text.substr(0, length);
     const std::string lines = left.substr(0, left.rfind('\n') + 1);

@@ -79,15 +79,13 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   std::vector<std::string> questions;
   Attempts tried{
       .method = "composite", .inputs = "T, dTdt", .response = "", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
-  const auto sentence = [&](bool held_out = false) {
-    return first_sentence(judge(trained, expected, quality, held_out, questions, [&] { return tried; }), expected,
-                          quality, "prismcal evaluate m.json ANOTHER-RECORDING --out report");
+  const auto sentence = [&] {
+    return first_sentence(judge(trained, expected, quality, questions, [&] { return tried; }), expected, quality,
+                          "prismcal evaluate m.json ANOTHER-RECORDING --out report");
   };
   EXPECT_THAT(sentence(), StartsWith("ready: explains 75 % of held-out variation, expected improvement 50 % ("));
   EXPECT_THAT(sentence(),
               EndsWith(" %); data quality: pass; next: prismcal evaluate m.json ANOTHER-RECORDING --out report\n"));
-  EXPECT_THAT(sentence(true),
-              StartsWith("not ready: trained without the held-out part: train again without --hold-out; "));
   quality.verdict = evaluation::Verdict::kWarn;
   quality.findings = {{"length", evaluation::Verdict::kWarn, 150, "blocks", {200, 20}}};
   EXPECT_THAT(sentence(), HasSubstr("; data quality: warn (length 150 blocks, expected at least 200); next: "));

@@ -237,22 +237,6 @@ TEST_F(VerifyTest, ReportsACaptureThatDoesNotExist) {
               ElementsAre("gyro1-000001-20261121T120000Z-0s.pcap: missing: the next 2 segments"));
 }
 
-// 0.3
-TEST_F(VerifyTest, ReportsASegmentInTheIndexThatDoesNotExist) {
-  segment(0, 5);
-  auto lines = lines_of(path(0));
-  std::erase_if(lines, [](const std::string& line) { return line.starts_with("# log: "); });
-  write(path(0), lines);
-  test::write_file(log + "/gyro1.csv.index",
-                   "{\"format\":\"prism-segments\",\"version\":1,\"id\":\"0\",\"next\":1}\n{\"made\":1,\"file\":\"" +
-                       name(0) + "\",\"rows\":6}\n{\"made\":2,\"file\":\"a.csv\",\"rows\":7}\n");
-  EXPECT_THAT(faults_of_log(),
-              ElementsAre(HasSubstr(": changed: "), name(0) + ": missing: 1 of 6 rows listed in the index",
-                          "a.csv: missing: listed in the index, with 7 rows"));
-  test::write_file(log + "/gyro1.csv.index", "garbage\n");
-  EXPECT_THAT(faults_of_log(), ElementsAre(HasSubstr(": changed: "), StartsWith("gyro1.csv.index: damaged: ")));
-}
-
 TEST_F(VerifyTest, ReportsADuplicateFileAndAnotherTable) {
   segment(0, 5);
   std::filesystem::copy_file(path(0), log + "/zcopy.csv");
