@@ -2,10 +2,11 @@
 # Coefficients and the deviation of a log, of a table with missing rows, and of a short one.
 log a 12 8 --flicker 0.004
 prismcal allan a
-prismcal allan a --json
+summary() { jq -c '.warning, .facts, (.tables[].rows[] | map(.value // .text))'; }
+prismcal allan a --json | summary
 awk 'BEGIN {srand(1); print "time_s,rate_dps"; for (i = 0; i < 3000; ++i) if (i < 900 || i > 1100) printf "%.2f,%.6f\n", i / 50, 0.004 + 0.0001 * ((i * 7919) % 101 - 50) / 50}' >t.csv
 prismcal allan t.csv --column rate_dps --unit deg/s --grid decade
-prismcal allan t.csv --column rate_dps --unit deg/s --json
+prismcal allan t.csv --column rate_dps --unit deg/s --json | summary
 head -60 t.csv >short.csv
 prismcal allan short.csv --column rate_dps --unit deg/s
 for rows in 7 8 9 31 32 33 64 65 150 600; do

@@ -69,7 +69,8 @@ END
 }
 read_by_prismcal() {
   prismcal allan log --json >"$1.json" 2>"$1.cal" || fail "$1, prismcal: $(cat "$1.cal")"
-  [ "$(jq .values "$1.json")" -ge "$(($(wc -l <neighbours) - 1))" ] || fail "$1, prismcal: found $(jq .values "$1.json") values of $(wc -l <neighbours)"
+  values=$(jq '.facts.data | capture("(?<n>[0-9]+) values").n | tonumber' "$1.json")
+  [ "$values" -ge "$(($(wc -l <neighbours) - 1))" ] || fail "$1, prismcal: found $values values of $(wc -l <neighbours)"
   named_once "$1.cal" "$1, prismcal"
   prismcal verify log >"$1.verify" 2>&1 && fail "$1: prismcal verify finds nothing"
   contains "$1, prismcal verify" "$(cat "$1.verify")" "$victim"

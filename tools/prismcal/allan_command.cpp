@@ -8,15 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/allan_text.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/log_folder.hpp"
 #include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/rate_series.hpp"
+#include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {
 namespace {
@@ -28,6 +30,35 @@ struct AllanChoice {
   CommonOptions report;
 };
 
+report::Report allan_report(const evaluation::AllanAnalysis& analysis, const Result<evaluation::Spectrum>& spectrum,
+                            const recordings::RateSeries& series, const std::string& where) {
+  report::Report report;
+  report.title =
+      "Allan deviation of gyro " + (series.gyro_serial.empty() ? "without a serial number" : series.gyro_serial);
+  report.subtitle = where;
+  report.tool = std::string("prismcal ") + kVersion;
+  report.warning = analysis::unexplained_text(analysis);
+  if (!analysis.coefficients) report.warning += "No coefficients: " + analysis.coefficients.error().text();
+  std::string data = fmt::format("{}: {} values of {}, every {:g} s ({}), {}", where, analysis.values, series.column,
+                                 analysis.tau0_s, series.interval_source, counted(analysis.holes, "gap"));
+  if (analysis.missing > 0) data += fmt::format(" of {}", counted(analysis.missing, "value"));
+  report.facts = {{"data", data}};
+  report::Figure figure{
+      "allan_curve", "Allan deviation and power spectral density", analysis::kNoiseCaption,
+      analysis::noise_plot({{"", report::Ink::kCorrected, &analysis, spectrum ? &*spectrum : nullptr}}),
+      spectrum ? analysis::lines_text(*spectrum) : spectrum.error().text()};
+  report::Table points{"points", "Allan deviation at each averaging time", "Overlapping; intervals of 68 %.",
+                       report::columns("tau [s] | deviation [deg/h] | low [deg/h] | high [deg/h] | largest noise:")};
+  for (const evaluation::AllanPoint& p : analysis.points)
+    points.rows.push_back({report::general_cell(p.tau_s, 6), report::general_cell(p.deviation, 7),
+                           report::general_cell(p.low, 7), report::general_cell(p.high, 7),
+                           evaluation::noise_type_text(p.noise)});
+  report.sections = {
+      {"conclusion", "Conclusion", {report::Paragraph{data + "."}, analysis::noise_parameters_table(analysis)}},
+      {"curves", "Curves", {std::move(figure), std::move(points)}}};
+  return report;
+}
+
 /// First and last page: dates, statements and files.
 Result<void> complete(report::Report& report, const AllanChoice& choice, const recordings::RateSeries& series,
                       double length_s) {
@@ -35,13 +66,10 @@ Result<void> complete(report::Report& report, const AllanChoice& choice, const r
   if (!test) return tl::unexpected(test.error());
   std::error_code error;
   const bool folder = std::filesystem::is_directory(choice.file, error);
-  for (const std::string& path : folder ? recordings::files_of(choice.file, ".csv") : std::vector{choice.file}) {
-    const auto sha256 = sha256_of_file(path);
-    if (!sha256) return tl::unexpected(sha256.error());
-    report.facts.emplace_back("file", fmt::format("{} (SHA-256 {})", path, *sha256));
-  }
+  for (const std::string& path : folder ? recordings::files_of(choice.file, ".csv") : std::vector{choice.file})
+    report.facts.emplace_back("file",
+                              fmt::format("{} (SHA-256 {})", path, sha256_of_file(path).value_or("unknown: not read")));
   for (const std::string& note : series.notes) report.facts.emplace_back("left out", note);
-  report.tool = std::string("prismcal ") + kVersion;
   fill_cover(report, {{"gyro", series.gyro_serial}, {"recordings", dates_text(choice.file, series.begin_s, length_s)}},
              *test);
   return {};
@@ -60,14 +88,11 @@ Result<int> allan(const AllanChoice& choice) {
   if (!analysis) return tl::unexpected(analysis.error());
   for (const std::string& note : series->notes)
     if (!choice.report.quiet) fmt::print(stderr, "{}: {}\n", choice.file, note);
-  report::Report report = analysis::allan_report(*analysis, spectrum, *series, choice.file);
-  fmt::print("{}",
-             choice.report.json ? analysis::allan_json(*analysis, *series, choice.file) : report::plain_text(report));
-  CommonOptions files = choice.report;
-  files.json = false;
-  if (!wants_report(files)) return 0;
+  report::Report report = allan_report(*analysis, spectrum, *series, choice.file);
+  if (!choice.report.json) fmt::print("{}", report::plain_text(report));
+  if (!choice.report.json && !wants_report(choice.report)) return 0;
   if (auto done = complete(report, choice, *series, length_s); !done) return tl::unexpected(done.error());
-  if (auto done = write_report(report, files); !done) return tl::unexpected(done.error());
+  if (auto done = write_report(report, choice.report); !done) return tl::unexpected(done.error());
   return 0;
 }
 

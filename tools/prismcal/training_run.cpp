@@ -425,8 +425,7 @@ void add_train_command(CLI::App& app, int& code) {
   tools::add_examples(*command,
                       {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
                        "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
-                       kMapped, "prismcal train logs/ --hold-out blocks:600 --out model.json",
-                       "prismcal train four-hours.csv --prior models/ --out model.json",
+                       kMapped, "prismcal train four-hours.csv --prior models/ --out model.json",
                        "prismcal train --from model.json logs/ --out moved.json"});
   command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }

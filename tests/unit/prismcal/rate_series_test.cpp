@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reading rate columns from CSV files, and the output of prismcal allan.
+// Reading rate columns from CSV files.
 #include "tools/prismcal/rate_series.hpp"
 
 #include <fmt/format.h>
@@ -10,13 +10,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "tests/support/power_law_noise.hpp"
+#include "compensation/evaluation/allan.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/allan_text.hpp"
-#include "tools/prismcal/document.hpp"
 #include "tools/prismcal/findings.hpp"
 
 namespace prism::prismcal {
@@ -36,8 +33,6 @@ class RateSeries : public testing::Test {
  private:
   const test::TemporaryFolder folder_;
 };
-
-class AllanText : public RateSeries {};
 
 recordings::RateSeriesChoice in_deg_per_h() {
   recordings::RateSeriesChoice choice;
@@ -197,58 +192,7 @@ TEST_F(RateSeries, ReportsErrorsWithFileAndLine) {
               HasSubstr("found no column \"z\", expected a number from 1 to 2 or one of a, b"));
 }
 
-evaluation::AllanAnalysis analysed(const recordings::RateSeries& series) {
-  return evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, evaluation::AllanGrid::kOctave, "x")
-      .value();
-}
-
-std::string text_of(const evaluation::AllanAnalysis& analysis, const recordings::RateSeries& series,
-                    const std::string& where) {
-  const auto spectrum = evaluation::power_spectrum(series.rate_deg_per_h, series.interval_s, where);
-  return report::plain_text(analysis::allan_report(analysis, spectrum, series, where));
-}
-
-TEST_F(AllanText, PrintsThePointsOfAShortSeries) {
-  const std::string path = written("892\n809\n823\n798\n671\n644\n883\n903\n677\n");
-  const auto series = recordings::read_rate_series(path, in_deg_per_h()).value();
-  const auto analysis = analysed(series);
-  const std::string shown = text_of(analysis, series, "nine");
-  EXPECT_THAT(shown, HasSubstr("91.22945"));
-  EXPECT_THAT(shown, HasSubstr("No coefficients: x: found 1 octave"));
-  const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "nine"));
-  EXPECT_NEAR(json["points"][0]["deviation_deg_per_h"].get<double>(), 91.22945, 5e-6);
-  EXPECT_TRUE(json["coefficients"].is_null());
-  EXPECT_THAT(json["no_coefficients_because"].get<std::string>(), HasSubstr("expected 3 or more"));
-}
-
-TEST_F(AllanText, PrintsIntervalsDefinitionsAndBounds) {
-  std::string text;
-  unsigned state = 1;
-  for (int i = 0; i < 4000; ++i) {
-    int sum = i % 40 < 20 ? 60000 : 0;  // an oscillation
-    for (int k = 0; k < 12; ++k) sum += static_cast<int>((state = state * 1664525 + 1013904223) >> 16);
-    text += std::to_string(sum) + "\n";
-  }
-  const auto series = recordings::read_rate_series(written(text), in_deg_per_h()).value();
-  const auto analysis = analysed(series);
-  const std::string shown = text_of(analysis, series, "x");
-  EXPECT_THAT(shown, HasSubstr("N, angle random walk"));
-  EXPECT_THAT(shown, HasSubstr("(rad/s)/√Hz"));
-  EXPECT_THAT(shown, testing::ContainsRegex("K, rate random walk +\\(deg/h\\)/√h +≤ "));
-  EXPECT_THAT(shown, HasSubstr("Periodic: 0.07506 Hz (13 s), amplitude"));
-  EXPECT_THAT(shown, HasSubstr(" 16, 32"));
-  EXPECT_THAT(shown, HasSubstr("by more than 4 standard deviations"));
-  const auto json = nlohmann::json::parse(analysis::allan_json(analysis, series, "x"))["coefficients"];
-  const auto& n = json["angle_random_walk_deg_per_sqrt_h"];
-  EXPECT_LT(n["low"].get<double>(), n["value"].get<double>());
-  EXPECT_GT(n["high"].get<double>(), n["value"].get<double>());
-  EXPECT_TRUE(json["rate_random_walk_deg_per_h_sqrt_h"].is_null());
-  EXPECT_GT(json["at_most"]["rate_random_walk_deg_per_h_sqrt_h"].get<double>(), 0);
-  EXPECT_FALSE(json["at_most"].contains("angle_random_walk_deg_per_sqrt_h"));
-  EXPECT_THAT(json["unexplained_tau_s"], testing::Contains(16));
-}
-
-TEST_F(AllanText, ReadsARealRecord) {
+TEST_F(RateSeries, ReadsARealRecord) {
   PRISM_NEEDS_SHARED("data/mems_chamber_tofupilot.csv");
   recordings::RateSeriesChoice choice;
   choice.column = "rate_y_dps";
@@ -256,7 +200,9 @@ TEST_F(AllanText, ReadsARealRecord) {
       recordings::read_rate_series((test::shared_dir() / "data/mems_chamber_tofupilot.csv").string(), choice).value();
   EXPECT_EQ(series.rows, 8400u);
   EXPECT_NEAR(series.interval_s, 0.505, 0.001);
-  EXPECT_TRUE(analysed(series).coefficients);
+  const auto analysis =
+      evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, evaluation::AllanGrid::kOctave, "x").value();
+  EXPECT_TRUE(analysis.coefficients);
 }
 
 }  // namespace
