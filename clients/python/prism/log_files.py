@@ -25,10 +25,11 @@ def read_log(folder: str, axis: Optional[str] = None, columns: Optional[Sequence
     """The rows of one axis as a pandas DataFrame, with their times (UTC) as index.
 
     `folder`: the directory of the segments. `axis`: required if it has several. `columns`: names of the columns to read; a year of
-    one column needs 1.3 GB, each further one 0.5 GB. `attrs` has "units", by column, and the metadata of the first segment. Rows
+    one column needs 0.9 GB, each further one 0.3 GB. `attrs` has "units", by column, and the metadata of the first segment. Rows
     that a later segment repeats (supersedes) are left out. Raises ValueError.
     """
-    import pandas  # only if it is used
+    import numpy  # both only if they are used
+    import pandas
 
     segments = [(path, *read_header(path)) for path in sorted(glob.glob(os.path.join(glob.escape(folder), "*.csv")))]
     axes = sorted({metadata.get("axis", "-") for _, metadata, _ in segments})
@@ -37,19 +38,31 @@ def read_log(folder: str, axis: Optional[str] = None, columns: Optional[Sequence
     segments = [segment for segment in segments if axis is None or segment[1].get("axis", "-") == axis]
     if not segments:
         raise ValueError(f"{folder}: found no axis {axis}, expected one of {', '.join(axes)}")
-    parts = {}
-    for path, metadata, names in segments:
-        wanted = [name for name in names if name != "time_utc" and (columns is None or name in columns or name == "time_s")]
-        types = {name: "category" if name == "quality" else "float64" for name in wanted}
-        part = parts[os.path.basename(path)] = pandas.read_csv(path, comment="#", usecols=wanted, dtype=types)
-        part.index = pandas.to_datetime(part.pop("time_s"), unit="s", utc=True).rename("time_utc")
+    kept: Dict[str, int] = {}  # rows of a segment that a later one does not repeat
+    for _, metadata, _ in segments:
         if "supersedes" in metadata:
             name, _, first = metadata["supersedes"].partition(" from row ")
-            if name in parts:
-                parts[name] = parts[name].iloc[: int(first) - 1]
-    log = pandas.concat(parts.values())
-    if "quality" in log:
-        log["quality"] = log["quality"].astype("category")
+            kept[name] = int(first) - 1
+    all_names = dict.fromkeys(name for segment in segments for name in segment[2] if name != "time_utc")
+    wanted = [name for name in all_names if columns is None or name in columns or name == "time_s"]
+    types = {name: "category" if name == "quality" else "float64" for name in wanted}
+    joined = {name: numpy.empty(0, "datetime64[ns]" if name == "time_s" else "float64") for name in wanted}
+    qualities = []
+    for path, _, _ in segments:
+        rows = pandas.read_csv(path, comment="#", usecols=wanted.__contains__, dtype=types, nrows=kept.get(os.path.basename(path)))
+        rows = rows.reindex(columns=wanted)
+        rows["time_s"] = pandas.to_datetime(rows["time_s"], unit="s")
+        if "quality" in wanted:
+            qualities.append(rows.pop("quality"))
+        for name in rows.columns:  # each column grows in place: a year is in memory once
+            before = len(joined[name])
+            joined[name].resize(before + len(rows), refcheck=False)
+            joined[name][before:] = rows[name]
+    if qualities:
+        joined["quality"] = pandas.concat(qualities, ignore_index=True).astype("category")
+    times = pandas.DatetimeIndex(joined.pop("time_s"), tz="UTC", name="time_utc")
+    log = pandas.DataFrame(joined, copy=False)
+    log.index = times
     unit = {name: next((unit for suffix, unit in UNITS if name.endswith("_" + suffix)), "") for name in log.columns}
     log.attrs = {"units": unit, **segments[0][1]}
     return log
