@@ -20,7 +20,7 @@ namespace {
 using namespace simulation;
 
 constexpr double kTemperature = 4e-4, kSlope = -0.02, kGradient = 2e-3;  // deg/h per degC, degC/min, degC
-constexpr double kTurnOn = 0.01, kBand = 0.006, kTrend = 0.001;  // deg/h; kTrend per day
+constexpr double kTurnOn = 0.01, kBand = 0.006, kTrend = 0.001;          // deg/h; kTrend per day
 constexpr int kBlock_s = 100, kStarts = 6;
 
 struct World {
@@ -97,8 +97,7 @@ std::vector<double> rest_of(const evaluation::DriftRecord& record, const WarmUp&
   std::vector<double> rest;
   for (std::size_t i = 0; i < 4 * 36; ++i)
     rest.push_back(record.bias_deg_per_h[i] - kTemperature * record.causes[0][i] - kSlope * record.causes[1][i] -
-                   kGradient * record.causes[2][i] -
-                   warm_up.deg_per_h * std::exp(-record.time_s[i] / warm_up.tau_s));
+                   kGradient * record.causes[2][i] - warm_up.deg_per_h * std::exp(-record.time_s[i] / warm_up.tau_s));
   return rest;
 }
 

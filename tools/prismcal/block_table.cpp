@@ -11,6 +11,7 @@
 #include "base/plain_text.hpp"
 #include "compensation/block_stability.hpp"
 #include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/sample_grid.hpp"
 #include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {
@@ -103,7 +104,7 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
 // The rate of each second, the missing seconds and the gaps.
 void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) {
   if (const std::int64_t gap_s = last_ ? second_mean.second - *last_ - 1 : 0; gap_s > 0)
-    miss(static_cast<std::size_t>(gap_s));
+    miss(static_cast<std::size_t>(gap_s)), sparse_ += gap_s > table_.features.max_gap_s;
   const bool known = std::isfinite(second_mean.rate_deg_per_h);
   any_rate_ = any_rate_ || known;
   const bool has_temperature = std::isfinite(second_mean.temperature_degc);
@@ -167,6 +168,8 @@ Result<BlockTable> BlockTableBuilder::finish() {
     if (pushed_ > 0 && !any_temperature_)
       return error("found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT)");
     if (pushed_ > 0 && !any_rate_) return error("found no rate, expected one");
+    if (2 * sparse_ > pushed_)
+      return error(step_advice(static_cast<double>(table_.last_s - table_.first_s) / static_cast<double>(pushed_ - 1)));
     return error(fmt::format("found {} in {}, expected {} s without a gap for a block", counted(pushed_, "second"),
                              counted(table_.gaps + (pushed_ > 0 ? 1 : 0), "segment"),
                              compensation::history_s(table_.features)));

@@ -71,6 +71,7 @@ class BlockTableBuilder {
   BlockTable table_;
   compensation::FeatureExtractor extractor_;
   std::size_t pushed_ = 0;
+  std::size_t sparse_ = 0;                     ///< seconds that end a gap longer than features.max_gap_s
   std::size_t whole_ = 0, clocks_differ_ = 0;  ///< seconds that are not partial, and those of them with other clocks
   bool any_rate_ = false, any_temperature_ = false;
   std::int64_t shift_s_ = 0;                      ///< added to the seconds of this session

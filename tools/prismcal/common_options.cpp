@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <strings.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <limits>
@@ -25,24 +25,16 @@
 namespace prism::commands {
 namespace {
 
-bool begins_with_sim(const std::string& text) {
-  return text.size() >= 3 && std::equal(text.begin(), text.begin() + 3, "sim", [](char a, char b) {
-           return std::tolower(static_cast<unsigned char>(a)) == b;
-         });
-}
+bool begins_with_sim(const std::string& text) { return ::strncasecmp(text.c_str(), "sim", 3) == 0; }
 
 /// Median over the seconds, which lost frames and partial seconds do not change.
 double samples_per_second(const recordings::Recording& recording) {
-  // The value at a position in the order of values.
-  const auto at = [&](std::size_t position) {
-    for (const auto& [samples, seconds] : recording.samples) {
-      if (position < seconds) return static_cast<double>(samples);
-      position -= seconds;
-    }
-    return kUnknown;
-  };
-  const std::size_t middle = recording.seconds / 2;
-  return recording.seconds % 2 == 1 ? at(middle) : 0.5 * (at(middle) + (middle > 0 ? at(middle - 1) : kUnknown));
+  std::size_t position = recording.seconds / 2;
+  for (const auto& [samples, seconds] : recording.samples) {
+    if (position < seconds) return static_cast<double>(samples);
+    position -= seconds;
+  }
+  return kUnknown;
 }
 
 }  // namespace
@@ -252,15 +244,13 @@ Result<void> write_report(const report::Report& complete, const CommonOptions& o
   if (options.out.empty()) return {};
   std::error_code error;
   const std::filesystem::path folder(options.out);
-  std::filesystem::create_directories(folder, error);
+  std::filesystem::create_directories(folder / "tables", error);
   if (error) return make_error(options.out, error.message());
   for (const auto& [name, text] : {std::pair{"report.html", report::html_page(report)},
                                    {"report.csv", report::csv_text(report)},
                                    {"report.json", report::json_text(report)}}) {
     if (auto done = write_text_file((folder / name).string(), text); !done) return done;
   }
-  std::filesystem::create_directories(folder / "tables", error);
-  if (error) return make_error((folder / "tables").string(), error.message());
   for (const auto& [name, text] : report::csv_files(report)) {
     if (auto done = write_text_file((folder / "tables" / name).string(), text); !done) return done;
   }

@@ -295,7 +295,8 @@ report::Table pairs_table(const Comparison& comparison) {
 report::Table left_out_table(const Comparison& comparison) {
   report::Table table{"left_out", "Recordings that were left out", "", report::columns("recording: | reason:")};
   for (const auto& [path, reason] : comparison.left_out) table.rows.push_back({path, reason});
-  table.meaning = counted(table.rows.size(), "recording") + " of all.";
+  table.meaning = fmt::format("{} of {}.", table.rows.size(),
+                              counted(table.rows.size() + comparison.recordings.size(), "recording"));
   return table;
 }
 
@@ -343,8 +344,7 @@ Result<int> compare(const CompareChoice& choice) {
     // Only of one recording the intervals are not in the verdict.
     fmt::print("{}{}", report::plain_text(table), all.size() > 1 ? "" : "\n" + report::plain_text(pairs));
   }
-  const std::size_t models = choice.leave_one_out ? 0 : comparison.candidates.size();
-  fill_cover(report, {{"recordings", dates}, {"models", fmt::format("{}", models)}}, *test);
+  fill_cover(report, {{"recordings", dates}}, *test);
   if (auto written = write_report(report, choice.common); !written) return tl::unexpected(written.error());
   return 0;
 }

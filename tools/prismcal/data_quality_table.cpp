@@ -120,8 +120,12 @@ std::string data_quality_error(const evaluation::DataQuality& quality) {
 
 Usability usability_of(const recordings::Loaded& loaded, bool to_train) {
   Usability found{check_blocks(loaded.table), ""};
+  const recordings::BlockTable& table = loaded.table;
+  if (const auto sign = recordings::sign_question(table.mean_rate_deg_per_h(), table.earth_rate_deg_per_h))
+    found.reason = sign->text;
   if (!found.quality) found.reason = found.quality.error().what;
-  if (!found.quality || (!to_train && found.quality->cause.empty() && !is_disturbed(*found.quality))) return found;
+  if (!found.reason.empty() || (!to_train && found.quality->cause.empty() && !is_disturbed(*found.quality)))
+    return found;
   const std::string error = data_quality_error(*found.quality);
   for (const recordings::Finding& finding : loaded.recording.findings) {
     const bool left_out = finding.kind == "far" || finding.kind == "constant" || finding.kind == "implausible";

@@ -107,7 +107,7 @@ struct Figure {
   std::string id;  ///< like Table::id
   std::string title;
   std::string caption;
-  Plot plot;
+  Plot plot{};
   std::string meaning{};  ///< like Table::meaning
 };
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -77,10 +78,10 @@ std::optional<report::Paragraph> together_paragraph(const std::vector<Case>& cas
   const auto interval = evaluation::next_of_several(improvements, "");
   if (!interval) return std::nullopt;
   const std::string text = fmt::format(
-      "Over {} recordings the bias stability improves by {:.1f} % (geometric mean of the residual shares). 95 % of "
-      "further "
+      "Over {} recordings the bias stability {} by {:.1f} % (geometric mean of the residual shares). 95 % of further "
       "recordings like these: {} %; the variation between recordings is measured, not assumed.",
-      improvements.size(), 100 * interval->value, analysis::interval_text(*interval));
+      improvements.size(), interval->value < 0 ? "gets worse" : "improves", 100 * std::abs(interval->value),
+      analysis::interval_text(*interval));
   return report::Paragraph{text, report::Emphasis::kNone};
 }
 
@@ -89,10 +90,11 @@ report::Section conclusion(const std::vector<Case>& cases, const std::vector<ana
                            const std::vector<analysis::Limit>& limits, std::optional<double> warm_up_band,
                            bool& within_limits) {
   report::Section section{"conclusion", "Conclusion"};
-  if (const auto together = together_paragraph(cases)) section.blocks.emplace_back(*together);
+  const auto together = together_paragraph(cases);
+  if (together) section.blocks.emplace_back(*together);
   std::vector<std::pair<std::string, std::vector<analysis::LimitCheck>>> checks;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    section.blocks.emplace_back(analysis::result_paragraph(recordings[i], cases[i].overlap));
+    section.blocks.emplace_back(analysis::result_paragraph(recordings[i], cases[i].overlap, !together));
     checks.emplace_back(cases[i].loaded.table.name, analysis::check_limits(limits, cases[i].measured));
     for (const analysis::LimitCheck& check : checks.back().second) within_limits = within_limits && check.pass;
   }

@@ -60,10 +60,11 @@ footer { margin-top: 3rem; padding-top: .6rem; border-top: 1px solid var(--line)
   header { padding-bottom: .4rem; margin-bottom: .8rem; } h2 { margin: 1.4rem 0 .4rem; break-after: avoid; } a { color: inherit; }
   p { max-width: none; orphans: 3; widows: 3; } .wide { overflow: visible; margin: .8rem 0 1rem; break-inside: auto; }
   table.data { font-size: .8rem; min-width: 0; } table.data td, table.data th { padding: .12rem .34rem; } table.data td { white-space: normal; }
-  table.data .number { white-space: nowrap; } tr, caption, p { break-inside: avoid; } p.meaning { break-before: avoid; } caption { break-after: avoid; } thead { display: table-header-group; break-after: avoid; } tbody tr:first-child { break-before: avoid; }
-  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 62mm; margin: 0 auto; }
+  table.data .number { white-space: nowrap; } tr, caption, p { break-inside: avoid; } p.meaning { break-before: avoid; } caption { break-after: avoid; } thead { display: table-header-group; break-after: avoid; } tbody tr:nth-child(-n+4), tbody tr:nth-last-child(-n+3) { break-before: avoid; }
+  figure { margin: .8rem 0 1rem; max-width: none; } figcaption { max-width: none; } figure svg { width: auto; max-width: 100%; max-height: 58mm; margin: 0 auto; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
+@page { margin: 16mm 14mm 17mm; @bottom-right { content: "page " counter(page) " of " counter(pages); color: #5b6875; font: 8pt sans-serif; } }
 @media (max-width: 45rem) { body { padding: 1.2rem .8rem; } nav { columns: 1; } table.data td, table.data th { padding: .22rem .45rem; } }
 )css";
 
@@ -108,14 +109,6 @@ std::string linked(const Cell& cell) {
 /// Content-Security-Policy: no script, no external resources.
 constexpr const char* kPolicy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
-/// Paper and number of each printed page.
-std::string page_style(const std::string& paper) {
-  return "@page { size: " + paper +
-         "; margin: 16mm 14mm 17mm; @bottom-right { content: \"page \" counter(page) \" of \" counter(pages); color: "
-         "#5b6875; "
-         "font: 8pt sans-serif; } }\n";
-}
-
 /// Cells of a column of text that are longer wrap.
 constexpr std::size_t kLongText = 36;
 /// A table with more columns after the first is split, so that a printed page shows all.
@@ -148,8 +141,8 @@ class Page {
         "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" "
         "content=\"{}\">\n<title>{}</title>\n<style>{}</style>\n"
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
-        kPolicy, html_text(report_.title), kStyle + page_style(report_.paper), html_text(report_.title),
-        html_text(report_.subtitle));
+        kPolicy, html_text(report_.title), kStyle + fmt::format("@page {{ size: {}; }}\n", report_.paper),
+        html_text(report_.title), html_text(report_.subtitle));
     cover();
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";

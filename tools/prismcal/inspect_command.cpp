@@ -253,8 +253,6 @@ ordered_json judge_file(const std::string& path, const recordings::TrainingSetOp
   json["length_h"] = static_cast<double>(table.last_s - table.first_s + 1) / 3600;
   if (const double step_s = step_of(recording, table); std::isfinite(step_s)) json["step_s"] = step_s;
   if (const auto noise = evaluation::noise_floor(table.bias_deg_per_h, table.follows)) json["noise_deg_per_h"] = *noise;
-  if (auto question = recordings::sign_question(table.mean_rate_deg_per_h(), table.earth_rate_deg_per_h))
-    recording.findings.push_back(std::move(*question));
   auto [quality, unusable] = analysis::usability_of(*loaded, true);
   std::vector<std::string> doubts = recording.questions();
   if (quality && quality->verdict == evaluation::Verdict::kWarn)

@@ -33,7 +33,7 @@ Cells shown(const Result<evaluation::AllanAnalysis>& analysis, evaluation::Noise
   if (!analysis || !analysis->coefficients) return shown(std::nullopt);
   const evaluation::AllanCoefficient& found = coefficient(*analysis->coefficients, type);
   if (!found.value) return {{fmt::format("≤ {:.4g}", found.high), report::Emphasis::kMuted}, ""};
-  return {report::general_cell(found.value, 4), fmt::format("{:.4g} to {:.4g} (68 %)", found.low, found.high)};
+  return shown(Estimate{*found.value, found.low, found.high});
 }
 
 /// The table and its rows; one or two values in each.
@@ -57,23 +57,20 @@ struct Parameters {
   }
   void add_noises(const std::vector<const Result<evaluation::AllanAnalysis>*>& analyses, const std::string& count) {
     using Type = evaluation::NoiseType;
-    const std::pair<const char*, const char*> names[] = {{"Q, quantisation", "arcsec"},
-                                                         {"N, angle random walk", "deg/√h"},
-                                                         {"B, bias instability", "deg/h"},
-                                                         {"K, rate random walk", "(deg/h)/√h"},
-                                                         {"R, rate ramp", "(deg/h)/h"}};
+    constexpr const char* kUnits[] = {"arcsec", "deg/√h", "deg/h", "(deg/h)/√h", "(deg/h)/h"};
     for (const Type type : {Type::kAngleRandomWalk, Type::kBiasInstability, Type::kRateRandomWalk, Type::kRateRamp,
                             Type::kQuantisation}) {
-      const auto& [name, unit] = names[static_cast<std::size_t>(type)];
+      const auto k = static_cast<std::size_t>(type);
       std::vector<Cells> values;
       for (const auto* analysis : analyses) values.push_back(shown(*analysis, type));
-      add(name, unit, values, "Allan deviation; ≤: bound of 95 %", count);
+      add(fmt::format("{}, {}", "QNBKR"[k], noise_type_text(type)), kUnits[k], values, "Allan deviation, 68 %; ≤: 95 %",
+          count);
     }
   }
   void add_untested() {
     not_determined("scale factor", "", "needs a rate table");
     not_determined("misalignment of the input axis", "", "needs a rate table");
-    not_determined("sensitivity to acceleration", "", "needs a dividing head or a centrifuge");
+    not_determined("sensitivity to acceleration", "", "needs a dividing head");
     not_determined("sensitivity to magnetic fields", "", "needs a field coil");
   }
 
@@ -224,7 +221,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
     return values.size() > 1 ? evaluation::mean_with_interval(values) : Estimate{values[0], values[0], values[0]};
   };
   made.add("bias", "deg/h", both([&](bool after) { return mean(after, &evaluation::SummaryStatistics::mean); }),
-           "mean of the recordings, Student", all);
+           "mean, Student", all);
   double hours = 0;
   const auto turn_on = [&](bool after) {
     std::vector<double> means;
@@ -241,7 +238,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
            starts_text);
   made.add(fmt::format("stability of {} s means, 1 sigma", first.features.length_s), "deg/h",
            both([&](bool after) { return mean(after, &evaluation::SummaryStatistics::sd); }),
-           "mean of the recordings; approximate", all);
+           "mean, Student; approximate", all);
   const auto before = pooled_allan(recordings, false), after = pooled_allan(recordings, true);
   made.add_noises({&before, &after}, all);
 
@@ -278,7 +275,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
     const auto value = [&](bool corrected) {
       return fit.of(corrected) ? std::optional(fit.of(corrected)->causes[at]) : std::nullopt;
     };
-    made.add(cause.name, cause.unit, both(value), "least squares, correlated noise (REML)", all);
+    made.add(cause.name, cause.unit, both(value), "least squares (REML)", all);
     if (const auto rest = value(true); rest && rest->low * rest->high > 0) left.push_back(cause.name);
   }
   if (thermometers.empty())
@@ -287,13 +284,13 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
     return common.of(corrected) ? common.of(corrected)->warm_up_h : std::nullopt;
   };
   made.add(fmt::format("warm-up to within {:g} deg/h", band), "h", both(warm_up),
-           starts == 0 ? "needs a switch-on" : "exponential, fitted with T and dT/dt", starts_text);
+           starts == 0 ? "needs a switch-on" : "exponential, with T, dT/dt", starts_text);
   const auto gap = [&](bool corrected) -> std::optional<Estimate> {
     std::optional<double> largest;
     for (const EvaluatedRecording& r : recordings) largest = std::max(largest, r.gap_deg_per_h.of(corrected));
     return largest ? std::optional(Estimate{*largest, *largest, *largest}) : std::nullopt;
   };
-  made.add("hysteresis, largest gap", "deg/h", both(gap), "heating − cooling in bins of 5 °C", all);
+  made.add("hysteresis, largest gap", "deg/h", both(gap), "heating − cooling, 5 °C bins", all);
   made.add_untested();
   made.table.meaning = left.empty() ? "The correction leaves no sensitivity or trend that these recordings show."
                                     : fmt::format("After the correction still not 0: {}.", fmt::join(left, "; "));
@@ -304,20 +301,20 @@ Table noise_parameters_table(const evaluation::AllanAnalysis& analysis) {
   Parameters made("parameter: | unit: | value | interval: | method: | recordings:", "");
   const Result<evaluation::AllanAnalysis> result = analysis;
   made.add_noises({&result}, "1");
-  const auto walk = coefficient(analysis.coefficients.value_or(evaluation::AllanCoefficients{}),
-                                evaluation::NoiseType::kAngleRandomWalk)
-                        .value;
-  const auto add = [&](const char* name, const char* unit, double value, const char* method) {
-    if (walk) made.add(name, unit, {{report::general_cell(value, 4), ""}}, method, "1");
+  const auto add = [&](const char* name, const char* unit, const Estimate& estimate, const std::string& method) {
+    made.add(name, unit, {shown(estimate)}, method, "1");
   };
-  add("N in MATLAB", "(rad/s)/√Hz", evaluation::matlab_rad_per_s_per_sqrt_hz(walk.value_or(0)), "the same N");
-  add("√2 N", "(deg/s)/√Hz", evaluation::one_sided_deg_per_s_per_sqrt_hz(walk.value_or(0)),
-      "one-sided: data sheets, pwelch");
+  const auto coefficients = analysis.coefficients.value_or(evaluation::AllanCoefficients{});
+  if (const auto walk = coefficient(coefficients, evaluation::NoiseType::kAngleRandomWalk).value) {
+    const double matlab = evaluation::matlab_rad_per_s_per_sqrt_hz(*walk),
+                 one_sided = evaluation::one_sided_deg_per_s_per_sqrt_hz(*walk);
+    add("N in MATLAB", "(rad/s)/√Hz", {matlab, matlab, matlab}, "the same N");
+    add("√2 N", "(deg/s)/√Hz", {one_sided, one_sided, one_sided}, "one-sided: data sheets, pwelch");
+  }
   const evaluation::AllanPoint& least = analysis.minimum();
   const bool last = &least == &analysis.points.back();
-  made.add("Allan minimum", "deg/h",
-           {{report::general_cell(least.deviation, 4), fmt::format("{:.4g} to {:.4g} (68 %)", least.low, least.high)}},
-           fmt::format("at {:g} s{}", least.tau_s, last ? ", the last point: a longer record may give less" : ""), "1");
+  add("Allan minimum", "deg/h", {least.deviation, least.low, least.high},
+      fmt::format("at {:g} s, 68 %{}", least.tau_s, last ? "; the last point: a longer record may give less" : ""));
   made.add_untested();
   return std::move(made.table);
 }

@@ -44,22 +44,19 @@ Result<void> print_pdf(const std::string& html, const std::string& path) {
   if (::mkdtemp(work.data()) == nullptr) return make_error(work, std::strerror(errno));
   const std::string page = work + "/report.html", made = work + "/report.pdf";
   Result<void> done = write_text_file(page, html);
-  int status = -1;
-  for (const char* program : {"chromium", "google-chrome"}) {
-    if (done && status == -1)
-      status =
-          run_quietly(program, {"--headless", "--disable-gpu", "--no-pdf-header-footer", "--disable-crash-reporter",
-                                ::geteuid() == 0 ? "--no-sandbox" : "--no-first-run",  // it refuses root with one
-                                "--user-data-dir=" + work + "/profile", "--print-to-pdf=" + made, page});
-  }
-  if (done && status == -1)
-    done =
-        make_error("--pdf", "found no Chromium, expected it installed; or print report.html (--out) with any browser");
-  if (done && (status != 0 || !std::filesystem::exists(made, error)))
-    done = make_error("--pdf", fmt::format("Chromium ended with status {} and made no PDF; print report.html", status));
   if (done) {
-    std::filesystem::copy_file(made, path, std::filesystem::copy_options::overwrite_existing, error);
-    if (error) done = make_error(path, error.message());
+    const int status =
+        run_quietly("chromium", {"--headless", "--disable-gpu", "--no-pdf-header-footer", "--disable-crash-reporter",
+                                 ::geteuid() == 0 ? "--no-sandbox" : "--no-first-run",  // it refuses root with one
+                                 "--user-data-dir=" + work + "/profile", "--print-to-pdf=" + made, page});
+    if (status == -1)
+      done = make_error("--pdf",
+                        "found no Chromium, expected it installed; or print report.html (--out) with any browser");
+    else if (status != 0 || !std::filesystem::exists(made, error))
+      done =
+          make_error("--pdf", fmt::format("Chromium ended with status {} and made no PDF; print report.html", status));
+    else if (!std::filesystem::copy_file(made, path, std::filesystem::copy_options::overwrite_existing, error))
+      done = make_error(path, error.message());
   }
   std::filesystem::remove_all(work, error);
   return done;

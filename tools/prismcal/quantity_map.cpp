@@ -342,10 +342,7 @@ void add_findings_on_times(const std::vector<std::int64_t>& rate_stamps_ns, cons
   add_remarks(findings, "time", grid->notes());
   constexpr double kMostGap_s = 6;  // FeatureDefinition::max_gap_s, and the row's second
   if (grid->interval_s <= kMostGap_s) return;
-  const double step_s = std::ceil(grid->interval_s);
-  add_remarks(findings, "step",
-              {fmt::format("a row every {:.6g} s needs --max-gap {:.0f} --end-mean {:.0f} --window {:.0f}",
-                           grid->interval_s, step_s, std::max(10.0, step_s), std::max(100.0, 10 * step_s))});
+  add_remarks(findings, "step", {step_advice(grid->interval_s)});
 }
 
 }  // namespace

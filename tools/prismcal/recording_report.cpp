@@ -38,14 +38,6 @@ Range range_of(const std::vector<double>& values) {
   return range;
 }
 
-double mean_of_finite(const std::vector<double>& values) {
-  double sum = 0, count = 0;
-  for (const double value : values) {
-    if (std::isfinite(value)) sum += value, ++count;
-  }
-  return count > 0 ? sum / count : 0;
-}
-
 struct KindDeviations {
   std::optional<double> soak, ramp;  // rms of deviations from the mean; unknown with fewer than two values
 };
@@ -57,13 +49,16 @@ KindDeviations deviations(const std::vector<evaluation::ThermalKind>& kinds, con
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(corrected[i])) known.push_back(values[i]);
   }
-  const double mean = mean_of_finite(known);
+  const auto mean_of = [](const std::vector<double>& all) {
+    return evaluation::neumaier_sum(all) / static_cast<double>(all.size());
+  };
+  const double mean = mean_of(known);
   for (std::size_t i = 0; i < std::min(kinds.size(), values.size()); ++i) {
     if (std::isfinite(corrected[i]))
       of_kind[kinds[i] != evaluation::ThermalKind::kSoak].push_back((values[i] - mean) * (values[i] - mean));
   }
-  const auto rms = [](const std::vector<double>& squares) {
-    return squares.size() < 2 ? std::optional<double>() : std::sqrt(mean_of_finite(squares));
+  const auto rms = [&](const std::vector<double>& squares) {
+    return squares.size() < 2 ? std::optional<double>() : std::sqrt(mean_of(squares));
   };
   return {rms(of_kind[0]), rms(of_kind[1])};
 }
@@ -213,14 +208,11 @@ std::vector<Series> density_series(const evaluation::Spectrum& spectrum, const c
 /// The two curves at the averaging times that both have.
 std::string compared(const Series& before, const Series& after) {
   std::vector<double> tau_s, first, second;
-  for (std::size_t i = 0, j = 0; i < before.x.size() && j < after.x.size();) {
-    if (before.x[i] == after.x[j]) {
-      tau_s.push_back(before.x[i]);
-      first.push_back(before.y[i++]);
-      second.push_back(after.y[j++]);
-    } else {
-      ++(before.x[i] < after.x[j] ? i : j);
-    }
+  for (std::size_t i = 0; i < before.x.size(); ++i) {
+    const auto at = std::find(after.x.begin(), after.x.end(), before.x[i]);
+    if (at == after.x.end()) continue;
+    tau_s.push_back(before.x[i]), first.push_back(before.y[i]);
+    second.push_back(after.y[static_cast<std::size_t>(at - after.x.begin())]);
   }
   return allan_curve_meaning(tau_s, first, second);
 }
@@ -229,14 +221,11 @@ Panel histogram_panel(const std::vector<double>& residual, const evaluation::Sum
   constexpr int kBins = 41;
   const double width = 8 * summary.sd / kBins, low = summary.mean - 4 * summary.sd;
   Series bars{"residual", Ink::kCorrected, SeriesStyle::kBars}, normal{"normal", Ink::kModel, SeriesStyle::kLine};
-  std::vector<double> count(kBins, 0);
+  for (int i = 0; i < kBins; ++i) bars.x.push_back(low + (i + 0.5) * width);
+  bars.y.resize(kBins);
   for (const double value : residual) {
     const double bin = std::floor((value - low) / width);
-    if (bin >= 0 && bin < kBins) count[static_cast<std::size_t>(bin)] += 1;
-  }
-  for (int i = 0; i < kBins; ++i) {
-    bars.x.push_back(low + (i + 0.5) * width);
-    bars.y.push_back(count[static_cast<std::size_t>(i)]);
+    if (bin >= 0 && bin < kBins) bars.y[static_cast<std::size_t>(bin)] += 1;
   }
   for (double z = -4; z <= 4.001; z += 0.1) {
     normal.x.push_back(summary.mean + z * summary.sd);
@@ -324,31 +313,26 @@ Table stability_table(const EvaluatedRecording& recording) {
 /// The largest deviation that the model leaves.
 std::string bias_meaning(const EvaluatedRecording& recording) {
   const std::vector<double>& corrected_deg_per_h = recording.evaluation->corrected_deg_per_h;
-  const double mean = mean_of_finite(corrected_deg_per_h);
-  double largest = 0, sum = 0, count = 0;
+  const evaluation::SummaryStatistics& after = recording.evaluation->stability.after;
+  double largest = 0;
   std::size_t at = 0;
   for (std::size_t i = 0; i < corrected_deg_per_h.size(); ++i) {
-    if (!std::isfinite(corrected_deg_per_h[i])) continue;
-    const double away = std::abs(corrected_deg_per_h[i] - mean);
-    sum += away * away;
-    ++count;
+    const double away = std::abs(corrected_deg_per_h[i] - after.mean);
     if (away > largest) largest = away, at = i;
   }
-  if (!(largest > 0)) return "The corrected bias is constant.";
+  if (!(after.sd > 0)) return "The corrected bias is constant.";
   return fmt::format(
       "After the correction the largest deviation is {:.4g} deg/h ({:.1f} sigma), {:.1f} h after the start, at {:.1f} "
       "°C.",
-      largest, largest / std::sqrt(sum / count), recording.hours[at], recording.temperature_degc[at]);
+      largest, largest / after.sd, recording.hours[at], recording.temperature_degc[at]);
 }
 
 Figure bias_figure(const EvaluatedRecording& recording) {
   const recordings::BlockTable& table = *recording.table;
   const ModelEvaluation& evaluated = *recording.evaluation;
   const std::vector<double>& hours = recording.hours;
-  Figure figure{recording.id + "_bias",
-                "Bias, model and residual on " + table.name,
-                fmt::format("{} s means.", table.features.length_s),
-                {}};
+  Figure figure{recording.id + "_bias", "Bias, model and residual on " + table.name,
+                fmt::format("{} s means.", table.features.length_s)};
   figure.plot.panel_height = 190;
   figure.plot.panels = {time_panel("(a) bias and model", kBias,
                                    {curve("bias", Ink::kRaw, hours, table.bias_deg_per_h),
@@ -400,17 +384,14 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
 }
 
 Figure thermal_figure(const EvaluatedRecording& recording) {
-  Figure figure{recording.id + "_loop",
-                "Bias against temperature on " + recording.table->name,
-                "Means as above; soaks in a light colour.",
-                {}};
-  figure.plot = {2,
-                 320,
-                 {loop_panel("(a) before", recording, recording.table->bias_deg_per_h),
-                  loop_panel("(b) after", recording, recording.evaluation->corrected_deg_per_h)}};
-  figure.meaning =
-      loop_meaning(recording.gap_deg_per_h.before, recording.gap_deg_per_h.after, recording.evaluation->knows_slope);
-  return figure;
+  return {
+      recording.id + "_loop", "Bias against temperature on " + recording.table->name,
+      "Means as above; soaks in a light colour.",
+      report::Plot{2,
+                   320,
+                   {loop_panel("(a) before", recording, recording.table->bias_deg_per_h),
+                    loop_panel("(b) after", recording, recording.evaluation->corrected_deg_per_h)}},
+      loop_meaning(recording.gap_deg_per_h.before, recording.gap_deg_per_h.after, recording.evaluation->knows_slope)};
 }
 
 Result<Figure> allan_figure(const EvaluatedRecording& recording) {
@@ -449,11 +430,9 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
 }
 
 Figure domain_figure(const EvaluatedRecording& recording) {
-  Figure figure{recording.id + "_domain",
-                "Training range of the model and this recording",
+  Figure figure{recording.id + "_domain", "Training range of the model and this recording",
                 fmt::format("{} of {} blocks are outside the training range, by the model's extrapolation guard.",
-                            recording.evaluation->extrapolated, recording.table->size()),
-                {}};
+                            recording.evaluation->extrapolated, recording.table->size())};
   figure.plot = {2, 320, {plane_panel("(a) slope", "dT/dt, °C/s", compensation::kInputSlope, recording)}};
   if (has_uhfo(*recording.training) && has_uhfo(*recording.table)) {
     figure.plot.panels.push_back(plane_panel("(b) oscillator", "UHFO, V", compensation::kInputUhfo, recording));
@@ -504,17 +483,10 @@ std::string record_meaning(const EvaluatedRecording& recording) {
 EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
                                       const ModelEvaluation& evaluation, const recordings::BlockTable* training,
                                       bool doubtful) {
-  EvaluatedRecording made{std::move(id),
-                          &table,
-                          &evaluation,
-                          training,
-                          doubtful,
-                          table.hours(),
-                          table.column(compensation::kInputTemperature),
-                          {},
-                          {},
-                          {},
-                          {}};
+  EvaluatedRecording made;
+  made.id = std::move(id), made.doubtful = doubtful;
+  made.table = &table, made.evaluation = &evaluation, made.training = training;
+  made.hours = table.hours(), made.temperature_degc = table.column(compensation::kInputTemperature);
   made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, kSoakSlope);
   made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, evaluation.corrected_deg_per_h)};
   for (const bool after : {false, true}) analyse_noise(made, after);
@@ -535,7 +507,7 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   return measured;
 }
 
-report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap) {
+report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap, bool further) {
   const ModelEvaluation& evaluated = *recording.evaluation;
   const evaluation::BiasStability& s = evaluated.stability;
   const std::string sigmas = fmt::format(
@@ -554,7 +526,7 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
   const bool unsure = interval && interval->holds_zero();
   return {fmt::format("{}: the model {} {:.1f} %{}: {}.{} {}", recording.table->name,
                       helps ? "removes" : "makes the drift larger by", 100 * std::abs(*s.improvement),
-                      helps ? " of the drift" : "", sigmas, further_text(evaluated), outside),
+                      helps ? " of the drift" : "", sigmas, further ? further_text(evaluated) : "", outside),
           unsure  ? report::Emphasis::kWarn
           : helps ? report::Emphasis::kGood
                   : report::Emphasis::kBad};
@@ -563,8 +535,8 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
 Figure record_figure(const EvaluatedRecording& recording) {
   const recordings::BlockTable& table = *recording.table;
   const std::vector<double>& hours = recording.hours;
-  Figure figure{
-      recording.id + "_record", "The recording " + table.name, fmt::format("{} s means.", table.features.length_s), {}};
+  Figure figure{recording.id + "_record", "The recording " + table.name,
+                fmt::format("{} s means.", table.features.length_s)};
   figure.plot.columns = 2, figure.plot.panel_height = 180;
   auto& panels = figure.plot.panels;
   panels.push_back(time_panel("temperature", "T, °C", {curve("", Ink::kModel, hours, recording.temperature_degc)}));
@@ -590,7 +562,9 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   take(stability_table(recording));
   take(bias_figure(recording));
   add(segment_table(recording));
-  take(thermal_figure(recording));
+  const bool ramps = std::any_of(recording.kinds.begin(), recording.kinds.end(),
+                                 [](auto kind) { return kind != evaluation::ThermalKind::kSoak; });
+  if (ramps) take(thermal_figure(recording));
   add(allan_figure(recording));
   add(residual_figure(recording));
   if (recording.training) take(domain_figure(recording));

@@ -53,9 +53,9 @@ std::vector<std::string> measured_names();
 /// Returns all quantities, in the order of measured_names().
 std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
-/// One sentence on the improvement and the share of blocks outside the training range. If `overlap` (see
-/// overlap_text()) is not empty, it states that this is not a test.
-report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap);
+/// The improvement, with `further` also that to expect in another recording, and the share of blocks outside the
+/// training range. If `overlap` (see overlap_text()) is not empty, it states that this is not a test.
+report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap, bool further);
 
 /// Temperature, its slope, UHFO and bias over time.
 report::Figure record_figure(const EvaluatedRecording& recording);

@@ -162,6 +162,12 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
   return grid;
 }
 
+std::string step_advice(double interval_s) {
+  const double step_s = std::ceil(interval_s);
+  return fmt::format("a row every {:.6g} s needs --max-gap {:.0f} --end-mean {:.0f} --window {:.0f}", interval_s,
+                     step_s, std::max(10.0, step_s), std::max(100.0, 10 * step_s));
+}
+
 double mean_step_s(const Stamps& stamps) {
   if (stamps.size() < 2 || stamps.back() <= stamps.front()) return 1;
   return static_cast<double>(stamps.back() - stamps.front()) / static_cast<double>(stamps.size() - 1) / 1e9;

@@ -41,6 +41,9 @@ Result<SampleGrid> sample_grid(const std::vector<std::int64_t>& stamps_ns, const
 /// The mean step of stamps; 1 if there are too few, or no time passes.
 double mean_step_s(const std::vector<std::int64_t>& stamps_ns);
 
+/// "a row every 10 s needs --max-gap 10 --end-mean 10 --window 100".
+std::string step_advice(double interval_s);
+
 /// The times of rows whose interval is known: of the stamps only holes are used.
 class StatedTimes {
  public:

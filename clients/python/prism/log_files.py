@@ -38,19 +38,16 @@ def read_log(folder: str, axis: Optional[str] = None, columns: Optional[Sequence
     segments = [segment for segment in segments if axis is None or segment[1].get("axis", "-") == axis]
     if not segments:
         raise ValueError(f"{folder}: found no axis {axis}, expected one of {', '.join(axes)}")
-    kept: Dict[str, int] = {}  # rows of a segment that a later one does not repeat
-    for _, metadata, _ in segments:
-        if "supersedes" in metadata:
-            name, _, first = metadata["supersedes"].partition(" from row ")
-            kept[name] = int(first) - 1
-    all_names = dict.fromkeys(name for segment in segments for name in segment[2] if name != "time_utc")
-    wanted = [name for name in all_names if columns is None or name in columns or name == "time_s"]
-    types = {name: "category" if name == "quality" else "float64" for name in wanted}
+    repeats = [metadata["supersedes"].partition(" from row ") for _, metadata, _ in segments if "supersedes" in metadata]
+    kept = {name: int(first) - 1 for name, _, first in repeats}  # rows of a segment that a later one does not repeat
+    every = dict.fromkeys(name for _, _, names in segments for name in names if name != "time_utc")
+    wanted = [name for name in every if columns is None or name in ("time_s", *columns)]
     joined = {name: numpy.empty(0, "datetime64[ns]" if name == "time_s" else "float64") for name in wanted}
     qualities = []
     for path, _, _ in segments:
-        rows = pandas.read_csv(path, comment="#", usecols=wanted.__contains__, dtype=types, nrows=kept.get(os.path.basename(path)))
-        rows = rows.reindex(columns=wanted)
+        rows = pandas.read_csv(
+            path, comment="#", usecols=wanted.__contains__, dtype={"quality": "category"}, nrows=kept.get(os.path.basename(path))
+        ).reindex(columns=wanted)
         rows["time_s"] = pandas.to_datetime(rows["time_s"], unit="s")
         if "quality" in wanted:
             qualities.append(rows.pop("quality"))
@@ -61,8 +58,7 @@ def read_log(folder: str, axis: Optional[str] = None, columns: Optional[Sequence
     if qualities:
         joined["quality"] = pandas.concat(qualities, ignore_index=True).astype("category")
     times = pandas.DatetimeIndex(joined.pop("time_s"), tz="UTC", name="time_utc")
-    log = pandas.DataFrame(joined, copy=False)
-    log.index = times
+    log = pandas.DataFrame(joined, copy=False).set_axis(times, copy=False)
     unit = {name: next((unit for suffix, unit in UNITS if name.endswith("_" + suffix)), "") for name in log.columns}
     log.attrs = {"units": unit, **segments[0][1]}
     return log

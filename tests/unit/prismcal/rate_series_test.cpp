@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "compensation/evaluation/allan.hpp"
+#include "tests/support/power_law_noise.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/findings.hpp"
