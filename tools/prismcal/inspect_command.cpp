@@ -133,7 +133,8 @@ Result<ordered_json> summary_of(const std::string& path, const tables::TableOpti
                     {"interval_s", nullptr}};
     add_grid(stamps_ns, path, options.interval_s, json["time"]);
   }
-  if (recordings::rate_column(*table) && json["problem"] == "") json["remarks"] = remarks_on(*table, options);
+  const bool good = json["problem"].get<std::string>().empty();
+  if (good && recordings::rate_column(*table)) json["remarks"] = remarks_on(*table, options);
   return json;
 }
 
@@ -173,7 +174,7 @@ void print(const ordered_json& summary) {
                text(time, "last"), grid_text(time));
   if (!summary["remarks"].empty()) fmt::print("\n");
   for (const auto& remark : summary["remarks"]) fmt::print("{}\n", printable(remark.get<std::string>()));
-  if (summary["problem"] != "") return;
+  if (!text(summary, "problem").empty()) return;
   const std::string command = text(summary, "command");
   if (command.find(kOpenRate) != std::string::npos)
     fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");

@@ -249,7 +249,7 @@ std::string file_name_of(const Task& task) {
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("-_.", c)) c = '_';
   }
-  return (name.starts_with(".") ? "_" : "") + name + ".json";
+  return fmt::format("{}{}.json", name.starts_with(".") ? "_" : "", name);
 }
 
 std::string requested_by(const LotFile& file) {
@@ -345,7 +345,7 @@ std::vector<std::string> find_violations(const Task& result, const LotLimits& li
       measured.push_back({quantity, "", number_of(value)});
     add_violations(where, run.at("role") == kRepeat ? limits.repeat : limits.other, measured, violations);
     const std::string trained_on = run.at("trained_on");
-    if (!trained_on.empty()) violations.push_back(where + ": not a test: " + trained_on);
+    if (!trained_on.empty()) violations.push_back(fmt::format("{}: not a test: {}", where, trained_on));
   }
   return violations;
 }
