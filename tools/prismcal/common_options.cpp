@@ -142,15 +142,11 @@ Result<void> check_gyro(const std::string& path, const recordings::Recording& re
                         const compensation::ModelInfo& model, const CommonOptions& options) {
   const std::string serial = recording.value("gyro_serial"), axis = recording.value("axis");
   if (options.any_gyro || model.gyro_serial.empty() || serial.empty() || serial == "unknown") return {};
-  if (serial == model.gyro_serial) {
-    if (model.gyro_axis.empty() || axis.empty() || axis == "-" || axis == model.gyro_axis) return {};
-    return make_error(
-        path, fmt::format("found a recording of axis {}, expected {} as in the model; --any-gyro accepts it", axis,
-                          model.gyro_axis));
-  }
-  return make_error(
-      path, fmt::format("found a recording of gyro \"{}\", expected \"{}\" as in the model; --any-gyro accepts it",
-                        serial, model.gyro_serial));
+  const bool same = serial == model.gyro_serial;
+  if (same && (model.gyro_axis.empty() || axis.empty() || axis == "-" || axis == model.gyro_axis)) return {};
+  return make_error(path, fmt::format("found a recording of {}, expected {} as in the model; --any-gyro accepts it",
+                                      same ? "axis " + axis : fmt::format("gyro \"{}\"", serial),
+                                      same ? model.gyro_axis : fmt::format("\"{}\"", model.gyro_serial)));
 }
 
 Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,

@@ -146,10 +146,7 @@ Series curve(const char* name, Ink ink, const std::vector<double>& x, const std:
 }
 
 bool has_uhfo(const recordings::BlockTable& table) {
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    if (std::isfinite(table.blocks[i].uhfo_v)) return true;
-  }
-  return false;
+  return std::ranges::any_of(table.blocks, [](const auto& block) { return std::isfinite(block.uhfo_v); });
 }
 
 /// The points of (x, y) for which `keep` returns true.
@@ -562,9 +559,8 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   take(stability_table(recording));
   take(bias_figure(recording));
   add(segment_table(recording));
-  const bool ramps = std::any_of(recording.kinds.begin(), recording.kinds.end(),
-                                 [](auto kind) { return kind != evaluation::ThermalKind::kSoak; });
-  if (ramps) take(thermal_figure(recording));
+  if (std::ranges::any_of(recording.kinds, [](auto kind) { return kind != evaluation::ThermalKind::kSoak; }))
+    take(thermal_figure(recording));
   add(allan_figure(recording));
   add(residual_figure(recording));
   if (recording.training) take(domain_figure(recording));
