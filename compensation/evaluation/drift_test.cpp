@@ -15,29 +15,22 @@ namespace prism::evaluation {
 namespace {
 
 constexpr double kYear_h = 8766, kMostOfNeighbours = 0.8;
-constexpr std::size_t kFewest = 100, kMostStep = 300;
-constexpr double kFewestYears = 10, kMostYears = 40, kMostValues = 13e6;  // of the simulation
-constexpr int kParts = 10, kShifts = 500, kLongest = 20'000;
+constexpr std::size_t kFewest = 100, kMostStep = 300, kFewestRecordings = 3;
+// Of the simulation: years without a shift, and shifts after kLevel_h.
+constexpr double kFewestYears = 10, kMostYears = 40, kFewestShifts = 100, kMostShifts = 500, kMostValues = 13e6;
+constexpr int kParts = 10, kLongest = 20'000;
 
-/// The residuals without the mean of their recording.
-void centre(Residuals& residuals) {
+/// Subtracts the mean of each recording; returns these means.
+std::vector<double> centre(Residuals& residuals) {
   std::vector<double>& values = residuals.deg_per_h;
+  std::vector<double> means;
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
     double sum = 0;
     while (end < values.size() && residuals.recordings[end] == residuals.recordings[begin]) sum += values[end++];
-    for (std::size_t i = begin; i < end; ++i) values[i] -= sum / static_cast<double>(end - begin);
+    means.push_back(sum / static_cast<double>(end - begin));
+    for (std::size_t i = begin; i < end; ++i) values[i] -= means.back();
   }
-}
-
-/// The standard deviation of the means of its parts: as much may a switch-on differ, too.
-double part_sd(const std::vector<double>& record) {
-  std::vector<double> means;
-  for (std::size_t part = 0; part < kParts; ++part) {
-    const auto begin = record.begin() + static_cast<std::ptrdiff_t>(part * record.size() / kParts),
-               end = record.begin() + static_cast<std::ptrdiff_t>((part + 1) * record.size() / kParts);
-    means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
-  }
-  return summarise(means, Divisor::kNMinus1, "").value().sd;
+  return means;
 }
 
 /// Every n-th, so that neighbours correlate by at most kMostOfNeighbours.
@@ -85,12 +78,11 @@ class Quiet {
   std::mt19937_64 random_;
 };
 
-/// The threshold with one alarm a year: as many excursions of the sums are larger as years are simulated.
+/// The threshold with one alarm a year. An excursion of the sums to n times the threshold has n alarms.
 double threshold_of(compensation::MonitorSettings settings, Quiet quiet, double values_per_h) {
   settings.threshold = std::numeric_limits<double>::infinity();
   const double values_per_year = kYear_h * values_per_h;
   const auto years = static_cast<std::size_t>(std::clamp(kMostValues / values_per_year, kFewestYears, kMostYears));
-  DriftTest test(settings, 0, values_per_h);
   std::priority_queue<double, std::vector<double>, std::greater<>> largest;
   const auto keep = [&](double& excursion, double sum) {
     if (sum == 0 && (largest.size() < years || excursion > largest.top())) {
@@ -99,30 +91,49 @@ double threshold_of(compensation::MonitorSettings settings, Quiet quiet, double 
     }
     excursion = sum == 0 ? 0 : std::max(excursion, sum);
   };
-  double up = 0, down = 0;
-  for (long long left = std::llround(static_cast<double>(years) * values_per_year); left > 0; --left) {
-    (void)quiet.feed(test, 0);
-    keep(up, test.up());
-    keep(down, test.down());
+  for (std::size_t year = 0; year < years; ++year) {
+    DriftTest test(settings, 0, values_per_h);
+    double up = 0, down = 0;
+    for (long long left = std::llround(values_per_year); left > 0; --left) {
+      (void)quiet.feed(test, 0);
+      keep(up, test.up());
+      keep(down, test.down());
+    }
+    keep(up, 0);
+    keep(down, 0);
   }
-  return largest.top();
+  double threshold = largest.top();
+  std::vector<double> excursions;
+  for (; !largest.empty(); largest.pop()) excursions.push_back(largest.top());
+  const auto alarms = [&] {
+    return std::accumulate(excursions.begin(), excursions.end(), 0.0,
+                           [&](double sum, double one) { return sum + std::floor(one / threshold); });
+  };
+  while (alarms() > static_cast<double>(years)) threshold *= 1.01;
+  return threshold;
 }
 
-/// Values after which a shift of 1 sd is found in the mean, with a switch-on a day; at least half of what 97 % need.
+/// Values after which a shift of 1 sd is found in the mean, with a switch-on a day; at least half of what 98 % need.
+/// The shift follows the time that shows the level.
 double delay_of(const compensation::MonitorSettings& settings, const Quiet& quiet, double values_per_h) {
+  const double level = DriftTest::kLevel_h * values_per_h;
+  const auto shifts = static_cast<std::size_t>(std::clamp(kMostValues / 4 / level, kFewestShifts, kMostShifts));
   std::vector<int> delays;
   double sum = 0;
   Quiet log = quiet;
-  for (int shift = 0; shift < kShifts; ++shift) {
+  for (std::size_t shift = 0; shift < shifts; ++shift) {
     DriftTest test(settings, 0, values_per_h);
-    for (long long before = quiet.day() + shift * quiet.day() / kShifts; before > 0; --before) (void)log.feed(test, 0);
+    const auto before =
+        std::llround(level) + static_cast<long long>(shift) * quiet.day() / static_cast<long long>(shifts);
+    for (long long i = 0; i < before; ++i) (void)log.feed(test, 0);
+    const double moved = shift % 2 ? settings.sd_deg_per_h : -settings.sd_deg_per_h;
     int delay = 1;
-    while (log.feed(test, settings.sd_deg_per_h) <= 0 && delay < kLongest) ++delay;
+    while (moved * log.feed(test, moved) <= 0 && delay < kLongest) ++delay;
     delays.push_back(delay);
     sum += delay;
   }
   std::sort(delays.begin(), delays.end());
-  return std::max(sum / kShifts, 0.5 * delays[kShifts * 97 / 100]);
+  return std::max(sum / static_cast<double>(shifts), 0.5 * delays[shifts * 98 / 100]);
 }
 
 }  // namespace
@@ -130,26 +141,18 @@ double delay_of(const compensation::MonitorSettings& settings, const Quiet& quie
 DriftTest::DriftTest(const compensation::MonitorSettings& settings, double mount_sd_deg_per_h, double values_per_h)
     : settings_(settings),
       most_offset_(std::min(kOffsets * settings.offset_deg_per_h, kMostOffset * settings.sd_deg_per_h)),
-      most_mount_(2 * mount_sd_deg_per_h),
-      prior_(values_per_h) {}
+      most_level_(kOffsets * std::hypot(mount_sd_deg_per_h, settings.offset_deg_per_h)),
+      values_per_h_(values_per_h) {}
 
-double DriftTest::offset() const {
-  const double most = most_offset_ + most_mount_;
-  return std::clamp(sum_ / (count_ + prior_), -most, most);
-}
-
-void DriftTest::switch_on() {
-  if (count_ > 0 && most_mount_ > 0) {
-    const double first = offset();
-    level_ = first - std::clamp(first, -most_offset_, most_offset_);
-    most_mount_ = 0;
-  }
-  sum_ = count_ = 0;
-}
+void DriftTest::switch_on() { sum_ = count_ = 0; }
 
 int DriftTest::push(double difference_deg_per_h) {
-  const double difference = difference_deg_per_h - level_;
-  const double z = (difference - offset()) / settings_.sd_deg_per_h;
+  const auto mean = [this](double sum, double count, double most) {
+    return std::clamp(sum / (count + values_per_h_), -most, most);
+  };
+  const double difference = difference_deg_per_h - mean(first_sum_, first_count_, most_level_);
+  const double z = (difference - mean(sum_, count_, most_offset_)) / settings_.sd_deg_per_h;
+  if (first_count_ < kLevel_h * values_per_h_) first_sum_ += difference_deg_per_h, ++first_count_;
   sum_ += difference;
   ++count_;
   up_.add(z - kAllowance);
@@ -164,7 +167,7 @@ int DriftTest::push(double difference_deg_per_h) {
 std::optional<compensation::MonitorSettings> monitor_settings(Residuals residuals, double offset_sd_deg_per_h,
                                                               double least_sd_deg_per_h) {
   if (residuals.deg_per_h.size() < kFewest) return std::nullopt;
-  centre(residuals);
+  std::vector<double> means = centre(residuals);
   decimate(residuals);
   const std::vector<double>& record = residuals.deg_per_h;
   const auto summary = summarise(record, Divisor::kN, "");
@@ -172,7 +175,13 @@ std::optional<compensation::MonitorSettings> monitor_settings(Residuals residual
   compensation::MonitorSettings settings;
   settings.every = residuals.every;
   settings.sd_deg_per_h = std::max(summary->sd, least_sd_deg_per_h);
-  settings.offset_deg_per_h = std::hypot(offset_sd_deg_per_h, part_sd(record));
+  if (means.size() < kFewestRecordings) {
+    Residuals parts = residuals;
+    for (std::size_t i = 0; i < record.size(); ++i)
+      parts.recordings[i] = static_cast<int>((kParts * (i + 1) - 1) / record.size());
+    means = centre(parts);
+  }
+  settings.offset_deg_per_h = std::max(offset_sd_deg_per_h, summarise(means, Divisor::kNMinus1, "").value().sd);
   settings.correlation = neighbour_correlation(record);
   const double values_per_h = 3600 / (residuals.window_s * residuals.every), day = 24 * values_per_h;
   const auto n = static_cast<double>(record.size());

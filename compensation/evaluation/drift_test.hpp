@@ -15,11 +15,12 @@ namespace prism::evaluation {
 /// U = max(0, U + z − k) and D = max(0, D − z − k), k = 1/2 for a shift of 1 sd, alarm above the threshold.
 ///
 /// The offset is the mean since the switch-on, with an hour of prior 0, and limited to kOffsets of its standard
-/// deviation and kMostOffset sd: a bias that shifts or ages is not taken for offsets. The offset of the first
-/// switch-on may be larger by 2 standard deviations of the axis's direction: this part belongs to all.
+/// deviation and kMostOffset sd: a bias that shifts or ages is not taken for offsets. The mean of the first kLevel_h at
+/// rest, within kOffsets standard deviations, belongs to all: the axis's direction, and the offset of the run by which
+/// the model was trained.
 class DriftTest {
  public:
-  static constexpr double kAllowance = 0.5, kOffsets = 2, kMostOffset = 0.25;
+  static constexpr double kAllowance = 0.5, kOffsets = 2, kMostOffset = 0.25, kLevel_h = 168;
 
   /// `mount_sd`: of the axis's direction, deg/h; `values_per_h`: of the differences.
   DriftTest(const compensation::MonitorSettings& settings, double mount_sd_deg_per_h, double values_per_h);
@@ -42,11 +43,11 @@ class DriftTest {
       length = sum > 0 ? length + 1 : 0;
     }
   };
-  double offset() const;
 
   compensation::MonitorSettings settings_;
-  double most_offset_, most_mount_, prior_;
-  double level_ = 0, sum_ = 0, count_ = 0;  ///< of the differences since the switch-on
+  double most_offset_, most_level_, values_per_h_;
+  double first_sum_ = 0, first_count_ = 0;  ///< of the differences of the first kLevel_h
+  double sum_ = 0, count_ = 0;              ///< since the switch-on, without the level
   Sum up_, down_;
 };
 
@@ -60,9 +61,9 @@ struct Residuals {
 
 /// The settings for one false alarm in a year at rest, by simulation: years of moving blocks of the residuals (at most
 /// a day long, at least ten in the record) with a switch-on a day. Of a short record the threshold is larger. A record
-/// whose neighbours correlate by more than 0.8 is decimated first. `offset_sd`: of a switch-on, deg/h, to which that of
-/// the record's parts is added; `least_sd`: of the residuals. Errors (nullopt): fewer than 100 residuals, or constant
-/// ones.
+/// whose neighbours correlate by more than 0.8 is decimated first. `offset_sd`: of a switch-on, deg/h, at least; its
+/// recordings may differ more, or the parts of fewer than three; `least_sd`: of the residuals. Errors (nullopt): fewer
+/// than 100 residuals, or constant ones.
 std::optional<compensation::MonitorSettings> monitor_settings(Residuals residuals, double offset_sd_deg_per_h,
                                                               double least_sd_deg_per_h);
 

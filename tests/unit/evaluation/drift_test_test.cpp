@@ -65,7 +65,7 @@ TEST(DriftTest, TheSumsAreThoseOfPage) {
   EXPECT_EQ(test.push(-4), -3);
 }
 
-TEST(DriftTest, TheOffsetOfASwitchOnIsSubtractedUpToAQuarterOfASd) {
+TEST(DriftTest, TheLevelOfTheFirstWeekAndAQuarterOfASdOfASwitchOnAreSubtracted) {
   const MonitorSettings settings{.sd_deg_per_h = kLeftSd, .offset_deg_per_h = 0.5 * kLeftSd, .threshold = 1e9};
   DriftTest small(settings, 0, kPerHour), large(settings, 0, kPerHour), first(settings, 5 * kLeftSd, kPerHour);
   for (DriftTest* test : {&small, &large, &first}) {
@@ -73,11 +73,36 @@ TEST(DriftTest, TheOffsetOfASwitchOnIsSubtractedUpToAQuarterOfASd) {
     for (int i = 0; i < 100 * kDay; ++i) (void)test->push((test == &small ? 0.4 : 2) * kLeftSd);
   }
   EXPECT_EQ(small.up(), 0);
-  EXPECT_NEAR(large.up() / (100 * kDay), 2 - 0.25 - DriftTest::kAllowance, 0.01);
+  EXPECT_NEAR(large.up() / (100 * kDay), 2 - 2 * 0.5 - 0.25 - DriftTest::kAllowance, 0.01);
   first.switch_on();
   const double before = first.up();
   for (int i = 0; i < kDay; ++i) (void)first.push(2 * kLeftSd);
   EXPECT_LT(first.up(), before + 1) << "the direction of the axis belongs to all switch-ons";
+}
+
+TEST(DriftTest, ALevelThatIsUnknownBeforeTheFirstWeekIsNoShiftButALaterOneIs) {
+  const MonitorSettings settings{.sd_deg_per_h = kLeftSd, .offset_deg_per_h = 0.5 * kLeftSd, .threshold = 500};
+  DriftTest test(settings, 0, kPerHour);
+  int alarms = 0;
+  for (int i = 0; i < 60 * kDay; ++i) {
+    if (i % kDay == 0) test.switch_on();
+    alarms += test.push(-0.9 * kLeftSd) != 0;
+  }
+  EXPECT_EQ(alarms, 0);
+  while (test.push(0.1 * kLeftSd) == 0) ++alarms;
+  EXPECT_NEAR(alarms, 500 / (1 - 0.25 - DriftTest::kAllowance), 200);
+}
+
+TEST(DriftTest, RecordingsShowHowMuchSwitchOnsDiffer) {
+  Residuals days = record({0, 10}, 20 * kDay);
+  for (std::size_t i = 0; i < days.deg_per_h.size(); ++i) {
+    days.recordings[i] = static_cast<int>(i) / kDay;
+    days.deg_per_h[i] += days.recordings[i] % 2 ? 0.003 : -0.003;
+  }
+  const auto settings = monitor_settings(days, 0.001, 0);
+  ASSERT_TRUE(settings);
+  EXPECT_NEAR(settings->offset_deg_per_h, 0.003, 0.0003);
+  EXPECT_NEAR(settings->sd_deg_per_h, kLeftSd, 0.02 * kLeftSd) << "without the offsets";
 }
 
 // Siegmund's approximation of the mean run length (1985): (e^b − b − 1) / 2k² with b = 2k (h + 1.166), for one side.
