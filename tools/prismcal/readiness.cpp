@@ -66,23 +66,19 @@ struct ModelJudgement {
 /// Names the methods that predict better, else what was tried; asks for a longer cycle only where it can help.
 std::string advice_of(const Attempts& tried, double explained) {
   constexpr double kBetter = 0.05;  // of the explained variance: less may be chance
-  std::string text, methods = tried.method;
-  const std::pair<std::string, double>* best = nullptr;
-  for (const auto& other : tried.others) {
-    methods += ", " + other.first;
-    if (other.second > explained + kBetter && (best == nullptr || other.second > best->second)) best = &other;
-  }
-  if (best != nullptr) {
-    text = fmt::format(
-        "{0} predicts held-out parts better and explains {1:.0f} % of them ({2}: {3:.0f} %): train with "
-        "--method {0}",
-        best->first, 100 * best->second, tried.method, 100 * explained);
-  } else {
-    text = fmt::format("tried {} with {}{}", methods, tried.inputs,
-                       tried.response.empty() ? "" : " and " + tried.response);
-  }
+  std::string methods = tried.method;
+  const auto best = std::max_element(tried.others.begin(), tried.others.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  for (const auto& other : tried.others) methods += ", " + other.first;
+  const bool better = best != tried.others.end() && best->second > explained + kBetter;
+  const std::string text =
+      better ? fmt::format(
+                   "{0} predicts held-out parts better and explains {1:.0f} % of them ({2}: {3:.0f} %): train "
+                   "with --method {0}",
+                   best->first, 100 * best->second, tried.method, 100 * explained)
+             : fmt::format("tried {} with {}", methods, tried.inputs);
   if (tried.longer_helps) return text + "; record a longer or wider cycle";
-  if (best != nullptr) return text;
+  if (better) return text;
   return text + (tried.all_inputs ? "; a longer cycle would not help: the bias follows something that is not recorded"
                                   : "; a longer cycle would not help: add inputs (--inputs auto)");
 }

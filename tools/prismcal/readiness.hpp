@@ -47,8 +47,7 @@ struct Judgement {
 
 /// The attempts of a training, for the advice if its model predicts badly.
 struct Attempts {
-  std::string method, inputs;  ///< "composite", "T, dTdt, U"
-  std::string response;        ///< "a response of 63 min", "no response"; empty: not searched
+  std::string method, inputs;  ///< "composite", "T, dTdt, U and a response of 63 min"
   bool all_inputs = false;     ///< the inputs were chosen among all that the recordings have
   bool longer_helps = false;   ///< the recordings are short, or of one passage through the temperatures
   /// Other methods on the same samples, and how much of the held-out parts they explain.

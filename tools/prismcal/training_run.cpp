@@ -140,15 +140,14 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
   const double hours = static_cast<double>(set.data.target.size()) * set.features.length_s / 3600;
   Attempts tried{.method = settings.method->name,
                  .inputs = fmt::format("{}", fmt::join(set.data.names, ", ")),
-                 .response = "",
                  .all_inputs = choice.inputs == "auto",
                  .longer_helps = hours < kLong_h || narrow || training::one_passage(set.data),
                  .others = {}};
   if (const auto found = set.features.response_s.find(compensation::kInputTemperature);
       found != set.features.response_s.end()) {
-    tried.response = fmt::format("a response of {:.0f} min", found->second / 60.0);
+    tried.inputs += fmt::format(" and a response of {:.0f} min", found->second / 60.0);
   } else if (response) {
-    tried.response = "no response, which fits best";
+    tried.inputs += " and no response, which fits best";
   }
   if (!settings.method->has(training::kOwnSearch) || !settings.siblings.empty()) return tried;
   for (const char* const name : {"stepwise", "ir-lssvm"}) {

@@ -77,8 +77,7 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   trained.samples.fitted = data.target;
   evaluation::DataQuality quality;
   std::vector<std::string> questions;
-  Attempts tried{
-      .method = "composite", .inputs = "T, dTdt", .response = "", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
+  Attempts tried{.method = "composite", .inputs = "T, dTdt", .others = {{"stepwise", -0.2}, {"ir-lssvm", -0.1}}};
   const auto sentence = [&] {
     return first_sentence(judge(trained, expected, quality, questions, [&] { return tried; }), expected, quality,
                           "prismcal evaluate m.json ANOTHER-RECORDING --out report");
@@ -101,7 +100,7 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
   EXPECT_THAT(sentence(), StartsWith("not ready: held-out parts of the recording get worse with it: tried composite, "
                                      "stepwise, ir-lssvm with T, dTdt; a longer cycle would not help: add inputs"));
   tried.longer_helps = true;
-  tried.response = "a response of 63 min";
+  tried.inputs += " and a response of 63 min";
   EXPECT_THAT(sentence(), HasSubstr("with T, dTdt and a response of 63 min; record a longer or wider cycle; "));
   tried.longer_helps = false;
   tried.others[0].second = 0.36;
