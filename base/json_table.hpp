@@ -54,8 +54,8 @@ struct KeyHelp {
 
 /// The keys of a JSON object that a T stores. A row names a member of T by a pointer to it, or by a function that
 /// returns a reference to it. An absent key leaves the member unchanged; an optional member without a value is printed
-/// as null. `help` is plain text; a key without help shares that of the next key in the man page. The functions of a row
-/// share the table of a nested object: copies at each level took half of the start of prismd.
+/// as null. `help` is plain text; a key without help shares that of the next key in the man page. The functions of a
+/// row share the table of a nested object: copies at each level took half of the start of prismd.
 template <class T>
 class JsonTable {
  public:
