@@ -31,7 +31,6 @@ struct Cell {
   Cell(const char* shown, Emphasis how = Emphasis::kNone) : Cell(std::string(shown), how) {}
 };
 
-inline Cell text_cell(std::string text, Emphasis emphasis = Emphasis::kNone) { return {std::move(text), emphasis}; }
 Cell count_cell(std::size_t count);
 /// `value` with `decimals` decimals; an em dash if it is nullopt or not finite.
 Cell fixed_cell(std::optional<double> value, int decimals, Emphasis emphasis = Emphasis::kNone);

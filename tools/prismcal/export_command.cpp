@@ -241,8 +241,7 @@ std::pair<double, double> range_of(const ModelInfo& info, const std::string& inp
   if (i < info.domain.min.size()) return {info.domain.min[i], info.domain.max[i]};
   if (input == compensation::kInputTemperature) return {-40, 60};
   if (input == compensation::kInputSlope) return {-0.02, 0.02};
-  if (input == compensation::kInputUhfo) return {3, 7};
-  return {-5, 5};
+  return {3, 7};  // of U
 }
 
 /// Points that fill the training box, each tenth beyond it.

@@ -52,7 +52,7 @@ Report sample() {
   report.tool = "prismcal 0.1.0";
   report.facts = {{"files", "a,b.csv"}};
   Table table{"ls", "LS model", "Divisor N-1.", {{"Input", "", false}, {"After", "deg/h"}}, {}};
-  table.rows = {{text_cell("T"), fixed_cell(0.011941, 5)}, {text_cell("U, \"volts\""), fixed_cell(std::nullopt, 5)}};
+  table.rows = {{Cell("T"), fixed_cell(0.011941, 5)}, {Cell("U, \"volts\""), fixed_cell(std::nullopt, 5)}};
   Figure figure{"fig_ls", "Residual", "100 s means.", {}};
   Series left{"left", Ink::kCorrected};
   left.x = {1, 2};
@@ -118,7 +118,7 @@ TEST(MachineText, HasAllDigitsAndTheSameTextInJson) {
 
 TEST(PlainText, AlignsColumnsByCharactersNotBytes) {
   Table table{"t", "Noise", "Caption.", {{"name", "", false}, {"walk", "deg/√h"}}, {}};
-  table.rows = {{text_cell("größe"), fixed_cell(0.5, 1)}, {text_cell("b"), fixed_cell(std::nullopt, 1)}};
+  table.rows = {{Cell("größe"), fixed_cell(0.5, 1)}, {Cell("b"), fixed_cell(std::nullopt, 1)}};
   EXPECT_EQ(plain_text(table), "Noise\nname     walk\n       deg/√h\ngröße     0.5\nb           —\nCaption.\n");
 }
 
