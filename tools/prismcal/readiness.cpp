@@ -71,7 +71,7 @@ std::string advice_of(const Attempts& tried, double explained) {
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
   for (const auto& other : tried.others) methods += ", " + other.first;
   const bool better = best != tried.others.end() && best->second > explained + kBetter;
-  const std::string text =
+  std::string text =
       better ? fmt::format(
                    "{0} predicts held-out parts better and explains {1:.0f} % of them ({2}: {3:.0f} %): train "
                    "with --method {0}",

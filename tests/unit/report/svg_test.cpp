@@ -219,11 +219,7 @@ TEST(Reduced, ALongTableKeepsItsExtremes) {
   Report report;
   Table table{"t", "T", "", {{"name", "", false}, {"n"}, {"error"}}, {}};
   for (int i = 0; i < 1000; ++i)
-    table.rows.push_back({Cell(std::to_string(i)), fixed_cell(i, 0),
-                          fixed_cell(i == 777   ? 9
-                                     : i == 888 ? -9
-                                                : 0,
-                                     0)});
+    table.rows.push_back({Cell(std::to_string(i)), fixed_cell(i, 0), fixed_cell(i == 777 ? 9 : i == 888 ? -9 : 0, 0)});
   table.rows[500][1] = Cell(kNothing);
   report.sections = {{"s", "S", {table}}};
   const Report once = reduced(report);
