@@ -71,8 +71,9 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
                                             double length_s) {
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
   constexpr double kClear = 4;  // of the log likelihood: a careless time constant costs more than it can gain
-  // Without U, chance finds time constants of a thermometer in the body: they are known worse than within this factor.
-  constexpr double kFactor = 2;
+  // Without U, chance finds time constants of a thermometer in the body: they gain little, and are known worse than
+  // within this factor.
+  constexpr double kCertain = 8, kFactor = 2;
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
   constexpr Eigen::Index kFewestRows = 50;
   constexpr double kLeast_s = 8 * 3600;  // in less, a drift looks like a slow response (docs/decisions/training.md)
@@ -113,10 +114,11 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   const auto at = best();
   const ResponseSearch as_measured{0, 0, 0, none - at->second};
   if (!std::isfinite(as_measured.gain)) return {};
-  if (as_measured.gain <= kClear || std::next(at) == loss.end()) return as_measured;
+  if (as_measured.gain <= kClear) return as_measured;
   // The parabola through the best and its neighbours.
   double peak = at->first;
-  if (at != loss.begin()) {
+  const bool is_longest = std::next(at) == loss.end();
+  if (at != loss.begin() && !is_longest) {
     const auto [a, fa] = *std::prev(at);
     const auto [b, fb] = *at;
     const auto [c, fc] = *std::next(at);
@@ -133,7 +135,7 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
     return edge;
   };
   const double low_s = std::exp(crossing(std::make_reverse_iterator(std::next(at)), loss.rend(), first));
-  if (kFactor * low_s < std::exp(peak)) return as_measured;
+  if (as_measured.gain <= kCertain && (is_longest || kFactor * low_s < std::exp(peak))) return as_measured;
   return ResponseSearch{static_cast<int>(std::lround(std::exp(peak))), low_s, std::exp(crossing(at, loss.end(), last)),
                         as_measured.gain};
 }
