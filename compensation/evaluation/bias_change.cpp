@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kDay_s = 86400, kCertain = 4, kExplained = 3, kMostCorrelation = 0.9;
 
-double mean_of(std::span<const double> values) { return neumaier_sum(values) / static_cast<double>(values.size()); }
-
 /// Means of complete days, and the middle times of their values.
 struct Days {
   std::vector<double> time, mean;

@@ -42,6 +42,8 @@ double neumaier_sum(std::span<const double> values) {
   return sum + lost;
 }
 
+double mean_of(std::span<const double> values) { return neumaier_sum(values) / static_cast<double>(values.size()); }
+
 Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where) {
   if (values.size() < 2) {
     return make_error(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));

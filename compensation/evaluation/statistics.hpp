@@ -37,6 +37,8 @@ Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divi
 
 /// Sum with compensated rounding errors (Neumaier 1974): exact to the last bit or two in any order of values.
 double neumaier_sum(std::span<const double> values);
+/// Their mean; NaN of none.
+double mean_of(std::span<const double> values);
 
 /// Middle value, the mean of the two middle ones for an even count. `values` must not be empty or contain NaN.
 double median_of(std::vector<double> values);

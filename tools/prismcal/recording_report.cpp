@@ -49,16 +49,13 @@ KindDeviations deviations(const std::vector<evaluation::ThermalKind>& kinds, con
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(corrected[i])) known.push_back(values[i]);
   }
-  const auto mean_of = [](const std::vector<double>& all) {
-    return evaluation::neumaier_sum(all) / static_cast<double>(all.size());
-  };
-  const double mean = mean_of(known);
+  const double mean = evaluation::mean_of(known);
   for (std::size_t i = 0; i < std::min(kinds.size(), values.size()); ++i) {
     if (std::isfinite(corrected[i]))
       of_kind[kinds[i] != evaluation::ThermalKind::kSoak].push_back((values[i] - mean) * (values[i] - mean));
   }
-  const auto rms = [&](const std::vector<double>& squares) {
-    return squares.size() < 2 ? std::optional<double>() : std::sqrt(mean_of(squares));
+  const auto rms = [](const std::vector<double>& squares) {
+    return squares.size() < 2 ? std::optional<double>() : std::sqrt(evaluation::mean_of(squares));
   };
   return {rms(of_kind[0]), rms(of_kind[1])};
 }
