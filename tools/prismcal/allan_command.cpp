@@ -66,11 +66,10 @@ Result<void> complete(report::Report& report, const AllanChoice& choice, const r
   if (!test) return tl::unexpected(test.error());
   std::error_code error;
   const bool folder = std::filesystem::is_directory(choice.file, error);
-  for (const std::string& path : folder ? recordings::files_of(choice.file, ".csv") : std::vector{choice.file}) {
-    const auto sha256 = sha256_of_file(path);
-    if (!sha256) return tl::unexpected(sha256.error());
-    report.facts.emplace_back("file", fmt::format("{} (SHA-256 {})", path, *sha256));
-  }
+  // A segment that cannot be read is left out of a log, and said to be: only that file's line is affected.
+  for (const std::string& path : folder ? recordings::files_of(choice.file, ".csv") : std::vector{choice.file})
+    report.facts.emplace_back("file",
+                              fmt::format("{} (SHA-256 {})", path, sha256_of_file(path).value_or("unknown: not read")));
   for (const std::string& note : series.notes) report.facts.emplace_back("left out", note);
   fill_cover(report, {{"gyro", series.gyro_serial}, {"recordings", dates_text(choice.file, series.begin_s, length_s)}},
              *test);
