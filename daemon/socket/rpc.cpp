@@ -104,6 +104,13 @@ std::vector<std::string> names_of(const pipeline::Device& device, std::uint32_t 
   return names;
 }
 
+/// The position of a name in the names of all axes, or their count.
+std::size_t position_of(const json& name, const std::vector<std::string>& names) {
+  std::size_t i = 0;
+  while (i < names.size() && name != names[i]) ++i;
+  return i;
+}
+
 // Parsing 65 kB of small values would delay the line by 4 ms. Each value but the first follows one of these characters.
 bool too_many_values(std::string_view line) {
   const auto begins = [](char c) { return c == ',' || c == '[' || c == '{'; };
@@ -228,13 +235,13 @@ bool Rpc::take_axes(Call& call) {
   std::iota(call.axes.begin(), call.axes.end(), 0);
   const bool chooses = call.method->params.starts_with("axis") && call.params.is_object();
   if (!chooses || !call.params.contains("axis")) return true;
-  const auto found = std::find(names.begin(), names.end(), call.params["axis"]);
-  if (found == names.end()) {
+  const std::size_t found = position_of(call.params["axis"], names);
+  if (found == names.size()) {
     call.fail(kInvalidParams,
               fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
     return false;
   }
-  call.axes = {static_cast<std::size_t>(found - names.begin())};
+  call.axes = {found};
   return true;
 }
 
@@ -379,9 +386,9 @@ void Rpc::change_subscription(const Call& call) {
     return stream == "sample" || stream == "window" || stream == "event";
   });
   params.each("axes", [&](const json& name) {
-    const auto axis = std::find(names.begin(), names.end(), name) - names.begin();
+    const std::size_t axis = position_of(name, names);
     axes |= 1U << axis;
-    return axis < std::ssize(names);
+    return axis < names.size();
   });
   if (!params.good())
     return call.refuse(R"({"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +

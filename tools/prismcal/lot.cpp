@@ -266,7 +266,7 @@ Result<std::string> model_text_of(const LotFile& file, const Task& result) {
   const auto model = compensation::parse_model(*text, path);
   if (!model) return tl::unexpected<Error>(model.error());
   const compensation::ModelInfo& info = (*model)->info();
-  if (info.id != result.json.at("id"))
+  if (result.json.at("id") != info.id)
     return make_error(path, fmt::format("found id {:.12}, expected {:.12}: not the evaluated model", info.id,
                                         result.json.at("id").get<std::string>()));
   if (info.gyro_serial != result.serial())
