@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace prism::evaluation {
 namespace {
@@ -39,6 +40,9 @@ TEST(ThermalSegments, FindThePlateausAndRampsOfACycle) {
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(segments[i].kind, kinds[i]) << i;
   EXPECT_NEAR(static_cast<double>(segments[1].size()), 39, 2);
   EXPECT_NEAR(segments[2].mean_temperature_degc, -40, 0.2);
+  double sum = 0;  // of the means by their lengths: that of all blocks
+  for (const ThermalSegment& each : segments) sum += each.mean_temperature_degc * static_cast<double>(each.size());
+  EXPECT_NEAR(sum, std::accumulate(cycle.temperature_degc.begin(), cycle.temperature_degc.end(), 0.0), 1e-9);
   EXPECT_EQ(segments.front().begin, 0u);
   EXPECT_EQ(segments.back().end, cycle.time_s.size());
   for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(segments[i].begin, segments[i - 1].end);

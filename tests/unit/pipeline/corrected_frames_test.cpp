@@ -17,19 +17,26 @@ using Bytes = std::vector<std::uint8_t>;
 /// A stream of frames with a steady rate, and an output of it.
 class Line {
  public:
+  /// `own`: the frames of the output; null: as in `config`.
   explicit Line(const std::string& description,
-                config::OutputConfig config = {.frames = "same", .hold_s = 0, .then_drop = false})
+                config::OutputConfig config = {.frames = "same", .hold_s = 0, .then_drop = false},
+                const wire::FrameDescriptionPtr& own = nullptr)
       : frames_(test::shipped(description)), encoder_(frames_), decoder_(frames_) {
     setup_.frames = frames_;
     setup_.axes.resize(1);
-    setup_.outputs = {{std::move(config), nullptr, {}}};
+    std::vector<SensorName> sensors;
+    for (const wire::Channel& rule : frames_->sensors()) sensors.push_back(rule.sensor);
+    setup_.sensors = std::make_shared<const std::vector<SensorName>>(std::move(sensors));
+    setup_.outputs = {{std::move(config), own, {}}};
     output_.emplace(setup_, 0);
   }
 
   /// One frame; `bias`: the engine's, kUnknown: none. Returns the bytes that left.
   Bytes frame(double rate, double bias, bool has_sample = true) {
     Bytes in;
-    encoder_.encode({.rate_deg_per_h = {rate}, .interval_s = frames_->period_s(), .temperature_degc = 20}, in);
+    wire::GyroState state{.rate_deg_per_h = {rate}, .interval_s = frames_->period_s(), .temperature_degc = 20};
+    for (std::size_t i = 0; i < state.sensors.size(); ++i) state.sensors[i] = 20 + static_cast<double>(i);
+    encoder_.encode(state, in);
     std::vector<wire::DecodedMessage> found;
     decoder_.feed(in, time_ns_ += 1'000'000, found);
     Rows rows;
@@ -147,6 +154,20 @@ TEST(CorrectedFrames, PassesOtherBytesInTheirPlaces) {
   // Bytes that may begin a frame wait until the decoder has decided: 55 is the first byte of a frame.
   EXPECT_EQ(line.bytes({1, 2, 3, 0x55}), (Bytes{1, 2, 3}));
   EXPECT_EQ(line.bytes({9}), (Bytes{0x55, 9}));
+}
+
+TEST(CorrectedFrames, EncodesEachSensor) {
+  const auto own = test::shipped("stim300");
+  Line line("stim300", {.frames = "stim300"}, own);
+  Bytes sent;
+  for (int i = 0; i < 3; ++i) {
+    for (const std::uint8_t byte : line.frame(100, 20)) sent.push_back(byte);
+  }
+  const auto readings = test::decode(own, sent);
+  ASSERT_FALSE(readings.empty());
+  EXPECT_NEAR(readings.back().gyro[0].value * own->axes[0].scale, 80, 0.5);
+  for (std::size_t i = 0; i < own->sensors().size(); ++i)
+    EXPECT_EQ(readings.back().sensors[i], static_cast<double>(20 + i)) << i;
 }
 
 // The example of docs/wire.md.
