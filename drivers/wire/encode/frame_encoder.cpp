@@ -154,11 +154,8 @@ void FrameEncoder::turn(const GyroState& state) {
     if (rule.modulus != 0) ticks_ = modulo(ticks_, static_cast<double>(rule.modulus));
   }
   if (gyro.meaning == RateEncoding::kRate) return;
-  for (std::size_t i = 0; i < description_->axes.size(); ++i) {
-    const AxisRule& axis = description_->axes[i];
-    angles_[i] += state.rate_deg_per_h[i] * state.interval_s / axis.scale;
-    if (gyro.meaning == RateEncoding::kAccumulated && axis.wrap != 0) angles_[i] = modulo(angles_[i], axis.wrap);
-  }
+  for (std::size_t i = 0; i < description_->axes.size(); ++i)
+    angles_[i] += state.rate_deg_per_h[i] * state.interval_s / description_->axes[i].scale;
 }
 
 void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
