@@ -310,10 +310,17 @@ TEST_F(PeriodStoreTest, AFailedCommitIsRolledBackAndReadAgain) {
   auto store = opened();
   add(*store, 0, 1000);
   add(*store, 1000, 3700, false);
-  for (const auto& [reason, text] : {std::pair{ENOSPC, "No space left on device"}, {EIO, "disk I/O error"}}) {
+  struct Failure {
+    int reason;
+    std::string text, or_text;
+  };
+  // SQLite 3.40 keeps no errno of a failed write, 3.46 does
+  for (const auto& [reason, text, or_text] :
+       {Failure{ENOSPC, "No space left on device", ""}, {EIO, "Input/output error", "disk I/O error"}}) {
     const FailingWrites disk(reason);
     const auto status = add(*store, store->status().cursor == "1000" ? 1000 : 3700, 3800);
-    EXPECT_NE(status.problem.find(std::string("periods.sqlite: ") + text), std::string::npos) << status.problem;
+    const std::string found = status.problem.substr(status.problem.find("periods.sqlite: ") + 16);
+    EXPECT_TRUE(found == text || found == or_text) << status.problem;
     EXPECT_EQ(status.cursor, "1000");
     EXPECT_EQ(minutes(*store), expected_minutes(1000));
   }
