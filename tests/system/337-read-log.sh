@@ -29,15 +29,6 @@ for wrong in (None, "z"):
     except ValueError as error:
         assert "x, y" in str(error), error
 END
-if command -v octave-cli >/dev/null; then
-  sed -n '/^Octave has/,/^## /s/^    //p' "$PRISM_SOURCE/docs/clients.md" | sed 's|gyro1-.*csv |log/g-x-000002-*.csv |; s/^plot(\(.*\))$/shown = [\1]/; s/corrected_mean_deg_per_h/rate_deg_per_h/' >recipe.m
-  echo 'printf("%d %g\n", shown'"'"')' >>recipe.m
-  printf '#!/bin/sh\necho '"'"'{"rate_deg_per_h": 1.5}'"'"'\n' >prismctl && chmod +x prismctl
-  sed -n '/^    \[status/,/jsondecode/s/^    //p' "$PRISM_SOURCE/docs/clients.md" >json.m
-  echo 'printf("%g\n", bias.rate_deg_per_h)' >>json.m
-  contains "jsondecode in Octave" "$(PATH=$PWD:$PATH octave-cli json.m 2>/dev/null)" 1.5
-  contains "the recipe for Octave" "$(octave-cli recipe.m 2>/dev/null | tail -3 | tr '\n' ';')" "1767225603 2;1767225604 2.1;1767225605 2.2;"
-fi
 /usr/bin/python3 -c 'import h5py, openpyxl' 2>/dev/null || skip "python3-h5py or python3-openpyxl is not installed"
 sed -n '/^    import prism, h5py/,/^$/s/^    //p' "$PRISM_SOURCE/docs/clients.md" | sed 's|/srv/recordings/gyro1|log|; s/axis="z"/axis="x"/' >recipe.py
 [ -s recipe.py ] || fail "docs/clients.md has no recipe"
@@ -50,6 +41,12 @@ with h5py.File("gyro1.h5") as file:
 rows = list(openpyxl.load_workbook("gyro1.xlsx").active.values)
 assert len(rows) == 6 and rows[0][2] == "rate_deg_per_h", rows
 END
-if command -v octave-cli >/dev/null; then
-  contains "HDF5 in Octave" "$(octave-cli --eval 'load("gyro1.h5"); printf("%g;", rate_deg_per_h)' 2>/dev/null)" "1;1.1;2;2.1;2.2;"
-fi
+command -v octave-cli >/dev/null || skip "octave is not installed"
+sed -n '/^Octave has/,/^## /s/^    //p' "$PRISM_SOURCE/docs/clients.md" | sed 's|gyro1-.*csv |log/g-x-000002-*.csv |; s/^plot(\(.*\))$/shown = [\1]/; s/corrected_mean_deg_per_h/rate_deg_per_h/' >recipe.m
+echo 'printf("%d %g\n", shown'"'"')' >>recipe.m
+printf '#!/bin/sh\necho '"'"'{"rate_deg_per_h": 1.5}'"'"'\n' >prismctl && chmod +x prismctl
+sed -n '/^    \[status/,/jsondecode/s/^    //p' "$PRISM_SOURCE/docs/clients.md" >json.m
+echo 'printf("%g\n", bias.rate_deg_per_h)' >>json.m
+contains "jsondecode in Octave" "$(PATH=$PWD:$PATH octave-cli json.m 2>/dev/null)" 1.5
+contains "the recipe for Octave" "$(octave-cli recipe.m 2>/dev/null | tail -3 | tr '\n' ';')" "1767225603 2;1767225604 2.1;1767225605 2.2;"
+contains "HDF5 in Octave" "$(octave-cli --eval 'load("gyro1.h5"); printf("%g;", rate_deg_per_h)' 2>/dev/null)" "1;1.1;2;2.1;2.2;"
