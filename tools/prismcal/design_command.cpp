@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,31 +35,30 @@ struct Basis {
 
 /// The model, else models of the type, else the stated prior.
 Result<Basis> basis_of(const DesignChoice& choice, const std::vector<design::InputRange>& domain) {
+  Basis basis;
   std::vector<compensation::ModelPtr> models;
   if (!choice.model.empty()) {
     auto model = load_model(choice.model);
     if (!model) return tl::unexpected<Error>(model.error());
-    models.push_back(std::move(*model));
+    basis.text = fmt::format("model {}, {:.12}", (*model)->info().name, (*model)->info().id);
+    models = {std::move(*model)};
   } else if (!choice.prior.empty()) {
     auto family = read_population_models(choice.prior, "");
     if (!family) return tl::unexpected<Error>(family.error());
     models = std::move(*family);
+    basis.text = fmt::format("{} models of the type in {}", models.size(), choice.prior);
+  } else if (choice.bias_sd_deg_per_h > 0 && choice.noise_deg_per_h > 0) {
+    basis.gyros = {design::stated_gyro(domain, choice.bias_sd_deg_per_h, choice.noise_deg_per_h)};
+    basis.text = fmt::format("stated prior: bias {:g} deg/h, noise {:g} deg/h", choice.bias_sd_deg_per_h,
+                             choice.noise_deg_per_h);
   } else {
-    if (!(choice.bias_sd_deg_per_h > 0) || !(choice.noise_deg_per_h > 0))
-      return make_error("design", "found no model and no --prior; expected one of them, or --bias-sd and --noise");
-    return Basis{{design::stated_gyro(domain, choice.bias_sd_deg_per_h, choice.noise_deg_per_h)},
-                 fmt::format("stated prior: bias {:g} deg/h, noise {:g} deg/h", choice.bias_sd_deg_per_h,
-                             choice.noise_deg_per_h)};
+    return make_error("design", "found no model and no --prior; expected one of them, or --bias-sd and --noise");
   }
-  Basis basis;
   for (const compensation::ModelPtr& model : models) {
     auto gyro = design::known_gyro(model);
     if (!gyro) return tl::unexpected<Error>(gyro.error());
     basis.gyros.push_back(std::move(*gyro));
   }
-  const std::string name = models.front()->info().name;
-  basis.text = choice.model.empty() ? fmt::format("{} models of the type in {}", models.size(), choice.prior)
-                                    : fmt::format("model {}, {:.12}", name, models.front()->info().id);
   return basis;
 }
 
@@ -94,95 +91,39 @@ report::Table worth_table(const design::Plan& plan) {
   report::Table table{"worth", "What a recording is worth",
                       "Root mean square over the domain of the sd that the model states for another run.",
                       report::columns("recording: | length [h] | sd after [deg/h]")};
-  const auto add = [&](const std::string& name, std::optional<double> hours, double sd,
-                       report::Emphasis emphasis = report::Emphasis::kNone) {
+  const auto add = [&](const std::string& name, double hours, double sd, report::Emphasis emphasis) {
     table.rows.push_back({{name, emphasis}, report::fixed_cell(hours, 1), report::fixed_cell(sd, 5, emphasis)});
   };
-  add("none: spread of the bias", std::nullopt, plan.spread_deg_per_h);
-  for (const design::Worth& made : plan.made) add(made.name, made.hours, made.sd_deg_per_h);
-  const std::string next = plan.made.empty() ? "first" : "next";
-  add(next + ": designed", plan.profile.duration_s() / 3600, plan.after_deg_per_h, report::Emphasis::kBest);
-  if (plan.repeated_deg_per_h > 0) add(next + ": like the last", plan.made.back().hours, plan.repeated_deg_per_h);
-  for (const design::Worth& other : plan.others) add(next + ": " + other.name, other.hours, other.sd_deg_per_h);
-  const auto removed_percent = [&](double sd) { return 100 * (1 - sd / plan.before_deg_per_h); };
+  using report::Emphasis;
+  for (const auto& [name, hours, sd] : plan.made) add(name, hours, sd, Emphasis::kNone);
+  const std::string next = plan.made.size() > 1 ? "next: " : "first: ";
+  add(next + "designed", plan.profile.duration_s() / 3600, plan.after_deg_per_h, Emphasis::kBest);
+  for (const auto& [name, hours, sd] : plan.others) add(next + name, hours, sd, Emphasis::kNone);
+  const auto removed_percent = [&](double sd) { return 100 * (1 - sd / plan.before_deg_per_h()); };
+  const design::Worth& best = *std::ranges::min_element(plan.others, {}, &design::Worth::sd_deg_per_h);
   table.meaning =
-      fmt::format("The designed profile takes {:.0f} % of the sd away", removed_percent(plan.after_deg_per_h));
-  const auto best =
-      std::min_element(plan.others.begin(), plan.others.end(),
-                       [](const design::Worth& a, const design::Worth& b) { return a.sd_deg_per_h < b.sd_deg_per_h; });
-  if (best != plan.others.end())
-    table.meaning += fmt::format("; the best other, {}, {:.0f} % in {:.1f} h", best->name,
-                                 removed_percent(best->sd_deg_per_h), best->hours);
-  table.meaning += ".";
+      fmt::format("The designed profile takes {:.0f} % of the sd away; the best other, {}, {:.0f} % in {:.1f} h.",
+                  removed_percent(plan.after_deg_per_h), best.name, removed_percent(best.sd_deg_per_h), best.hours);
   return table;
 }
 
 report::Figure profile_figure(const design::Plan& plan, const design::PlanSettings& settings) {
-  report::Series chamber{"chamber", report::Ink::kGuide}, gyro{"gyro, expected", report::Ink::kModel};
-  chamber.x.push_back(0);
-  chamber.y.push_back(plan.profile.start_degc);
+  report::Series chamber{"chamber", report::Ink::kGuide, {}, {0}, {plan.profile.start_degc}},
+      gyro{"gyro, expected", report::Ink::kModel};
   for (const simulation::ChamberSegment& s : plan.profile.segments) {
     chamber.x.push_back(chamber.x.back() + s.duration_s / 3600);
     chamber.y.push_back(s.end_degc);
   }
   gyro.x.assign(plan.expected.time_h.begin(), plan.expected.time_h.end());
   gyro.y.assign(plan.expected_t_degc.begin(), plan.expected_t_degc.end());
+  const auto t = std::ranges::find(settings.domain, compensation::kInputTemperature, &design::InputRange::input);
   return {"profile_figure",
           "The designed profile",
           fmt::format("The gyro follows with {:.0f} min, {:g} degC warmer (assumed).", settings.response.lag_s / 60,
                       settings.response.self_heating_degc),
           {1, 260, {{"", {"time, h"}, {"temperature, degC"}, {chamber, gyro}}}},
           fmt::format("The gyro goes from {:.1f} to {:.1f} °C; the domain has temperatures from {:.1f} to {:.1f} °C.",
-                      plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), plan.domain_t_degc.minCoeff(),
-                      plan.domain_t_degc.maxCoeff())};
-}
-
-report::Figure sd_figure(const design::Plan& plan) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(plan.domain_t_degc.size()));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::sort(order.begin(), order.end(),
-            [&](Eigen::Index a, Eigen::Index b) { return plan.domain_t_degc[a] < plan.domain_t_degc[b]; });
-  report::Series before{"before", report::Ink::kRaw, report::SeriesStyle::kPoints},
-      after{"after", report::Ink::kCorrected, report::SeriesStyle::kOpenPoints};
-  for (const Eigen::Index at : order) {
-    before.x.push_back(plan.domain_t_degc[at]);
-    before.y.push_back(plan.sd_before[at]);
-    after.y.push_back(plan.sd_after[at]);
-  }
-  after.x = before.x;
-  Eigen::Index worst = 0;
-  const double sd = plan.sd_after.maxCoeff(&worst);
-  return {"sd_figure",
-          "The expected sd over the domain",
-          "Points of the domain; other inputs differ between points of equal T.",
-          {1, 260, {{"", {"T, degC"}, {"sd, deg/h"}, {before, after}}}},
-          fmt::format("After the recording the model knows least at {:.1f} °C: {:.5f} deg/h, {:.5f} before.",
-                      plan.domain_t_degc[worst], sd, plan.sd_before[worst])};
-}
-
-/// `basis`: model or prior that the plan comes from, for the header.
-report::Report design_report(const design::Plan& plan, const design::PlanSettings& settings, const std::string& basis) {
-  report::Report report;
-  report.title = "The next recording";
-  report.subtitle = fmt::format("Designed profile of {:.1f} h: expected sd {:.5f} deg/h, now {:.5f} deg/h",
-                                plan.profile.duration_s() / 3600, plan.after_deg_per_h, plan.before_deg_per_h);
-  report.tool = fmt::format("prismcal {}", kVersion);
-  report.facts = {{"basis", basis},
-                  {"chamber", fmt::format("{:g} to {:g} degC, {:g} degC/min, starts at {:g} degC",
-                                          settings.chamber.low_degc, settings.chamber.high_degc,
-                                          settings.chamber.rate_degc_per_min, settings.chamber.start_degc)},
-                  {"assumed", plan.assumed},
-                  {"profiles tried", fmt::format("{}", plan.evaluations)}};
-  report.sections = {{"design", "The designed profile", {profile_table(plan), profile_figure(plan, settings)}},
-                     {"worth", "What a recording is worth", {worth_table(plan), sd_figure(plan)}}};
-  return report;
-}
-
-std::string first_line(const design::Plan& plan, const std::string& out) {
-  const design::Worth& other = plan.others.front();
-  return fmt::format("{}: {:.1f} h; expected sd {:.5f} deg/h, now {:.5f}; {} takes {:.1f} h for {:.5f}", out,
-                     plan.profile.duration_s() / 3600, plan.after_deg_per_h, plan.before_deg_per_h, other.name,
-                     other.hours, other.sd_deg_per_h);
+                      plan.expected_t_degc.minCoeff(), plan.expected_t_degc.maxCoeff(), t->low, t->high)};
 }
 
 Result<int> run(const DesignChoice& choice) {
@@ -201,13 +142,27 @@ Result<int> run(const DesignChoice& choice) {
   if (!plan) return tl::unexpected<Error>(plan.error());
   if (auto done = write_text_file(choice.out, design::set_points_csv(plan->profile)); !done)
     return tl::unexpected<Error>(done.error());
-  const report::Report report = design_report(*plan, settings, basis->text);
+  const double hours = plan->profile.duration_s() / 3600, before = plan->before_deg_per_h(),
+               after = plan->after_deg_per_h;
+  report::Report report;
+  report.title = "The next recording";
+  report.subtitle =
+      fmt::format("Designed profile of {:.1f} h: expected sd {:.5f} deg/h, now {:.5f} deg/h", hours, after, before);
+  report.tool = fmt::format("prismcal {}", kVersion);
+  report.facts = {{"basis", basis->text},
+                  {"chamber", fmt::format("{:g} to {:g} degC, {:g} degC/min, starts at {:g} degC", chamber->low_degc,
+                                          chamber->high_degc, chamber->rate_degc_per_min, chamber->start_degc)},
+                  {"assumed", plan->assumed},
+                  {"profiles tried", fmt::format("{}", plan->evaluations)}};
+  report.sections = {{"design", "The designed profile", {profile_table(*plan), profile_figure(*plan, settings)}},
+                     {"worth", "What a recording is worth", {worth_table(*plan)}}};
   if (!choice.report.json) {
-    fmt::print("{}\n", printable(first_line(*plan, choice.out)));
-    fmt::print("{}{}\n", report::plain_text(report), plan->assumed);
+    const design::Worth& paper = plan->others.front();
+    fmt::print("{}: {:.1f} h; expected sd {:.5f} deg/h, now {:.5f}; {} takes {:.1f} h for {:.5f}\n{}\n{}\n",
+               printable(choice.out), hours, after, before, paper.name, paper.hours, paper.sd_deg_per_h,
+               report::plain_text(report), plan->assumed);
   }
-  if (auto done = write_report(report, choice.report); !done) return tl::unexpected<Error>(done.error());
-  return 0;
+  return write_report(report, choice.report).map([] { return 0; });
 }
 
 }  // namespace

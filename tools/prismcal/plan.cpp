@@ -77,9 +77,7 @@ KnownGyro stated_gyro(const std::vector<InputRange>& domain, double bias_sd_deg_
 Result<DesignPosterior> DesignPosterior::make(const KnownGyro& gyro, const Eigen::MatrixXd& domain,
                                               const Eigen::MatrixXd& reachable, double first_h) {
   DesignPosterior made;
-  made.variances_ = gyro.variances;
-  made.normalisation_ = gyro.normalisation;
-  made.spread_ = gyro.spread;
+  made.gyro_ = gyro;
   const double scale = gyro.normalisation.target_scale;
   made.set_between_runs(first_h);
   Eigen::MatrixXd all;
@@ -90,11 +88,11 @@ Result<DesignPosterior> DesignPosterior::make(const KnownGyro& gyro, const Eigen
   append(domain);
   append(reachable);
   for (const RecordedInputs& recording : gyro.recordings) append(recording.inputs);
-  const compensation::CompositeKernel& kernel = made.variances_.kernel;
+  const compensation::CompositeKernel& kernel = gyro.variances.kernel;
   if (gyro.centres.size() > 0) {
     made.points_ = gyro.centres;
   } else {
-    const auto found = training::composite_pivots(kernel, all, kLeftOfNoise * made.variances_.noise, kMostPivots);
+    const auto found = training::composite_pivots(kernel, all, kLeftOfNoise * gyro.variances.noise, kMostPivots);
     made.points_ = all(Eigen::all, found.pivots);
   }
   made.factor_ = kernel.matrix(made.points_);
@@ -122,8 +120,8 @@ Result<DesignPosterior> DesignPosterior::make(const KnownGyro& gyro, const Eigen
 
 // [L⁻¹ k; 0; 1]: the warm-up's row is of the time, not of the inputs.
 Eigen::MatrixXd DesignPosterior::features_of(const Eigen::MatrixXd& inputs) const {
-  const Eigen::MatrixXd x = training::normalised_inputs(inputs, normalisation_);
-  const compensation::CompositeCentres centres(variances_.kernel, points_);
+  const Eigen::MatrixXd x = training::normalised_inputs(inputs, gyro_.normalisation);
+  const compensation::CompositeCentres centres(gyro_.variances.kernel, points_);
   Eigen::MatrixXd features(points_.cols() + 2, x.cols());
   for (Eigen::Index i = 0; i < x.cols(); ++i) features.col(i) << centres.row(x.col(i)), 0.0, 1.0;
   auto kernel_rows = features.topRows(points_.cols());
@@ -134,11 +132,11 @@ Eigen::MatrixXd DesignPosterior::features_of(const Eigen::MatrixXd& inputs) cons
 void DesignPosterior::add(const RecordedInputs& recording, int windows) {
   const Eigen::Index n = recording.inputs.cols();
   Eigen::MatrixXd features = features_of(recording.inputs);
-  features.row(points_.cols()) = std::sqrt(variances_.warm_up) * (-recording.time_h.array()).exp();
-  compensation::CompositeVariances own = variances_;
+  features.row(points_.cols()) = std::sqrt(gyro_.variances.warm_up) * (-recording.time_h.array()).exp();
+  compensation::CompositeVariances own = gyro_.variances;
   own.noise /= windows;
   const std::vector<int> one(static_cast<std::size_t>(n), 0);
-  if (two_runs_ > 0) own.offset = own_part() - compensation::nuisance_level(variances_, recording.time_h, one);
+  if (two_runs_ > 0) own.offset = own_part() - compensation::nuisance_level(gyro_.variances, recording.time_h, one);
   const Eigen::VectorXd weight = recording.weight.size() == n ? recording.weight : Eigen::VectorXd::Ones(n);
   const training::NuisanceFilter filter(own, recording.time_h, one, weight);
   training::NuisanceFilter::Carry carry(features.rows());
@@ -148,10 +146,10 @@ void DesignPosterior::add(const RecordedInputs& recording, int windows) {
 }
 
 // The gram of one recording has Λ without an offset; Λ + d 1 1ᵀ by Woodbury's formula.
-void DesignPosterior::add_long_record(const KnownGyro& gyro) {
+void DesignPosterior::add_long_record() {
   const Eigen::Index r = points_.cols();
-  Eigen::MatrixXd gram = gyro.gram;
-  const double level = variances_.nuisance - drift_, more = two_runs_ > 0 ? own_part() - level : 0;
+  Eigen::MatrixXd gram = gyro_.gram;
+  const double level = gyro_.variances.nuisance - drift_, more = two_runs_ > 0 ? own_part() - level : 0;
   const Eigen::VectorXd constant = gram.col(r);
   if (more != 0) gram -= constant * constant.transpose() / (1 / more + constant[r]);
   information_.topLeftCorner(r, r) = gram.topLeftCorner(r, r);
@@ -163,15 +161,15 @@ void DesignPosterior::add_long_record(const KnownGyro& gyro) {
 // As training states it (composite_trainer.cpp): with one recording, the difference between two runs is a prior that
 // depends on the drift; with several it is in the variances of the kernel.
 void DesignPosterior::set_between_runs(double first_h) {
-  const double scale = normalisation_.target_scale;
+  const double scale = gyro_.normalisation.target_scale;
   const auto share = [&](double deg_per_h) { return deg_per_h * deg_per_h / (scale * scale); };
-  drift_ = share(spread_.nuisance_deg_per_h);
-  two_runs_ = share(spread_.offset_deg_per_h);
+  drift_ = share(gyro_.spread.nuisance_deg_per_h);
+  two_runs_ = share(gyro_.spread.offset_deg_per_h);
   if (two_runs_ == 0 || first_h == 0) return;
-  const double lengths = first_h / (2 * variances_.nuisance_time_h);
-  drift_ = variances_.nuisance * lengths / (1 + lengths);
+  const double lengths = first_h / (2 * gyro_.variances.nuisance_time_h);
+  drift_ = gyro_.variances.nuisance * lengths / (1 + lengths);
   two_runs_ = compensation::kAssumedOffset * compensation::kAssumedOffset + training::kDaysDiffer * drift_;
-  spread_.nuisance_deg_per_h = scale * std::sqrt(drift_);
+  gyro_.spread.nuisance_deg_per_h = scale * std::sqrt(drift_);
 }
 
 // Half of the difference between two runs, without the factor that the sd gives to variances of the model.
@@ -180,8 +178,8 @@ double DesignPosterior::own_part() const { return two_runs_ / 2 / kStrangeness; 
 // After one recording: the kernel's variance, and the whole difference between two runs. Further recordings reduce
 // both, but not the half of the run to come.
 compensation::Prediction DesignPosterior::predicted(Eigen::Index point, double variance) const {
-  const double scale = normalisation_.target_scale;
-  compensation::BetweenRunError spread = spread_;
+  const double scale = gyro_.normalisation.target_scale;
+  compensation::BetweenRunError spread = gyro_.spread;
   if (two_runs_ > 0) {
     const double of_level = std::min(variance, own_part());
     spread.offset_deg_per_h = scale * std::sqrt(two_runs_ / 2 + kStrangeness * of_level);
@@ -195,7 +193,7 @@ compensation::Prediction DesignPosterior::predicted(Eigen::Index point, double v
 }
 
 Eigen::VectorXd DesignPosterior::sd_at_points() const {
-  if (empty_) return Eigen::VectorXd::Constant(left_.size(), normalisation_.target_scale);
+  if (empty_) return Eigen::VectorXd::Constant(left_.size(), gyro_.normalisation.target_scale);
   Eigen::MatrixXd factor = information_;
   Eigen::VectorXd sd = Eigen::VectorXd::Constant(left_.size(), kUnknown);
   if (!compensation::lower_factor(factor)) return sd;
@@ -230,12 +228,6 @@ double together(const Posteriors& all, const std::function<double(const DesignPo
   return std::sqrt(sum / static_cast<double>(all.size()));
 }
 
-Eigen::VectorXd at_points(const Posteriors& all) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(all.front().sd_at_points().size());
-  for (const DesignPosterior& one : all) sum += one.sd_at_points().array().square().matrix();
-  return (sum / static_cast<double>(all.size())).cwiseSqrt();
-}
-
 double hours_of(const RecordedInputs& recording) { return recording.time_h[recording.time_h.size() - 1]; }
 
 /// The inputs that gyros of this type record on profiles.
@@ -250,77 +242,60 @@ Result<GyroInputs> inputs_of(const std::vector<KnownGyro>& gyros, const ThermalR
   return GyroInputs::make(first.inputs, first.features, response, shown);
 }
 
-Result<Posteriors> posteriors_of(const std::vector<KnownGyro>& gyros, const Eigen::MatrixXd& domain,
-                                 const GyroInputs& inputs, const std::vector<simulation::ChamberProfile>& profiles,
-                                 double first_h) {
-  Eigen::MatrixXd reachable;
-  for (const auto& profile : profiles) append_columns(reachable, inputs.on(profile, kSearchWindows).inputs);
-  Posteriors known;
-  for (const KnownGyro& gyro : gyros) {
-    auto posterior = DesignPosterior::make(gyro, domain, reachable, first_h);
-    if (!posterior) return tl::unexpected<Error>(posterior.error());
-    known.push_back(std::move(*posterior));
-  }
-  return known;
-}
-
 }  // namespace
 
 Result<Plan> plan_recording(const std::vector<KnownGyro>& gyros, const PlanSettings& settings) {
   const KnownGyro& first = gyros.front();
+  const bool alone = gyros.size() == 1;
   const auto inputs = inputs_of(gyros, settings.response);
   if (!inputs) return tl::unexpected<Error>(inputs.error());
-  const auto over = inputs->over(settings.domain, kDomainPoints);
-  if (!over) return tl::unexpected<Error>(over.error());
-  const Eigen::MatrixXd& domain = *over;
-  std::vector<simulation::ChamberProfile> others = {paper_within(settings.chamber)};
-  for (auto& simple : simple_profiles(settings.chamber, settings.hours)) others.push_back(std::move(simple));
+  const auto domain = inputs->over(settings.domain, kDomainPoints);
+  if (!domain) return tl::unexpected<Error>(domain.error());
+  const std::vector<simulation::ChamberProfile> usual = usual_profiles(settings.chamber, settings.hours);
+  Eigen::MatrixXd reachable;
+  for (const auto& profile : usual) append_columns(reachable, inputs->on(profile, kSearchWindows).inputs);
+  Posteriors known;
   // Models of other gyros saw the drift of their own recordings, which may be longer.
-  const bool own_model = gyros.size() == 1 && first.model;
-  auto posteriors = posteriors_of(gyros, domain, *inputs, others, own_model ? 0 : settings.hours);
-  if (!posteriors) return tl::unexpected<Error>(posteriors.error());
-  Posteriors& known = *posteriors;
+  const double first_h = alone && first.model ? 0 : settings.hours;
+  for (const KnownGyro& gyro : gyros) {
+    auto posterior = DesignPosterior::make(gyro, *domain, reachable, first_h);
+    if (!posterior) return tl::unexpected<Error>(posterior.error());
+    known.push_back(std::move(*posterior));
+  }
   Plan plan;
   const auto now = [&] { return together(known, [](const DesignPosterior& p) { return p.sd_deg_per_h(); }); };
-  plan.spread_deg_per_h = now();
+  const auto with = [&](const RecordedInputs& recording, int windows = 1) {
+    return together(known, [&](const DesignPosterior& p) { return p.sd_with(recording, windows); });
+  };
+  plan.made.push_back({"none: spread of the bias", kUnknown, now()});
   // Recordings of other gyros of the type show inputs and covariance, not the bias of this one.
-  std::vector<RecordedInputs> made;
-  if (gyros.size() == 1) made = first.recordings;
-  if (gyros.size() == 1 && first.gram.size() > 0) {
-    known.front().add_long_record(first);
+  const std::vector<RecordedInputs> made = alone ? first.recordings : std::vector<RecordedInputs>();
+  if (alone && first.gram.size() > 0) {
+    known.front().add_long_record();
     plan.made.push_back({"the model's recordings", kUnknown, now()});
   }
   for (const RecordedInputs& recording : made) {
-    for (DesignPosterior& p : known) p.add(recording);
-    plan.made.push_back({fmt::format("recording {}", plan.made.size() + 1), hours_of(recording), now()});
+    known.front().add(recording);
+    plan.made.push_back({fmt::format("recording {}", plan.made.size()), hours_of(recording), now()});
   }
-  plan.before_deg_per_h = now();
-  plan.sd_before = at_points(known);
-  const auto with = [&](const RecordedInputs& recording, int windows) {
-    return together(known, [&](const DesignPosterior& p) { return p.sd_with(recording, windows); });
-  };
-  if (!made.empty()) plan.repeated_deg_per_h = with(made.back(), 1);
   const double rank = static_cast<double>(std::max<Eigen::Index>(80, first.gram.rows()));
   const int most = static_cast<int>(
       std::clamp(kSearchCost / static_cast<double>(gyros.size()) / (600 * rank * rank), 100.0, 4000.0));
-  const FoundProfile found = find_profile(
+  FoundProfile found = find_profile(
       settings.chamber, settings.hours,
       [&](const simulation::ChamberProfile& p) { return with(inputs->on(p, kSearchWindows), kSearchWindows); }, most);
   if (found.profile.segments.empty())
     return make_error("--hours", fmt::format("found {} h, too short for a ramp to {} or {} degC at {} degC/min",
                                              settings.hours, settings.chamber.low_degc, settings.chamber.high_degc,
                                              settings.chamber.rate_degc_per_min));
-  plan.profile = found.profile;
+  plan.profile = std::move(found.profile);
   plan.evaluations = found.evaluations;
   plan.expected = inputs->on(plan.profile);
-  plan.after_deg_per_h = with(plan.expected, 1);
-  for (const auto& profile : others)
-    plan.others.push_back({profile.name, profile.duration_s() / 3600, with(inputs->on(profile), 1)});
-  for (DesignPosterior& p : known) p.add(plan.expected);
-  plan.sd_after = at_points(known);
-  const Eigen::Index t =
-      std::find(first.inputs.begin(), first.inputs.end(), compensation::kInputTemperature) - first.inputs.begin();
-  plan.domain_t_degc = domain.row(t);
+  plan.after_deg_per_h = with(plan.expected);
+  for (const auto& profile : usual)
+    plan.others.push_back({profile.name, profile.duration_s() / 3600, with(inputs->on(profile))});
+  if (!made.empty()) plan.others.push_back({"like the last", hours_of(made.back()), with(made.back())});
+  const auto t = std::ranges::find(first.inputs, compensation::kInputTemperature) - first.inputs.begin();
   plan.expected_t_degc = plan.expected.inputs.row(t);
   plan.assumed = fmt::format(
       "The gyro's temperature is assumed to follow the chamber with {:.0f} min, {:g} degC warmer (--thermal-lag, "

@@ -48,8 +48,8 @@ class DesignPosterior {
 
   /// Adds a recording; `windows`: number of windows in the mean of each row.
   void add(const RecordedInputs& recording, int windows = 1);
-  /// Starts from the information of a long record.
-  void add_long_record(const KnownGyro& gyro);
+  /// Starts from the information of the gyro's long record.
+  void add_long_record();
 
   /// Root of the mean square of the stated sd over the domain (extrapolation.hpp, shrunk()), deg/h, skill 1. Without a
   /// recording: the spread of the bias.
@@ -66,9 +66,7 @@ class DesignPosterior {
   compensation::Prediction predicted(Eigen::Index point, double variance) const;
   Eigen::MatrixXd features_of(const Eigen::MatrixXd& inputs) const;
 
-  compensation::CompositeVariances variances_;
-  compensation::Normalisation normalisation_;
-  compensation::BetweenRunError spread_;
+  KnownGyro gyro_;                         // its spread as set_between_runs() leaves it
   Eigen::MatrixXd points_, factor_;        // pivots, normalised; factor of their covariance
   Eigen::MatrixXd domain_features_;        // (r + 2) × M
   Eigen::VectorXd left_, bias_deg_per_h_;  // of the domain: prior variance outside the pivots; bias minus its mean
@@ -87,24 +85,23 @@ struct PlanSettings {
   std::vector<InputRange> domain;
 };
 
+/// A recording, and the sd after it.
 struct Worth {
   std::string name;
-  double hours = 0, sd_deg_per_h = 0;  ///< the sd after the recording
+  double hours = kUnknown, sd_deg_per_h = 0;
 };
 
 struct Plan {
   simulation::ChamberProfile profile;
-  double spread_deg_per_h = 0;                       ///< of the bias, without any recording
-  double before_deg_per_h = 0, after_deg_per_h = 0;  ///< sd
-  std::vector<Worth> made;                           ///< recordings so far, each with those before it
-  std::vector<Worth> others;                         ///< instead of the designed one
-  double repeated_deg_per_h = 0;                     ///< the last recording made once more; 0: none
+  std::vector<Worth> made;     ///< each recording with those before it; first: no recording
+  double after_deg_per_h = 0;  ///< sd after the designed profile
+  std::vector<Worth> others;   ///< instead of it: the paper's cycle, simple profiles, the last recording once more
   int evaluations = 0;
-  RecordedInputs expected;              ///< on the designed profile
-  Eigen::VectorXd expected_t_degc;      ///< T of its rows
-  Eigen::VectorXd domain_t_degc;        ///< T of each point of the domain
-  Eigen::VectorXd sd_before, sd_after;  ///< at each point
-  std::string assumed;                  ///< what the plan takes for granted; for the user
+  RecordedInputs expected;          ///< on the designed profile
+  Eigen::VectorXd expected_t_degc;  ///< T of its rows
+  std::string assumed;              ///< what the plan takes for granted; for the user
+
+  double before_deg_per_h() const { return made.back().sd_deg_per_h; }
 };
 
 /// `gyros`: the gyro itself, or several of its type, of which the mean square counts. Errors: those of GyroInputs and

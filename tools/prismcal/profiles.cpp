@@ -25,66 +25,54 @@ namespace {
 constexpr double kHour_s = 3600, kMinute_s = 60;
 constexpr const char* kRate = "rate";
 
-// "NAME=LOW:HIGH UNIT" or "NAME<=HIGH UNIT".
-struct Statement {
-  std::string name, unit;
-  std::optional<double> low;
-  double high = 0;
-};
-
-std::optional<Statement> statement_of(const std::string& text) {
+/// "NAME=LOW:HIGH UNIT" or "rate<=HIGH UNIT", separated by commas. `slope_s`: slopes become degC in this time.
+Result<std::vector<InputRange>> parse_ranges(const std::string& text, double slope_s, const char* where,
+                                             const char* expected) {
   constexpr std::size_t kMostChars = 64;
-  std::array<char, kMostChars> name{}, unit{};
-  double low = 0, high = 0;
-  int end = 0;
-  if (text.size() >= kMostChars) return std::nullopt;
-  const bool limit = text.find("<=") != std::string::npos;
-  const int found =
-      limit ? std::sscanf(text.c_str(), "%[^=< ] <=%lf%n%s%n", name.data(), &high, &end, unit.data(), &end)
-            : std::sscanf(text.c_str(), "%[^=< ] =%lf:%lf%n%s%n", name.data(), &low, &high, &end, unit.data(), &end);
-  if (found < (limit ? 2 : 3) || text.find_first_not_of(' ', static_cast<std::size_t>(end)) != std::string::npos ||
-      !std::isfinite(low) || !std::isfinite(high))
-    return std::nullopt;
-  return Statement{name.data(), unit.data(), limit ? std::nullopt : std::optional(low), high};
-}
-
-Result<std::vector<Statement>> statements_of(const std::string& text, const char* where, const char* expected) {
-  std::vector<Statement> all;
-  for (const std::string& part : tables::list_items(text.empty() ? " " : text)) {
-    const auto s = statement_of(part);
-    if (!s) return make_error(where, fmt::format("found \"{}\", expected {}", shortened(part), expected));
-    if (s->low && !(*s->low < s->high))
-      return make_error(
-          where, fmt::format("{}: found {}:{}, expected the lower limit first", shortened(s->name), *s->low, s->high));
-    all.push_back(*s);
+  constexpr double kColdest_degc = -200, kHottest_degc = 300;  // a gyro that meets others has a wrong unit
+  std::vector<InputRange> ranges;
+  for (const std::string& part : tables::list_items(text)) {
+    std::array<char, kMostChars> name{}, unit{};
+    double low = 0, high = 0;
+    int end = 0, missing = 1;
+    const bool is_limit = part.find("<=") != std::string::npos;
+    if (part.size() < kMostChars && is_limit)
+      missing = 2 - std::sscanf(part.c_str(), "%[^=< ] <=%lf%n%s%n", name.data(), &high, &end, unit.data(), &end);
+    else if (part.size() < kMostChars)
+      missing =
+          3 - std::sscanf(part.c_str(), "%[^=< ] =%lf:%lf%n%s%n", name.data(), &low, &high, &end, unit.data(), &end);
+    const std::string input = name.data(), stated = unit.data();
+    if (missing > 0 || part.find_first_not_of(' ', static_cast<std::size_t>(end)) != std::string::npos ||
+        is_limit != (input == kRate) || !std::isfinite(low) || !std::isfinite(high))
+      return make_error(where, fmt::format("found \"{}\", expected {}", shortened(part), expected));
+    const auto wrong = [&](const std::string& what) { return make_error(where, shortened(input) + ": found " + what); };
+    if (!(low < high)) return wrong(fmt::format("{}:{}, expected the lower limit first", low, high));
+    const bool is_slope = is_limit || compensation::is_slope(input), is_t = input == compensation::kInputTemperature;
+    if (is_slope && stated != "degC/min" && stated != "degC/s" && !(is_limit && stated.empty()))
+      return wrong(fmt::format("unit \"{}\", expected degC/min or degC/s", shortened(stated)));
+    if (is_t && !stated.empty() && stated != "degC")
+      return wrong(fmt::format("unit \"{}\", expected degC", shortened(stated)));
+    if (is_t && (low < kColdest_degc || high > kHottest_degc))
+      return wrong(fmt::format("{}:{}, expected limits within {} to {} degC", low, high, kColdest_degc, kHottest_degc));
+    if (std::ranges::count(ranges, input, &InputRange::input) > 0)
+      return make_error(where, fmt::format("found {} twice, expected it once", shortened(input)));
+    const double factor = !is_slope ? 1 : stated == "degC/s" ? slope_s : slope_s / kMinute_s;
+    ranges.push_back({input, low * factor, high * factor});
   }
-  return all;
+  return ranges;
 }
 
-// Factor to degC/s.
-std::optional<double> slope_factor(const std::string& unit) {
-  if (unit == "degC/min") return 1 / kMinute_s;
-  if (unit == "degC/s") return 1;
-  return std::nullopt;
-}
-
-simulation::ChamberProfile profile_from(const char* name, const ChamberLimits& limits) {
-  return {name, limits.start_degc, {}};
-}
-
-// A ramp at this rate, then a soak.
-void add_visit(simulation::ChamberProfile& profile, double degc, double degc_per_min, double soak_s) {
-  const double from = profile.segments.empty() ? profile.start_degc : profile.segments.back().end_degc;
-  if (from != degc) profile.segments.push_back({std::abs(degc - from) / degc_per_min * kMinute_s, degc});
-  if (soak_s > 0) profile.segments.push_back({soak_s, degc});
-}
-
-// Temperatures that no gyro meets are a wrong unit.
-Result<void> check_range(double low_degc, double high_degc, const char* where) {
-  constexpr double kColdest_degc = -200, kHottest_degc = 300;
-  if (low_degc >= kColdest_degc && high_degc <= kHottest_degc) return {};
-  return make_error(where, fmt::format("T: found {}:{}, expected limits within {} to {} degC", low_degc, high_degc,
-                                       kColdest_degc, kHottest_degc));
+/// A ramp to each temperature at this rate, then a soak there: degC and s.
+simulation::ChamberProfile visiting(const char* name, const ChamberLimits& limits, double degc_per_min,
+                                    const std::vector<std::pair<double, double>>& stops) {
+  simulation::ChamberProfile profile{name, limits.start_degc, {}};
+  double from = limits.start_degc;
+  for (const auto& [degc, soak_s] : stops) {
+    if (from != degc) profile.segments.push_back({std::abs(degc - from) / degc_per_min * kMinute_s, degc});
+    if (soak_s > 0) profile.segments.push_back({soak_s, degc});
+    from = degc;
+  }
+  return profile;
 }
 
 constexpr double kGrid_min = 1;  // durations are multiples of it
@@ -136,66 +124,49 @@ std::optional<Visits> possible(Visits visits, const ChamberLimits& limits, doubl
   return visits;
 }
 
+/// `count` visits of both ends, or of temperatures within `reach` of them, ramps at a share `speed` of the fastest.
+/// `early`: share of the soaks; 0: all at the end, 1: all before.
+Visits family_member(const ChamberLimits& limits, double total_min, std::size_t count, bool cold_first, double speed,
+                     double reach, double early) {
+  Visits visits;
+  double from = limits.start_degc, left = total_min;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double end = cold_first == (i % 2 == 0) ? limits.low_degc : limits.high_degc;
+    const double degc = std::round(limits.start_degc + reach * (end - limits.start_degc));
+    visits.push_back({degc, std::abs(degc - from) / limits.rate_degc_per_min / speed, 0});
+    from = degc;
+    left -= visits.back().ramp_min;
+  }
+  for (Visit& v : visits) v.soak_min = std::max(0.0, early * left / static_cast<double>(count));
+  return visits;
+}
+
 }  // namespace
 
+Result<std::vector<InputRange>> parse_domain(const std::string& text) {
+  return parse_ranges(text, 1, "--domain", "NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
+}
+
 Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) {
-  constexpr const char* kWhere = "--chamber";
+  constexpr const char *kWhere = "--chamber", *kExpected = "\"rate<=2 degC/min\" or \"T=-45:65\"";
+  const auto ranges = parse_ranges(text, kMinute_s, kWhere, kExpected);
+  if (!ranges) return tl::unexpected<Error>(ranges.error());
   ChamberLimits limits;
   limits.start_degc = start_degc;
-  if (!text.empty()) {
-    const auto all = statements_of(text, kWhere, "\"rate<=2 degC/min\" or \"T=-45:65\"");
-    if (!all) return tl::unexpected<Error>(all.error());
-    for (const Statement& s : *all) {
-      if (s.name == kRate && !s.low) {
-        if (!s.unit.empty() && !slope_factor(s.unit))
-          return make_error(kWhere, fmt::format("found unit \"{}\", expected degC/min or degC/s", shortened(s.unit)));
-        limits.rate_degc_per_min = s.unit == "degC/s" ? s.high * kMinute_s : s.high;
-      } else if (s.name == compensation::kInputTemperature && s.low && (s.unit.empty() || s.unit == "degC")) {
-        limits.low_degc = *s.low;
-        limits.high_degc = s.high;
-      } else {
-        return make_error(
-            kWhere, fmt::format("found \"{}\", expected \"rate<=2 degC/min\" or \"T=-45:65\"", shortened(s.name)));
-      }
+  for (const auto& [name, low, high] : *ranges) {
+    if (name == kRate) {
+      limits.rate_degc_per_min = high;
+    } else if (name == compensation::kInputTemperature) {
+      limits.low_degc = low;
+      limits.high_degc = high;
+    } else {
+      return make_error(kWhere, fmt::format("found \"{}\", expected {}", shortened(name), kExpected));
     }
   }
-  if (!(limits.rate_degc_per_min > 0))
-    return make_error(kWhere,
-                      fmt::format("found a rate of {} degC/min, expected a positive one", limits.rate_degc_per_min));
-  if (auto good = check_range(limits.low_degc, limits.high_degc, kWhere); !good)
-    return tl::unexpected<Error>(good.error());
   if (start_degc < limits.low_degc || start_degc > limits.high_degc)
     return make_error("--start", fmt::format("found {} degC, expected {} to {}, the limits of the chamber", start_degc,
                                              limits.low_degc, limits.high_degc));
   return limits;
-}
-
-Result<std::vector<InputRange>> parse_domain(const std::string& text) {
-  constexpr const char* kWhere = "--domain";
-  const auto all = statements_of(text, kWhere, "NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
-  if (!all) return tl::unexpected<Error>(all.error());
-  std::vector<InputRange> domain;
-  for (const Statement& s : *all) {
-    if (!s.low)
-      return make_error(kWhere,
-                        fmt::format("{}: found <=, expected {}=LOW:HIGH", shortened(s.name), shortened(s.name)));
-    double factor = 1;
-    if (s.name == compensation::kInputTemperature) {
-      if (!s.unit.empty() && s.unit != "degC")
-        return make_error(kWhere, fmt::format("T: found unit \"{}\", expected degC", shortened(s.unit)));
-      if (auto good = check_range(*s.low, s.high, kWhere); !good) return tl::unexpected<Error>(good.error());
-    } else if (compensation::is_slope(s.name)) {
-      const auto found = slope_factor(s.unit);
-      if (!found)
-        return make_error(kWhere, fmt::format("{}: found unit \"{}\", expected degC/min or degC/s", shortened(s.name),
-                                              shortened(s.unit)));
-      factor = *found;
-    }
-    if (std::any_of(domain.begin(), domain.end(), [&](const InputRange& r) { return r.input == s.name; }))
-      return make_error(kWhere, fmt::format("found {} twice, expected it once", shortened(s.name)));
-    domain.push_back({s.name, *s.low * factor, s.high * factor});
-  }
-  return domain;
 }
 
 std::string set_points_csv(const simulation::ChamberProfile& profile) {
@@ -208,34 +179,22 @@ std::string set_points_csv(const simulation::ChamberProfile& profile) {
   return text;
 }
 
-simulation::ChamberProfile paper_within(const ChamberLimits& limits) {
-  simulation::ChamberProfile profile = profile_from("the paper's cycle", limits);
-  const double rate = std::min(1.0, limits.rate_degc_per_min);
-  add_visit(profile, limits.start_degc, rate, 2 * kHour_s);
-  add_visit(profile, std::max(-40.0, limits.low_degc), rate, 6 * kHour_s);
-  add_visit(profile, std::min(70.0, limits.high_degc), rate, 10 * kHour_s);
-  add_visit(profile, limits.start_degc, rate, 4 * kHour_s);
-  return profile;
-}
-
-std::vector<simulation::ChamberProfile> simple_profiles(const ChamberLimits& limits, double hours) {
-  const double total_s = hours * kHour_s, fastest = limits.rate_degc_per_min;
-  const double path = limits.start_degc - limits.low_degc + limits.high_degc - limits.low_degc;
-  const auto soak_s = [&](int soaks) { return std::max(0.0, total_s - path / fastest * kMinute_s) / soaks; };
-  simulation::ChamberProfile slow = profile_from("slow ramp", limits);
-  const double rate = std::min(fastest, path / (total_s / kMinute_s));
-  add_visit(slow, limits.low_degc, rate, 0);
-  add_visit(slow, limits.high_degc, rate, 0);
-  simulation::ChamberProfile fast = profile_from("fast ramp", limits);
-  add_visit(fast, limits.low_degc, fastest, soak_s(2));
-  add_visit(fast, limits.high_degc, fastest, soak_s(2));
+std::vector<simulation::ChamberProfile> usual_profiles(const ChamberLimits& limits, double hours) {
+  const double start = limits.start_degc, low = limits.low_degc, high = limits.high_degc;
+  const double fastest = limits.rate_degc_per_min, total_s = hours * kHour_s, path = start - low + high - low;
+  const double soaks_s = std::max(0.0, total_s - path / fastest * kMinute_s);
   constexpr int kSteps = 6;
-  simulation::ChamberProfile stairs = profile_from("staircase", limits);
-  for (int k = 0; k < kSteps; ++k) {
-    const double share = static_cast<double>(k) / (kSteps - 1);
-    add_visit(stairs, limits.low_degc + share * (limits.high_degc - limits.low_degc), fastest, soak_s(kSteps));
-  }
-  return {slow, fast, stairs};
+  std::vector<std::pair<double, double>> stairs;
+  for (int k = 0; k < kSteps; ++k)
+    stairs.emplace_back(low + static_cast<double>(k) / (kSteps - 1) * (high - low), soaks_s / kSteps);
+  return {visiting("the paper's cycle", limits, std::min(1.0, fastest),
+                   {{start, 2 * kHour_s},
+                    {std::max(-40.0, low), 6 * kHour_s},
+                    {std::min(70.0, high), 10 * kHour_s},
+                    {start, 4 * kHour_s}}),
+          visiting("slow ramp", limits, std::min(fastest, path / (total_s / kMinute_s)), {{low, 0}, {high, 0}}),
+          visiting("fast ramp", limits, fastest, {{low, soaks_s / 2}, {high, soaks_s / 2}}),
+          visiting("staircase", limits, fastest, stairs)};
 }
 
 FoundProfile find_profile(const ChamberLimits& limits, double hours, const ProfileCost& cost, int max_evaluations) {
@@ -255,48 +214,31 @@ FoundProfile find_profile(const ChamberLimits& limits, double hours, const Profi
     best = {*visits, own};
     return true;
   };
-  // A member of the family with this number of visits. `early`: share of the soaks; 0: all at the end, 1: all before.
-  const auto member = [&](std::size_t count, bool cold_first, double speed, double reach, double early) {
-    Visits visits;
-    double from = limits.start_degc, left = total_min;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double end = cold_first == (i % 2 == 0) ? limits.low_degc : limits.high_degc;
-      const double degc = std::round(limits.start_degc + reach * (end - limits.start_degc));
-      visits.push_back({degc, std::abs(degc - from) / limits.rate_degc_per_min / speed, 0});
-      from = degc;
-      left -= visits.back().ramp_min;
-    }
-    for (Visit& v : visits) v.soak_min = std::max(0.0, early * left / static_cast<double>(count));
-    return visits;
-  };
+  // Changes one temperature (by 16 degC times the step), or moves time from one part to another (48 min), while that
+  // helps.
   const auto part = [](Visits& visits, std::size_t i) -> double& {
     return i % 2 ? visits[i / 2].soak_min : visits[i / 2].ramp_min;
   };
-  const auto change = [&](Tried& best, std::size_t i, double by_degc) {
-    Visits changed = best.visits;
-    changed[i].degc += by_degc;
-    return improve(best, changed);
-  };
-  const auto move = [&](Tried& best, std::size_t from, std::size_t to, double minutes) {
-    Visits changed = best.visits;
-    const double taken = std::min(minutes, part(changed, from));
-    if (taken < kGrid_min) return false;
-    part(changed, from) -= taken;
-    part(changed, to) += taken;
-    return improve(best, changed);
-  };
-  // Changes one temperature (by 16 degC times the step), or moves time from one part to another (48 min), while that
-  // helps.
   const auto polish = [&](Tried& best, std::initializer_list<double> steps) {
     for (const double step : steps) {
       bool better = true;
       for (int round = 0; better && round < 3; ++round) {
         better = false;
-        for (std::size_t i = 0; i < best.visits.size(); ++i)
-          better |= change(best, i, -16 * step) || change(best, i, 16 * step);
+        for (std::size_t i = 0; i < best.visits.size(); ++i) {
+          Visits colder = best.visits, warmer = best.visits;
+          colder[i].degc -= 16 * step;
+          warmer[i].degc += 16 * step;
+          better |= improve(best, colder) || improve(best, warmer);
+        }
         for (std::size_t from = 0; from < 2 * best.visits.size(); ++from) {
-          for (std::size_t to = 0; to < 2 * best.visits.size(); ++to)
-            better |= from != to && move(best, from, to, 48 * step);
+          for (std::size_t to = 0; to < 2 * best.visits.size(); ++to) {
+            Visits changed = best.visits;
+            const double taken = std::min(48 * step, part(changed, from));
+            if (from == to || taken < kGrid_min) continue;
+            part(changed, from) -= taken;
+            part(changed, to) += taken;
+            better |= improve(best, changed);
+          }
         }
       }
     }
@@ -307,12 +249,12 @@ FoundProfile find_profile(const ChamberLimits& limits, double hours, const Profi
       for (const double speed : {1.0, 0.5, 0.25}) {
         for (const double reach : {1.0, 0.8}) {
           for (const double early : {0.0, 0.5, 1.0})
-            improve(starts[count - 1], member(count, cold_first, speed, reach, early));
+            improve(starts[count - 1], family_member(limits, total_min, count, cold_first, speed, reach, early));
         }
       }
     }
   }
-  std::stable_sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  std::ranges::stable_sort(starts, {}, &Tried::cost);
   Tried best;
   for (Tried& start : starts) {
     if (!std::isfinite(start.cost)) continue;
@@ -320,9 +262,7 @@ FoundProfile find_profile(const ChamberLimits& limits, double hours, const Profi
     if (start.cost < best.cost) best = std::move(start);
   }
   polish(best, {0.125, 0.0625});
-  FoundProfile found{{"designed", limits.start_degc, {}}, best.cost, evaluations};
-  if (!best.visits.empty()) found.profile = profile_of(best.visits, limits);
-  return found;
+  return {profile_of(best.visits, limits), best.cost, evaluations};
 }
 
 // Inputs on a profile.
@@ -333,13 +273,10 @@ constexpr double kSlowTime_s = 4 * 3600;  // of the heat deep in the gyro, which
 constexpr double kStep_s = 10;
 constexpr std::uint64_t kSeed = 1;
 
+/// -1: not among them.
 Eigen::Index place_of(const std::vector<std::string>& names, const std::string& name) {
   const auto at = std::find(names.begin(), names.end(), name);
   return at == names.end() ? -1 : at - names.begin();
-}
-
-bool follows_from_temperature(const std::string& name) {
-  return name == compensation::kInputTemperature || name == compensation::kInputSlope;
 }
 
 // T minus its exponential mean over kSlowTime_s, at each row.
@@ -383,32 +320,30 @@ Result<GyroInputs> GyroInputs::make(std::vector<std::string> names, const compen
   const Eigen::Index t = place_of(made.names_, compensation::kInputTemperature),
                      slope = place_of(made.names_, compensation::kInputSlope);
   if (t < 0) return make_error("inputs", fmt::format("found {}, expected T among them", fmt::join(made.names_, ", ")));
+  Eigen::MatrixXd values;  // of all recordings
+  Eigen::MatrixX4d terms;
+  for (const RecordedInputs& r : recorded) {
+    const Eigen::VectorXd temperature = r.inputs.row(t);
+    append_columns(values, r.inputs);
+    Eigen::MatrixX4d part = Eigen::MatrixX4d::Zero(r.inputs.cols(), 4);
+    part.col(0).setOnes();
+    part.col(1) = temperature;
+    if (slope >= 0) part.col(2) = r.inputs.row(slope).transpose();
+    part.col(3) = slow_part(temperature, r.time_h);
+    terms.conservativeResize(values.cols(), 4);
+    terms.bottomRows(part.rows()) = part;
+  }
   for (std::size_t j = 0; j < made.names_.size(); ++j) {
-    if (follows_from_temperature(made.names_[j])) continue;
+    if (static_cast<Eigen::Index>(j) == t || static_cast<Eigen::Index>(j) == slope) continue;
     if (recorded.empty())
       return make_error("inputs", fmt::format("{} does not follow from the chamber's temperature: design needs a model "
                                               "with its recordings, or --prior",
                                               made.names_[j]));
-    Eigen::Index rows = 0;
-    for (const RecordedInputs& r : recorded) rows += r.inputs.cols();
-    Eigen::MatrixX4d terms(rows, 4);
-    Eigen::VectorXd value(rows);
-    Eigen::Index at = 0;
-    for (const RecordedInputs& r : recorded) {
-      const Eigen::Index n = r.inputs.cols();
-      const Eigen::VectorXd temperature = r.inputs.row(t);
-      auto part = terms.middleRows(at, n);
-      part.col(0).setOnes();
-      part.col(1) = temperature;
-      part.col(2).setZero();
-      if (slope >= 0) part.col(2) = r.inputs.row(slope).transpose();
-      part.col(3) = slow_part(temperature, r.time_h);
-      value.segment(at, n) = r.inputs.row(static_cast<Eigen::Index>(j)).transpose();
-      at += n;
-    }
     Line& line = made.lines_[j];
+    const Eigen::VectorXd value = values.row(static_cast<Eigen::Index>(j)).transpose();
     line.slope = terms.completeOrthogonalDecomposition().solve(value);
     const Eigen::VectorXd left = value - terms * line.slope;
+    const Eigen::Index rows = left.size();
     line.sd = std::sqrt(left.squaredNorm() / static_cast<double>(rows));
     if (line.sd > 0)
       line.kept = std::clamp(left.head(rows - 1).dot(left.tail(rows - 1)) / left.squaredNorm(), 0.0, 0.999);

@@ -26,24 +26,22 @@ struct InputRange {
   double low = 0, high = 0;  ///< low < high
 };
 
-/// "rate<=2 degC/min, T=-45:65"; a missing part keeps its default. Errors: an unknown name or unit, a range whose
-/// limits are not in order, a rate that is not positive, a range beyond −200 to
-/// 300 degC, a start outside the range.
-Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc);
-
-/// "T=-40:60, dTdt=-1:1 degC/min": NAME=LOW:HIGH and a unit, which slopes need (degC/min or degC/s). Errors: as above,
-/// an input named twice, no range.
+/// "T=-40:60, dTdt=-1:1 degC/min": NAME=LOW:HIGH and a unit, which slopes need (degC/min or degC/s). Errors: another
+/// unit, a range whose limits are not in order, a T beyond −200 to 300 degC, a name twice.
 Result<std::vector<InputRange>> parse_domain(const std::string& text);
+
+/// "rate<=2 degC/min, T=-45:65"; a missing part keeps its default. Errors: as above, another name, a start outside the
+/// range.
+Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc);
 
 /// The set-points of a profile, "time_s,temperature_degc": one row per end of a segment, the chamber goes from one to
 /// the next in a straight line.
 std::string set_points_csv(const simulation::ChamberProfile& profile);
 
-/// The paper's cycle within the limits: its plateaus, the ramps as fast as 1 degC/min or the chamber.
-simulation::ChamberProfile paper_within(const ChamberLimits& limits);
-/// Profiles that a user would run without a plan: one slow ramp to each end, the same at full speed with soaks, and a
+/// Profiles that a user would run without a plan: the paper's cycle within the limits (its plateaus, the ramps as fast
+/// as 1 degC/min or the chamber); of `hours`, one slow ramp to each end, the same at full speed with soaks, and a
 /// staircase over the range.
-std::vector<simulation::ChamberProfile> simple_profiles(const ChamberLimits& limits, double hours);
+std::vector<simulation::ChamberProfile> usual_profiles(const ChamberLimits& limits, double hours);
 
 /// The value of a profile, to be minimised; pure.
 using ProfileCost = std::function<double(const simulation::ChamberProfile&)>;

@@ -72,7 +72,8 @@ std::vector<Way> ways_of(const std::vector<design::KnownGyro>& gyros) {
   settings.hours = kHours;
   const design::Plan plan = checked(design::plan_recording(gyros, settings));
   std::vector<Way> ways = {{plan.profile}, {simulation::paper_profile()}};
-  for (auto& simple : design::simple_profiles(settings.chamber, kHours)) ways.push_back({std::move(simple)});
+  auto usual = design::usual_profiles(settings.chamber, kHours);
+  for (std::size_t i = 1; i < usual.size(); ++i) ways.push_back({std::move(usual[i])});
   predict_sd(gyros, ways);
   return ways;
 }

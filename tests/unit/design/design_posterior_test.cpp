@@ -149,7 +149,7 @@ TEST(DesignPosterior, ContinuesALongRecord) {
   ASSERT_TRUE(long_record) << long_record.error().text();
   auto posterior = DesignPosterior::make(*long_record, domain(), domain(), 0);
   ASSERT_TRUE(posterior) << posterior.error().text();
-  posterior->add_long_record(*long_record);
+  posterior->add_long_record();
   const Eigen::VectorXd sd = posterior->sd_at_points();
   for (Eigen::Index i = 0; i < sd.size(); ++i) {
     const Eigen::VectorXd at = domain().col(i);
