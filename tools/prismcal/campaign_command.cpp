@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -42,38 +43,27 @@ Result<Choice> parse_options(std::vector<std::string> words, void (*add)(CLI::Ap
   return choice;
 }
 
-Result<void> check_model(const std::vector<std::string>& words) {
-  const auto choice = parse_options(words, add_train_options);
-  if (!choice) return tl::unexpected<Error>(choice.error());
-  auto settings = settings_of(choice->method);
-  if (!settings) return make_error("", settings.error().text());
-  const auto names = tables::list_items(choice->inputs);
-  const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
-  if (!terms) return make_error("", terms.error().text());
-  if (!choice->prior.empty() || !choice->recordings.source.config.empty())
-    return make_error("", "found prior or config, expected neither: their files are not inputs of a task");
-  if (!choice->serial.empty())
-    return make_error("", "found serial, expected none: a model is bound to the serial number in its recordings");
-  return {};
-}
-
-Result<void> check_judging(const std::vector<std::string>& words) {
-  const auto choice = parse_options(words, add_common_options);
-  if (!choice) return tl::unexpected<Error>(choice.error());
-  if (!choice->fallback.empty() || !choice->source.config.empty())
-    return make_error("", "found fallback or config, expected neither: their files are not inputs of a task");
-  const auto correction = correction_settings(*choice);
-  if (!correction) return make_error("", correction.error().text());
-  return {};
-}
-
+/// Errors: options that contradict each other, or that name files, which are not inputs of a task.
 Result<void> check_options(const LotFile& file) {
   for (const campaign::ModelChoice& model : file.models) {
-    if (const auto good = check_model(model.words); !good)
-      return make_error(fmt::format("{}:/models/{}", file.path, model.name), good.error().what);
+    const std::string where = fmt::format("{}:/models/{}", file.path, model.name);
+    const auto choice = parse_options(model.words, add_train_options);
+    if (!choice) return make_error(where, choice.error().what);
+    auto settings = settings_of(choice->method);
+    if (!settings) return make_error(where, settings.error().text());
+    const auto names = tables::list_items(choice->inputs);
+    const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
+    if (!terms) return make_error(where, terms.error().text());
+    if (!choice->prior.empty() || !choice->recordings.source.config.empty())
+      return make_error(where, "found prior or config, expected neither: their files are not inputs of a task");
+    if (!choice->serial.empty())
+      return make_error(where, "found serial, expected none: a model is bound to the serial number in its recordings");
   }
-  if (const auto good = check_judging(file.judging); !good)
-    return make_error(file.path + ":/judging", good.error().what);
+  const std::string where = file.path + ":/judging";
+  const auto choice = parse_options(file.judging, add_common_options);
+  if (!choice) return make_error(where, choice.error().what);
+  if (!choice->fallback.empty() || !choice->source.config.empty())
+    return make_error(where, "found fallback or config, expected neither: their files are not inputs of a task");
   return {};
 }
 
@@ -155,22 +145,20 @@ void print_commands(const Lot& lot, const LotFile& file) {
 
 /// How many tasks are done, those that were refused or failed, or `all`, and what is left out.
 int print_status(const Lot& lot, bool all) {
-  std::size_t done = 0, failed = 0;
+  std::map<std::string_view, std::size_t> counts;
   std::string lines;
   for (const Task& task : lot.tasks) {
-    done += task.done();
-    failed += !task.done() && !task.violations.empty();
-    const std::string why =
-        task.done() ? task.json.value("why", "") : fmt::format("{}", fmt::join(task.violations, ""));
-    const char* const state = task.refused() ? "refused" : task.done() ? "done" : why.empty() ? "to do" : "failed";
+    const std::string_view state = task.state();
+    ++counts[state];
+    const std::string why = state == "refused" || state == "failed" ? ": " + task.violations.front() : "";
     if (all || !why.empty())
-      lines += fmt::format("{}: {}, {}{}{}\n", state, printable(task.gyro()), printable(task.model()),
-                           why.empty() ? "" : ": ", printable(why));
+      lines += fmt::format("{}: {}, {}{}\n", state, printable(task.gyro()), printable(task.model()), printable(why));
   }
   for (const auto& [what, why] : lot.left_out)
     lines += fmt::format("left out: {}: {}\n", printable(what), printable(why));
-  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n{}", done, lot.tasks.size(), failed,
-             lot.tasks.size() - done - failed, lines);
+  const std::size_t failed = counts["failed"], to_do = counts["to do"];
+  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n{}", lot.tasks.size() - failed - to_do,
+             lot.tasks.size(), failed, to_do, lines);
   return failed == 0 || all ? 0 : 1;
 }
 
@@ -184,21 +172,13 @@ Result<int> collect(const LotFile& file, const Lot& lot) {
   CommonOptions options;
   options.out = file.folder + "/report";
   const auto report = campaign::lot_report(file, lot, previous ? &*previous : nullptr);
-  if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
   const std::string folder = file.folder + "/accepted";
-  const auto accepted = campaign::install_models(file, lot, folder, false);
+  const auto accepted =
+      write_report(report, options).and_then([&] { return campaign::install_models(file, lot, folder, false); });
   if (!accepted) return tl::unexpected<Error>(accepted.error());
   fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, folder);
   if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
   return std::ranges::all_of(lot.tasks, &Task::done) ? 0 : 1;
-}
-
-Result<int> install(const LotFile& file, const Lot& lot, const std::string& folder) {
-  const auto installed = campaign::install_models(file, lot, folder, true);
-  if (!installed) return tl::unexpected<Error>(installed.error());
-  fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
-             folder, installed->kept, lot.tasks.size() - std::ranges::count_if(lot.tasks, &Task::done));
-  return 0;
 }
 
 Result<int> run_campaign(const CampaignChoice& choice) {
@@ -210,17 +190,16 @@ Result<int> run_campaign(const CampaignChoice& choice) {
   }
   for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
   if (!choice.task.empty()) {
-    const auto plan = campaign::read_plan(file->folder, choice.task);
-    if (!plan) return tl::unexpected<Error>(plan.error());
-    if (auto done = campaign::run_task(*file, plan->tasks.front(), run_work); !done)
-      return tl::unexpected<Error>(done.error());
-    return 0;
+    return campaign::read_plan(file->folder, choice.task)
+        .and_then([&](const Lot& plan) { return campaign::run_task(*file, plan.tasks.front(), run_work); })
+        .map([] { return 0; });
   }
   if (choice.plan || !choice.engine.empty()) {
-    const auto plan = check_options(*file).and_then([&] { return campaign::make_plan(*file); });
-    if (!plan) return tl::unexpected<Error>(plan.error());
-    if (auto written = campaign::write_plan(file->folder, *plan); !written)
-      return tl::unexpected<Error>(written.error());
+    const auto written =
+        check_options(*file).and_then([&] { return campaign::make_plan(*file); }).and_then([&](const Lot& plan) {
+          return campaign::write_plan(file->folder, plan);
+        });
+    if (!written) return tl::unexpected<Error>(written.error());
   } else if (!choice.status && !choice.collect && choice.install.empty()) {
     return make_error("campaign",
                       "found no action, expected --engine print and a program that runs its lines "
@@ -230,7 +209,12 @@ Result<int> run_campaign(const CampaignChoice& choice) {
   if (!lot) return tl::unexpected<Error>(lot.error());
   if (!choice.engine.empty()) return print_commands(*lot, *file), 0;
   if (choice.plan || choice.status) return print_status(*lot, choice.plan);
-  return choice.collect ? collect(*file, *lot) : install(*file, *lot, choice.install);
+  if (choice.collect) return collect(*file, *lot);
+  const auto installed = campaign::install_models(*file, *lot, choice.install, true);
+  if (!installed) return tl::unexpected<Error>(installed.error());
+  fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
+             choice.install, installed->kept, lot->tasks.size() - std::ranges::count_if(lot->tasks, &Task::done));
+  return 0;
 }
 
 /// The engines of versions up to 0.3 name their replacement.

@@ -38,8 +38,10 @@ std::optional<double> number_of(const Json& value) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-void add_violations(const std::string& where, const std::vector<Limit>& limits, const std::vector<Measured>& measured,
+void add_violations(const std::string& where, const std::vector<Limit>& limits, const Json& values,
                     std::vector<std::string>& violations) {
+  std::vector<Measured> measured;
+  for (const auto& [quantity, value] : values.items()) measured.push_back({quantity, "", number_of(value)});
   for (const analysis::LimitCheck& check : analysis::check_limits(limits, measured)) {
     const auto& value = check.measured.value;
     if (!check.pass)
@@ -51,20 +53,16 @@ void add_violations(const std::string& where, const std::vector<Limit>& limits, 
 
 void add_quality_violations(const Json& quality, const LotLimits& limits, std::vector<std::string>& violations) {
   const std::string grade = quality.at("verdict");
-  std::vector<Measured> found;
+  Json values = {{"quantised", 0}};  // it is listed only if the rate has steps
   std::vector<std::string> names;
   for (const auto& finding : quality.at("findings")) {
-    found.push_back({finding.at("name"), "", number_of(finding.at("value"))});
+    values[finding.at("name").get<std::string>()] = finding.at("value");
     if (finding.at("verdict") != "pass") names.push_back(finding.at("name"));
   }
   if (grade == "refuse" || (grade == "warn" && !limits.warnings_pass))
     violations.push_back(fmt::format("data quality: {} ({}), expected {}", grade, fmt::join(names, ", "),
                                      limits.warnings_pass ? "warn" : "pass"));
-  std::vector<Limit> applicable = limits.quality;
-  const auto is_quantised = [](const auto& named) { return named.quantity == "quantised"; };
-  // It is listed only if the rate has steps.
-  if (std::none_of(found.begin(), found.end(), is_quantised)) std::erase_if(applicable, is_quantised);
-  add_violations("data quality", applicable, found, violations);
+  add_violations("data quality", limits.quality, values, violations);
 }
 
 std::string limits_text(const std::vector<Limit>& limits) {
@@ -76,10 +74,11 @@ std::string limits_text(const std::vector<Limit>& limits) {
 // Comparison of gyros.
 
 constexpr const char* kMean = "mean_of_training_deg_per_h";
+constexpr std::string_view kImprovement = "improvement_percent";
 /// The quantities by which gyros are compared, with their units.
 constexpr std::array<std::pair<const char*, const char*>, 6> kQuantities{{{"before_deg_per_h", "deg/h"},
                                                                           {"bias_stability_deg_per_h", "deg/h"},
-                                                                          {"improvement_percent", "%"},
+                                                                          {kImprovement.data(), "%"},
                                                                           {"hysteresis_gap_deg_per_h", "deg/h"},
                                                                           {"within_two_sd_percent", "%"},
                                                                           {kMean, "deg/h"}}};
@@ -94,17 +93,6 @@ std::optional<double> value_of(const Task& result, const std::string& quantity) 
     if (run.at("role") == kRepeat && value) sum += *value, ++count;
   }
   return count > 0 ? std::optional(sum / count) : std::nullopt;
-}
-
-/// The values of a quantity of all gyros with one model, in increasing order.
-std::vector<double> spread_of(const Lot& lot, const std::string& model, const char* quantity) {
-  std::vector<double> values;
-  for (const Task& task : lot.tasks) {
-    const auto value = task.model() == model ? value_of(task, quantity) : std::nullopt;
-    if (value) values.push_back(*value);
-  }
-  std::sort(values.begin(), values.end());
-  return values;
 }
 
 /// Of values in increasing order, with linear interpolation.
@@ -127,19 +115,17 @@ Table models_table(const LotFile& file, const Lot& lot) {
   Table table{"models", "The lot by model", "Installed: the first accepted model of each gyro, in this order.",
               columns("model: | options: | accepted | rejected | refused | without a result | installed")};
   const auto installed = chosen(lot, file.models);
-  std::set<std::string> gyros;
   for (const ModelChoice& model : file.models) {
-    std::array<std::size_t, 5> counts{};
-    for (const Task& task : lot.tasks) {
-      if (task.done()) gyros.insert(task.gyro());
-      if (task.model() == model.name) ++counts[!task.done() ? 3 : task.accepted() ? 0 : task.refused() ? 2 : 1];
-    }
-    for (const auto& [gyro, result] : installed) counts[4] += result->model() == model.name;
+    std::map<std::string, std::size_t> counts;
+    for (const Task& task : lot.tasks) counts[task.model() == model.name ? task.state() : "of another model"]++;
+    for (const auto& [gyro, result] : installed) counts["installed"] += result->model() == model.name;
     std::vector<Cell>& row = table.rows.emplace_back();
     row = {model.name, fmt::format("{}", fmt::join(model.words, " "))};
-    for (const std::size_t count : counts) row.push_back(count_cell(count));
+    counts["without"] = counts["failed"] + counts["to do"];
+    for (const char* state : {"accepted", "rejected", "refused", "without", "installed"})
+      row.push_back(count_cell(counts[state]));
   }
-  table.meaning = fmt::format("{} of {} have an accepted model.", installed.size(), counted(gyros.size(), "gyro"));
+  table.meaning = fmt::format("Gyros with an accepted model: {}.", installed.size());
   return table;
 }
 
@@ -151,50 +137,25 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
                       "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
   std::size_t accepted = 0;
   for (const Task& task : lot.tasks) {
-    accepted += task.accepted();
-    const Cell verdict = task.accepted()  ? Cell("accepted", Emphasis::kGood)
-                         : task.refused() ? Cell("refused", Emphasis::kBad)
-                         : task.done()    ? Cell("rejected", Emphasis::kBad)
-                                          : Cell("no result", Emphasis::kWarn);
-    std::vector<Cell>& row = table.rows.emplace_back(std::vector<Cell>{gyro_cell(file, task), task.model(), verdict});
+    const std::string state = task.state();
+    accepted += state == "accepted";
+    const Emphasis emphasis = state == "accepted" ? Emphasis::kGood : task.done() ? Emphasis::kBad : Emphasis::kWarn;
+    std::vector<Cell>& row = table.rows.emplace_back();
+    row = {gyro_cell(file, task), task.model(), {state, emphasis}};
     std::size_t repeats = 0;
     for (const Json& run : task.json.value("judged", Json::array())) repeats += run.at("role") == kRepeat;
     row.push_back(task.done() ? count_cell(repeats) : Cell(report::kNothing));
     for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(task, kQuantities[i].first), 4));
-    const bool waits = !task.done() && task.violations.empty();
-    row.emplace_back(waits ? "not run yet" : fmt::format("{}", fmt::join(task.violations, "; ")));
+    row.emplace_back(fmt::format("{}", fmt::join(task.violations, "; ")));
     row.emplace_back(task.json.value("id", report::kNothing).substr(0, 12), Emphasis::kMuted);
   }
   table.meaning = fmt::format("{} of {} are accepted.", accepted, counted(table.rows.size(), "model"));
   return table;
 }
 
-/// The improvements of the first model that has some.
-std::string lot_meaning(const LotFile& file, const Lot& lot) {
-  for (const ModelChoice& model : file.models) {
-    const std::vector<double> spread = spread_of(lot, model.name, "improvement_percent");
-    if (!spread.empty())
-      return fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.",
-                         model.name, quantile(spread, 0.5), quantile(spread, 0.05));
-  }
-  return "No gyro has an improvement.";
-}
-
-/// The gyros more than kScore robust sd from the median; none of a few.
-std::vector<std::string> outliers(const Lot& lot, const std::string& model, const char* quantity,
-                                  const std::vector<double>& spread) {
+Table spread_table(const LotFile& file, const Lot& lot) {
   constexpr std::size_t kMinValues = 8;
   constexpr double kScore = 3.5;  // Iglewicz and Hoaglin 1993
-  const double sd = spread.size() < kMinValues ? 0 : evaluation::robust_sd(spread);
-  std::vector<std::string> names;
-  for (const Task& task : lot.tasks) {
-    const auto value = task.model() == model && sd > 0 ? value_of(task, quantity) : std::nullopt;
-    if (value && std::abs(*value - quantile(spread, 0.5)) > kScore * sd) names.push_back(task.gyro());
-  }
-  return names;
-}
-
-Table spread_table(const LotFile& file, const Lot& lot) {
   Table table{"spread", "Distributions over the lot",
               "Robust sd: 1.4826 × median absolute deviation. Outliers: more than 3.5 robust sd from the median; for "
               "eight or more gyros.",
@@ -202,16 +163,32 @@ Table spread_table(const LotFile& file, const Lot& lot) {
                       "outliers:")};
   for (const ModelChoice& model : file.models) {
     for (const auto& [quantity, unit] : kQuantities) {
-      const std::vector<double> spread = spread_of(lot, model.name, quantity);
-      if (spread.empty()) continue;
-      std::vector<Cell> row = {model.name, quantity, unit, count_cell(spread.size())};
-      for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(quantile(spread, share), 4));
-      row.push_back(general_cell(evaluation::robust_sd(spread), 4));
-      row.emplace_back(fmt::format("{}", fmt::join(outliers(lot, model.name, quantity, spread), ", ")));
-      table.rows.push_back(std::move(row));
+      std::vector<std::pair<double, std::string>> known;
+      for (const Task& task : lot.tasks) {
+        if (task.model() != model.name) continue;
+        if (const auto value = value_of(task, quantity)) known.emplace_back(*value, task.gyro());
+      }
+      if (known.empty()) continue;
+      std::vector<double> values;
+      for (const auto& [value, gyro] : known) values.push_back(value);
+      std::ranges::sort(values);
+      const double median = quantile(values, 0.5), sd = evaluation::robust_sd(values);
+      std::vector<std::string> outliers;
+      for (const auto& [value, gyro] : known) {
+        if (known.size() >= kMinValues && sd > 0 && std::abs(value - median) > kScore * sd) outliers.push_back(gyro);
+      }
+      std::vector<Cell>& row = table.rows.emplace_back();
+      row = {model.name, quantity, unit, count_cell(values.size())};
+      for (const double share : {0.0, 0.05, 0.5, 0.95, 1.0}) row.push_back(general_cell(quantile(values, share), 4));
+      row.push_back(general_cell(sd, 4));
+      row.emplace_back(fmt::format("{}", fmt::join(outliers, ", ")));
+      if (table.meaning.empty() && quantity == kImprovement)
+        table.meaning =
+            fmt::format("Model {} improves the median gyro by {:.0f} %, 19 of 20 gyros by {:.0f} % or more.",
+                        model.name, median, quantile(values, 0.05));
     }
   }
-  table.meaning = lot_meaning(file, lot);
+  if (table.meaning.empty()) table.meaning = "No gyro has an improvement.";
   return table;
 }
 
@@ -252,12 +229,6 @@ std::string file_name_of(const Task& task) {
   return fmt::format("{}{}.json", name.starts_with(".") ? "_" : "", name);
 }
 
-std::string requested_by(const LotFile& file) {
-  if (!file.asked_by.empty()) return file.asked_by;
-  const passwd* user = ::getpwuid(::getuid());
-  return user ? user->pw_name : fmt::format("user {}", ::getuid());
-}
-
 /// Reads the model of a result. Errors: it is not the model that was evaluated, or belongs to another gyro.
 Result<std::string> model_text_of(const LotFile& file, const Task& result) {
   const std::string path = task_folder(file.folder, result.id()) + "/model.json";
@@ -291,59 +262,16 @@ Result<Json> old_entries(const std::string& folder) {
   return json["models"];
 }
 
-/// Writes the models and the manifest into `made`, a new folder that will replace `folder`.
-Result<InstalledModels> fill(const LotFile& file, const Lot& lot, const std::string& made, const std::string& folder,
-                             bool keep_others) {
-  InstalledModels installed;
-  Json manifest = {
-      {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
-  std::error_code error;
-  const auto is_there = [&](const std::string& name) { return fs::exists(fs::path(made) / name, error); };
-  const auto add = [&](const Result<std::string>& text, Json entry) -> Result<void> {
-    if (!text) return tl::unexpected<Error>(text.error());
-    const std::string name = entry["file"];
-    if (!entry.contains("sha256")) entry["sha256"] = sha256_hex(*text);
-    manifest["models"].push_back(std::move(entry));
-    return write_text_file((fs::path(made) / name).string(), *text);
-  };
-  for (const auto& [gyro, result] : chosen(lot, file.models)) {
-    const std::string name = file_name_of(*result);
-    if (is_there(name) || name == kManifest)
-      return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
-    Json entry = {
-        {"file", name}, {"campaign", file.name}, {"asked_by", requested_by(file)}, {"limits", file.limits.stated}};
-    entry.update(result->json);
-    if (auto done = add(model_text_of(file, *result), std::move(entry)); !done)
-      return tl::unexpected<Error>(done.error());
-    ++installed.models;
-  }
-  const auto others = old_entries(folder);
-  if (!others) return tl::unexpected<Error>(others.error());
-  for (const Json& entry : *others) {
-    const std::string name = entry.is_object() ? entry.value("file", "") : "";
-    if (!keep_others || name.empty() || name.find('/') != std::string::npos || is_there(name)) continue;
-    if (auto done = add(read_text_file((fs::path(folder) / name).string(), kMaxModelBytes), entry); !done)
-      return tl::unexpected<Error>(done.error());
-    ++installed.kept;
-  }
-  if (auto done = write_text_file(made + "/" + kManifest, json_text(manifest, 1) + "\n"); !done)
-    return tl::unexpected<Error>(done.error());
-  return installed;
-}
-
 }  // namespace
 
 std::vector<std::string> find_violations(const Task& result, const LotLimits& limits) {
-  if (result.refused()) return {"refused: " + result.json.at("why").get<std::string>()};
+  if (!result.trained()) return {"refused: " + result.json.at("why").get<std::string>()};
   std::vector<std::string> violations;
   for (const Json& quality : result.json.at("data_quality")) add_quality_violations(quality, limits, violations);
   for (const Json& run : result.json.at("judged")) {
     const std::string where =
         fmt::format("{} {}", run.at("role").get<std::string>(), run.at("recording").get<std::string>());
-    std::vector<Measured> measured;
-    for (const auto& [quantity, value] : run.at("measured").items())
-      measured.push_back({quantity, "", number_of(value)});
-    add_violations(where, run.at("role") == kRepeat ? limits.repeat : limits.other, measured, violations);
+    add_violations(where, run.at("role") == kRepeat ? limits.repeat : limits.other, run.at("measured"), violations);
     const std::string trained_on = run.at("trained_on");
     if (!trained_on.empty()) violations.push_back(fmt::format("{}: not a test: {}", where, trained_on));
   }
@@ -354,7 +282,8 @@ std::map<std::string, const Task*> chosen(const Lot& lot, const std::vector<Mode
   std::map<std::string, const Task*> chosen;
   for (const ModelChoice& model : models) {
     for (const Task& task : lot.tasks) {
-      if (task.accepted() && task.model() == model.name) chosen.try_emplace(task.gyro(), &task);
+      if (task.state() == std::string_view("accepted") && task.model() == model.name)
+        chosen.try_emplace(task.gyro(), &task);
     }
   }
   return chosen;
@@ -364,8 +293,8 @@ namespace {
 
 /// Throws if a key that the report needs is missing or has another type.
 void check_keys(const Task& result) {
-  for (const char* key : {"level", "outcome", result.refused() ? "why" : "id"}) result.json.at(key).get<std::string>();
-  if (result.refused()) return;
+  for (const char* key : {"level", "outcome", result.trained() ? "id" : "why"}) result.json.at(key).get<std::string>();
+  if (!result.trained()) return;
   result.json.at("simulated").get<bool>();
   for (const auto& [quantity, unit] : kQuantities) value_of(result, quantity);
 }
@@ -439,16 +368,52 @@ Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, cons
   std::string target = fs::absolute(folder, error).lexically_normal().string();
   while (target.size() > 1 && target.back() == '/') target.pop_back();
   if (fs::is_symlink(target, error)) target = fs::canonical(target, error).string();
+  std::map<std::string, std::string> texts;  // by file name
+  Json manifest = {
+      {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
+  const passwd* user = ::getpwuid(::getuid());
+  const std::string uid = fmt::format("user {}", ::getuid());
+  for (const auto& [gyro, result] : chosen(lot, file.models)) {
+    const std::string name = file_name_of(*result);
+    if (texts.contains(name) || name == kManifest)
+      return make_error(name, fmt::format("found a second gyro with this file name ({}), expected unique names", gyro));
+    const auto text = model_text_of(file, *result);
+    if (!text) return tl::unexpected<Error>(text.error());
+    texts[name] = *text;
+    manifest["models"].push_back({{"file", name},
+                                  {"campaign", file.name},
+                                  {"asked_by", !file.asked_by.empty() ? file.asked_by
+                                               : user                 ? user->pw_name
+                                                                      : uid},
+                                  {"limits", file.limits.stated}});
+    manifest["models"].back().update(result->json);
+    manifest["models"].back()["sha256"] = sha256_hex(*text);
+  }
+  InstalledModels installed{texts.size()};
+  const auto others = old_entries(target);
+  if (!others) return tl::unexpected<Error>(others.error());
+  for (const Json& entry : *others) {
+    const std::string name = entry.is_object() ? entry.value("file", "") : "";
+    if (!keep_others || name.empty() || name.find('/') != std::string::npos || texts.contains(name)) continue;
+    const auto text = read_text_file((fs::path(target) / name).string(), kMaxModelBytes);
+    if (!text) return tl::unexpected<Error>(text.error());
+    texts[name] = *text;
+    manifest["models"].push_back(entry);
+    ++installed.kept;
+  }
+  texts[kManifest] = json_text(manifest, 1) + "\n";
   const std::string made = fmt::format("{}.{}.new", target, ::getpid());
   fs::remove_all(made, error);
-  if (!fs::create_directories(made, error)) return make_error(made, error ? error.message() : "cannot be created");
-  auto installed = fill(file, lot, made, target, keep_others);
+  Result<void> done;
+  if (!fs::create_directories(made, error)) done = make_error(made, error ? error.message() : "cannot be created");
+  for (const auto& [name, text] : texts)
+    if (done) done = write_text_file((fs::path(made) / name).string(), text);
   const bool exists = fs::exists(target, error);
-  if (installed && (exists ? ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE)
-                           : ::rename(made.c_str(), target.c_str())) != 0)
-    installed = make_error(target, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(errno)));
-  if (!installed || exists) fs::remove_all(made, error);
-  return installed;
+  if (done && (exists ? ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE)
+                      : ::rename(made.c_str(), target.c_str())) != 0)
+    done = make_error(target, fmt::format("cannot be exchanged atomically: {}; unchanged", std::strerror(errno)));
+  if (!done || exists) fs::remove_all(made, error);
+  return done.map([&] { return installed; });
 }
 
 }  // namespace prism::campaign

@@ -1,16 +1,128 @@
 // SPDX-License-Identifier: MIT
-// The results of a lot: each gyro with each model, its violated limits, the comparison of the gyros, the report,
-// and the installation of accepted models.
+// A lot of gyros: the lot's file (JSON), the plan of its tasks, each gyro with each model, and their results
+// (lot_file.cpp); violated limits, the report, and the installation of accepted models (lot.cpp).
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/json_document.hpp"
+#include "config/version.hpp"
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/lot_file.hpp"
+#include "tools/prismcal/limits.hpp"
 
 namespace prism::campaign {
+
+/// Roles of recordings.
+inline constexpr const char *kTrain = "train", *kRepeat = "repeat", *kOther = "other";
+
+struct RecordingPattern {
+  std::string role, pattern;  ///< absolute shell pattern of logs, folders of logs, or tables
+  /// Serial number of their gyro; "*": the text that the only wildcard of the pattern matches; empty: that in the log.
+  std::string serial;
+};
+
+/// `words`: options of `prismcal train`: "--method=ir-lssvm", "--no-earth-rate".
+struct ModelChoice {
+  std::string name;
+  std::vector<std::string> words;
+};
+
+struct LotLimits {
+  bool warnings_pass = true;             ///< accepts training recordings with data-quality warnings
+  std::vector<analysis::Limit> quality;  ///< for every training recording, of the findings of the data-quality check
+  std::vector<analysis::Limit> repeat;   ///< for every recording with role repeat
+  std::vector<analysis::Limit> other;    ///< for every recording with role other
+  Json stated = Json::object();          ///< as in the file
+};
+
+struct LotFile {
+  std::string path;  ///< absolute
+  std::string name, asked_by;
+  std::vector<RecordingPattern> recordings;
+  std::vector<ModelChoice> models;   ///< in the order of preference
+  std::vector<std::string> judging;  ///< options of `prismcal evaluate`
+  LotLimits limits;
+  std::string folder;                 ///< output directory, absolute
+  bool reports = true;                ///< writes a page for each task
+  std::string previous;               ///< output directory of an earlier lot, absolute; empty: none
+  std::string version = kVersion;     ///< of this program
+  std::vector<std::string> warnings;  ///< one per key that has no effect any more
+};
+
+/// Paths in the file are relative to its directory. Does not check the options of models and judging. Errors, with the
+/// JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or repeat, no model,
+/// a serial number "*" with a pattern that has not one * as its only wildcard.
+Result<LotFile> parse_lot_file(std::string_view text, const std::string& path);
+Result<LotFile> load_lot_file(const std::string& path);
+
+// Tasks.
+
+/// One gyro with one model: an object of the plan, and after it has run the object in result.json. docs/campaign.md has
+/// the keys. The result depends only on the keys of the plan.
+struct Task {
+  Json json;
+  /// Of a result: the lot's limits, one line each; without a result: why the last attempt failed, if one did. Not
+  /// stored.
+  std::vector<std::string> violations = {};
+
+  /// First 32 hex digits of the SHA-256 of the other keys, without the model's name and the directories of the files.
+  std::string id() const { return json.at("task"); }
+  std::string serial() const { return json.at("serial"); }
+  std::string axis() const { return json.at("axis"); }
+  std::string gyro() const { return axis().empty() ? serial() : serial() + " " + axis(); }
+  std::string model() const { return json.at("model"); }
+  std::vector<std::string> words(const char* key) const { return json.at(key); }  ///< of "train", "judging"
+  std::vector<std::string> paths(std::string_view role) const;
+  bool done() const { return json.contains("outcome"); }
+  bool trained() const { return done() && json["outcome"] != "refused"; }
+  /// "accepted", "rejected" (by a limit), "refused" (by the training), "failed" or "to do".
+  const char* state() const;
+};
+
+/// A recording or gyro without a task, and the reason.
+struct LeftOutInput {
+  std::string what, why;
+};
+
+/// The tasks of a plan, and with read_lot() their results.
+struct Lot {
+  std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the file
+  std::vector<LeftOutInput> left_out;
+};
+
+/// Groups the recordings by serial number and axis. Gyros without a train or repeat recording are listed in
+/// Lot::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
+Result<Lot> make_plan(const LotFile& file);
+
+// The folder of a lot. tasks.jsonl: the plan, one line per task or input that is left out. tasks/ID/: a complete
+// result, renamed into place; tasks/.ID.HOST.PID/: an unfinished one. failed/ID: why the last attempt failed. Several
+// processes, also on several machines, can use it at the same time.
+
+std::string task_folder(const std::string& folder, const std::string& id);
+bool has_result(const std::string& folder, const std::string& id);
+/// Why the last attempt failed; empty: it did not.
+std::string failure(const std::string& folder, const std::string& id);
+
+/// Creates the folder and replaces the plan.
+Result<void> write_plan(const std::string& folder, const Lot& plan);
+/// Reads also plans of version 0.3. `id`: reads this task only. Errors: no plan, or no task with this id.
+Result<Lot> read_plan(const std::string& folder, const std::string& id = {});
+
+/// Trains and evaluates; writes the model and the report into `folder`. Returns what result.json has besides the task.
+/// Data that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
+/// retried.
+using Work = std::function<Result<Json>(const Task&, const std::string& folder)>;
+
+/// Checks that the inputs are unchanged since the plan, does the work in a temporary directory and renames it into
+/// place: result.json and the files of `work`. Returns at once if the task has a result. Errors, also stored in
+/// failed/: changed inputs, a plan of another version than `file.version`, I/O errors, errors of `work`.
+Result<void> run_task(const LotFile& file, const Task& task, const Work& work);
+
+// Results.
 
 /// Returns the violated limits of `result`, one line each. A value that could not be measured violates its limit. An
 /// evaluation on training data is also listed.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/lot_file.hpp"
-
 #include <fmt/format.h>
 #include <glob.h>
 #include <unistd.h>
@@ -20,6 +18,7 @@
 #include "base/json_section.hpp"
 #include "base/sha256.hpp"
 #include "tools/prismcal/log_folder.hpp"
+#include "tools/prismcal/lot.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -60,20 +59,18 @@ std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path&
   std::vector<RecordingPattern> recordings;
   for (const Section& section : root.objects("recordings")) {
     constexpr std::array kRoles{kTrain, kRepeat, kOther};
-    RecordingPattern recording{kRoles[section.choice("role", kRoles)], {}, section.text("serial", "")};
-    for (const std::string& pattern : section.texts("paths")) {
-      const std::string& all = recording.patterns.emplace_back(absolute_in(base, pattern));
-      const bool has_one_star = std::count(all.begin(), all.end(), '*') == 1 && all.find_first_of("?[{") == all.npos;
-      if (recording.serial == "*" && !has_one_star)
+    const std::string role = kRoles[section.choice("role", kRoles)], serial = section.text("serial", "");
+    for (const std::string& path : section.texts("paths")) {
+      const std::string all = absolute_in(base, path);
+      if (serial == "*" && (std::ranges::count(all, '*') != 1 || all.find_first_of("?[{") != all.npos))
         section.fail("serial", fmt::format("found \"*\" with the path {}, expected a path with one * and no other "
                                            "wildcard",
-                                           pattern));
+                                           path));
+      recordings.push_back({role, all, serial});
     }
-    recordings.push_back(std::move(recording));
   }
   for (const char* const role : {kTrain, kRepeat}) {
-    const auto has_role = [role](const RecordingPattern& recording) { return recording.role == role; };
-    if (root.good() && std::none_of(recordings.begin(), recordings.end(), has_role))
+    if (root.good() && std::ranges::count(recordings, role, &RecordingPattern::role) == 0)
       root.fail("recordings", fmt::format("found no recording with role {}, expected one or more", role));
   }
   return recordings;
@@ -163,7 +160,8 @@ Result<Json> files_of_recording(const std::string& path) {
 using Owner = std::pair<std::string, std::string>;  // serial number and axis
 
 /// Errors: the files are of several gyros or axes, or have no serial number.
-Result<Owner> owner_of(const std::string& path, const std::string& serial, const std::string& pattern) {
+Result<Owner> owner_of(const std::string& path, const RecordingPattern& recording) {
+  const auto& [role, pattern, serial] = recording;
   if (serial == "*") return Owner(path.substr(pattern.find('*'), path.size() + 1 - pattern.size()), "");
   if (!serial.empty()) return Owner(serial, "");
   const auto log = recordings::LogFolder::open(path);
@@ -183,16 +181,16 @@ Result<Owner> owner_of(const std::string& path, const std::string& serial, const
 using Gyros = std::map<Owner, Json>;
 
 /// Adds the recordings of a pattern. Errors: it matches no file, or a file cannot be read.
-Result<void> add_recordings(const RecordingPattern& recording, const std::string& pattern, Gyros& gyros, Lot& plan) {
+Result<void> add_recordings(const RecordingPattern& recording, Gyros& gyros, Lot& plan) {
   glob_t found{};
-  const bool any = ::glob(pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0;
+  const bool any = ::glob(recording.pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0;
   const std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (any ? found.gl_pathc : 0));
   ::globfree(&found);
-  if (!any) return make_error(pattern, "matches no file, expected one or more recordings");
+  if (!any) return make_error(recording.pattern, "matches no file, expected one or more recordings");
   for (const std::string& path : paths) {
     const auto files = files_of_recording(path);
     if (!files) return tl::unexpected<Error>(files.error());
-    if (const auto owner = owner_of(path, recording.serial, pattern))
+    if (const auto owner = owner_of(path, recording))
       gyros[*owner].push_back({{"role", recording.role}, {"path", path}, {"files", *files}});
     else
       plan.left_out.push_back({path, owner.error().what});
@@ -242,6 +240,11 @@ Result<void> run_in(const std::string& unfinished, const LotFile& file, const Ta
 
 }  // namespace
 
+const char* Task::state() const {
+  if (!done()) return violations.empty() ? "to do" : "failed";
+  return !trained() ? "refused" : violations.empty() ? "accepted" : "rejected";
+}
+
 std::vector<std::string> Task::paths(std::string_view role) const {
   std::vector<std::string> found;
   for (const Json& input : json.at("inputs")) {
@@ -254,10 +257,7 @@ Result<Lot> make_plan(const LotFile& file) {
   Lot plan;
   Gyros gyros;
   for (const RecordingPattern& recording : file.recordings) {
-    for (const std::string& pattern : recording.patterns) {
-      if (auto done = add_recordings(recording, pattern, gyros, plan); !done)
-        return tl::unexpected<Error>(done.error());
-    }
+    if (auto done = add_recordings(recording, gyros, plan); !done) return tl::unexpected<Error>(done.error());
   }
   for (const auto& [owner, inputs] : gyros) {
     Task task;

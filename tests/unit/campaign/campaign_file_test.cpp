@@ -8,7 +8,7 @@
 #include "tests/support/schema_validator.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/unit/campaign/lot.hpp"
-#include "tools/prismcal/lot_file.hpp"
+#include "tools/prismcal/lot.hpp"
 
 namespace prism::campaign {
 namespace {
@@ -41,8 +41,9 @@ std::string error_of(const std::string& pointer, const TestJson& value) {
 TEST(CampaignFile, ResolvesPathsRelativeToItself) {
   const LotFile file = parse_lot_file(kAllKeys, "/lab/lot.json").value();
   EXPECT_EQ(file.name, "lot");
-  EXPECT_THAT(file.recordings.at(1).patterns, ElementsAre("/lab/lot/*/b", "/x/c"));
-  EXPECT_EQ(file.recordings.at(1).role, "repeat");
+  EXPECT_EQ(file.recordings.at(1).pattern, "/lab/lot/*/b");
+  EXPECT_EQ(file.recordings.at(2).pattern, "/x/c");
+  EXPECT_EQ(file.recordings.at(2).role, "repeat");
   EXPECT_THAT(file.models.at(0).words,
               ElementsAre("--decimal=,", "--method=ir-lssvm", "--folds=10", "--no-earth-rate", "--inputs=T,dTdt"));
   EXPECT_THAT(file.judging, ElementsAre("--decimal=,", "--max-bias=50"));
@@ -192,7 +193,7 @@ TEST_F(CampaignPlan, TakesSerialNumbersFromThePattern) {
   lot_.log("repeat-S1-2.csv", "unknown", "2");
   file_ = lot_.file();
   file_->recordings[0].serial = "*";
-  file_->recordings[1] = {kRepeat, {lot_.path("repeat-*-2.csv")}, "*"};
+  file_->recordings[1] = {kRepeat, lot_.path("repeat-*-2.csv"), "*"};
   const Lot made = plan();
   ASSERT_EQ(made.tasks.size(), 2u);
   EXPECT_EQ(made.tasks[0].serial(), "S1");

@@ -9,7 +9,7 @@
 
 #include "compensation/compensated_text.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tools/prismcal/lot_file.hpp"
+#include "tools/prismcal/lot.hpp"
 
 namespace prism::test {
 

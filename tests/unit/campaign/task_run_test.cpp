@@ -87,7 +87,7 @@ TEST_F(CampaignTask, RecordsAFailureAndCanBeRetried) {
   EXPECT_EQ(lot().tasks.at(0).violations.at(0), "disk: is full");
   work_ = test::quick_work;
   ASSERT_TRUE(run());
-  EXPECT_TRUE(lot().tasks.at(0).accepted());
+  EXPECT_TRUE(lot().tasks.at(0).done());
   EXPECT_EQ(failure(file_.folder, task_.id()), "");
 }
 
