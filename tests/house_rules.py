@@ -74,7 +74,7 @@ CLOCKLESS = {CORE, TRAINING, EVALUATION, PIPELINE} | WIRES
 THROWLESS = {BASE, DRIVERS, CONFIG, PIPELINE, LINE, LOG, SOCKET, DAEMON} | WIRES
 CLOCK = re.compile(r"\b\w+_clock::now\b|\bstd::time\s*\(|\bclock_gettime\s*\(|\bgettimeofday\s*\(")
 # no program starts another one, so that a name from a file never reaches a shell; but prismcal Chromium, with paths of its own
-STARTER = "tools/prismcal/pdf.cpp"
+STARTER = "tools/prismcal/html.cpp"
 PROGRAM_CALL = re.compile(r"(?<![\w.])(?:popen|exec[lv]\w*|posix_spawnp?)\s*\(|(?:(?<![\w>&*] )|return )(?<![\w.])system\s*\(|<spawn\.h>")
 JSON_READERS = re.compile(r"^compensation/(model_types|[a-z]+_text)\.[ch]pp$")
 

@@ -53,15 +53,14 @@ std::string place_text(const recordings::BlockTable& table, double hours, const 
 
 }  // namespace
 
-Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
-                                             const evaluation::DataQualitySettings& settings) {
+Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table) {
   const std::vector<double> hours = table.hours();
   std::vector<double> missing(table.size());
   for (std::size_t i = 1; i < table.size(); ++i)
     missing[i] = (hours[i] - hours[i - 1]) * 3600 / table.features.length_s - 1;
-  auto quality = evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
-                                                {table.follows, std::move(missing)}, settings, table.name,
-                                                table.rate_step_deg_per_h);
+  auto quality =
+      evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
+                                     {table.follows, std::move(missing)}, {}, table.name, table.rate_step_deg_per_h);
   if (!quality) return quality;
   quality->cause = table.spikes;
   for (evaluation::Finding& finding : quality->findings) {
@@ -135,15 +134,6 @@ Usability usability_of(const recordings::Loaded& loaded, bool to_train) {
   return found;
 }
 
-std::vector<std::string> disturbances(const evaluation::DataQuality& quality) {
-  std::vector<std::string> texts;
-  for (const evaluation::Finding& finding : quality.findings) {
-    if (finding.verdict != evaluation::Verdict::kPass && is_disturbance(finding.name))
-      texts.push_back(finding.name + " " + finding.text);
-  }
-  return texts;
-}
-
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording) {
   const std::string error = data_quality_error(quality);
   if (!error.empty()) return {recording + ": " + error, Emphasis::kBad};
@@ -193,7 +183,10 @@ std::vector<std::string> recording_doubts(const recordings::BlockTable& table, c
     if (!text.empty()) doubts.push_back(std::move(text));
   };
   if (const auto quality = check_blocks(table)) {
-    for (std::string& text : disturbances(*quality)) add(std::move(text));
+    for (const evaluation::Finding& finding : quality->findings) {
+      if (finding.verdict != evaluation::Verdict::kPass && is_disturbance(finding.name))
+        doubts.push_back(finding.name + " " + finding.text);
+    }
   }
   add(reversed_drift(table, evaluated));
   add(other_mean(table, evaluated));

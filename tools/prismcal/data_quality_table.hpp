@@ -12,8 +12,7 @@
 
 namespace prism::analysis {
 
-Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table,
-                                             const evaluation::DataQualitySettings& settings = {});
+Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table);
 
 /// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
 nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
@@ -31,9 +30,6 @@ struct Usability {
 };
 /// `to_train`: else only a disturbance counts, not a record that is short or without a drift.
 Usability usability_of(const recordings::Loaded& loaded, bool to_train);
-
-/// The findings on disturbances of the rate (moved, disturbed, outliers) that do not pass: "moved 4.1 sd; …".
-std::vector<std::string> disturbances(const evaluation::DataQuality& quality);
 
 /// One line: whether the recording can be used for training, or why not.
 report::Paragraph data_quality_paragraph(const evaluation::DataQuality& quality, const std::string& recording);

@@ -2,6 +2,8 @@
 // A report as data: metadata, tables and figures in sections. Text, HTML, CSV and JSON are written from it.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -29,6 +31,21 @@ struct Cell {
       : text(std::move(shown)), value(number), emphasis(how) {}
   Cell(std::string shown, Emphasis how = Emphasis::kNone) : Cell(std::move(shown), std::nullopt, how) {}
   Cell(const char* shown, Emphasis how = Emphasis::kNone) : Cell(std::string(shown), how) {}
+};
+
+/// The smallest and the largest of values; low > high: none.
+struct Range {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+
+  /// Ignores a value that is not finite.
+  void add(double value) {
+    if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+  }
+  static Range of(const std::vector<double>& values) {
+    Range range;
+    for (const double value : values) range.add(value);
+    return range;
+  }
 };
 
 Cell count_cell(std::size_t count);
@@ -68,10 +85,7 @@ enum class Ink {
   kRaw,        ///< measured values: light, wide
   kModel,      ///< predictions of a model: dark, warm
   kCorrected,  ///< corrected values, residuals: dark, cold
-  kAccent1,    ///< further series, with different dashes
-  kAccent2,
-  kAccent3,
-  kGuide,  ///< limits and reference lines: thin, grey, dashed
+  kGuide,      ///< limits and reference lines: thin, grey, dashed
 };
 
 enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars };

@@ -22,7 +22,7 @@
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/quantity_map.hpp"
 #include "tools/prismcal/recording.hpp"
-#include "tools/prismcal/sample_grid.hpp"
+#include "tools/prismcal/series.hpp"
 #include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {

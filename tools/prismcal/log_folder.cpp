@@ -4,23 +4,119 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "base/file.hpp"
+#include "base/outside_text.hpp"
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
-#include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {
 namespace {
 
 namespace fs = std::filesystem;
 using pipeline::OldIndex;
+
+constexpr int kNewestFormat = 2;
+constexpr std::string_view kEndMark = "# end: ";
+constexpr std::string_view kFormatMark = " data log, format ";
+constexpr std::string_view kFirstWords = "# prism ";
+
+int format_of(std::string_view line) {
+  const std::size_t at = line.find(kFormatMark);
+  int format = 1;
+  if (at == std::string_view::npos) return format;
+  const std::string_view number = line.substr(at + kFormatMark.size());
+  std::from_chars(number.data(), number.data() + number.size(), format);
+  return format;
+}
+
+TextRule rule_of(std::string_view key) {
+  if (key == "axis") return TextRule::kAxisName;
+  if (key == "instance") return TextRule::kName;
+  if (key == "gyro_serial") return TextRule::kText;
+  return TextRule::kLongText;
+}
+
+/// Adds a header line to the metadata. Errors: unprintable text, or a name that breaks its rule.
+Result<void> add_comment(std::string_view line, const std::string& where, LogSegment& segment) {
+  if (auto good = check_text(TextRule::kLongText, line, where); !good) return good;
+  segment.comments += std::string(line) + '\n';
+  const auto entry = segment.add(line);
+  if (!entry) return {};
+  const auto& [key, value] = *entry;
+  const bool is_absent = key == "axis" && value == "-";  // version 0.1
+  if (auto good = check_text(rule_of(key), value, fmt::format("{}: {}", where, key)); !good && !is_absent) return good;
+  if (key != "sensors") return {};
+  for (const SensorName& sensor : compensation::sensors_in(std::string(line) + '\n')) {
+    if (auto good = check_text(TextRule::kSensorName, sensor.name, fmt::format("{}: {}", where, key)); !good)
+      return good;
+  }
+  return {};
+}
+
+/// Reads a header line "# KEY: VALUE", if the segment has it.
+template <class Value>
+Result<void> take_line(const LogSegment& segment, const char* key, const char* expected, std::optional<Value>& value) {
+  const std::string text = segment.value(key);
+  if (!text.empty()) value = Value::parse(text);
+  if (text.empty() || value) return {};
+  return make_error(segment.path, fmt::format("{}: found \"{}\", expected {}", key, text, expected));
+}
+
+std::string_view without_cr(std::string_view line) {
+  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+}
+
+/// The line of columns, with the lines above it. Errors: another format, not the columns of a log.
+Result<LogColumns> read_columns(std::string_view line, const std::string& where, LogSegment& segment,
+                                const std::string& column) {
+  if (segment.format > kNewestFormat || segment.format < 1)
+    return make_error(segment.path, fmt::format("found format {} of a newer prism, expected 1 or 2", segment.format));
+  const std::vector<SensorName> sensors = compensation::sensors_in(segment.comments);
+  auto layout = compensation::CsvLayout::parse(line, where, std::make_shared<const std::vector<SensorName>>(sensors));
+  if (!layout) return tl::unexpected<Error>(layout.error());
+  segment.session = segment.value("session");
+  if (auto good = take_line(segment, "supersedes", "FILE from row N", segment.superseded); !good)
+    return tl::unexpected<Error>(good.error());
+  if (auto good = take_line(segment, "log", "ID segment N first ROW running S", segment.position); !good)
+    return tl::unexpected<Error>(good.error());
+  std::optional<std::size_t> index;
+  if (!column.empty()) {
+    const auto names = tables::list_items(line);
+    const auto found = std::find(names.begin(), names.end(), column);
+    if (found == names.end())
+      return make_error(where,
+                        fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
+    index = static_cast<std::size_t>(found - names.begin());
+  }
+  layout->use_second_means(index);
+  return LogColumns{std::move(*layout), index};
+}
+
+/// `memory` is that of the row before. Errors, with an empty place: a field that is not valid.
+Result<void> parse_row(std::string_view line, const LogColumns& columns, compensation::CompensatedWindow& memory,
+                       LogRow& row) {
+  if (auto good = compensation::read_csv(line, {}, columns.all, memory); !good) return good;
+  row.second_mean = memory.window.second_mean;
+  if (!columns.requested) return {};
+  const double* const real = columns.all.real(*columns.requested, memory);
+  const auto fields = real ? std::vector<std::string>() : tables::list_items(line);
+  const std::string field = *columns.requested < fields.size() ? fields[*columns.requested] : "";
+  const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : parse_number<double>(field);
+  if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
+  row.value = *value;
+  return {};
+}
 
 // Error text for a folder without a log: the number of files, and a capture or the first file.
 std::string no_log_text(const fs::path& folder) {
@@ -45,16 +141,12 @@ std::uint64_t size_of(const LogSegment& segment) {
   return error ? 0 : size;
 }
 
-/// Sets the checksums of segments that may be identical to another one: of equal size, with equal first lines.
-void hash_alike(std::vector<LogSegment>& segments) {
-  using Begin = std::tuple<std::uint64_t, std::string, std::optional<std::int64_t>>;
-  std::map<Begin, std::vector<LogSegment*>> alike;
-  for (LogSegment& segment : segments)
-    alike[{size_of(segment), segment.comments, segment.first_second}].push_back(&segment);
-  for (const auto& [begin, several] : alike) {
-    for (LogSegment* segment : several)
-      if (several.size() > 1) segment->sha256 = sha256_of_file(segment->path).value_or("");
-  }
+/// True for files of equal size with equal first lines and the same bytes.
+bool is_copy_of(const LogSegment& segment, const LogSegment& other) {
+  const auto first = [](const LogSegment& one) { return std::tuple(one.first_second, size_of(one), one.comments); };
+  if (!segment.first_second || first(segment) != first(other)) return false;
+  const std::string sum = sha256_of_file(segment.path).value_or("");
+  return !sum.empty() && sum == sha256_of_file(other.path).value_or("");
 }
 
 /// Opens all segments and sorts them: by the number of their position, or of the index next to them.
@@ -69,7 +161,6 @@ LogFolder opened(const std::string& path, const std::string& column) {
     else
       folder.rejected.push_back({file, std::move(segment.error())});
   }
-  hash_alike(folder.segments);
   std::map<std::string, std::uint64_t> numbers;
   for (const LogSegment& segment : folder.segments) {  // a copy of another name has the number of its original
     if (segment.position && segment.file.find(fmt::format("-{:06}-", segment.position->segment)) != std::string::npos)
@@ -79,18 +170,9 @@ LogFolder opened(const std::string& path, const std::string& column) {
     for (const auto& [number, entry] : OldIndex::read(file).value_or(OldIndex()).entries)
       numbers.try_emplace(entry.file, number);
   }
-  std::map<std::string, std::uint64_t> numbers_by_checksum;  // so that a copy sorts directly after its original
-  for (const LogSegment& segment : folder.segments) {
-    if (const auto number = numbers.find(segment.file); number != numbers.end() && !segment.sha256.empty())
-      numbers_by_checksum[segment.sha256] = number->second;
-  }
   const auto sort_key = [&](const LogSegment& segment) {
     const auto own = numbers.find(segment.file);
-    const auto alike = numbers_by_checksum.find(segment.sha256);
-    const std::uint64_t number = alike != numbers_by_checksum.end() ? alike->second
-                                 : own != numbers.end()             ? own->second
-                                 : segment.position                 ? segment.position->segment
-                                                                    : 0;
+    const std::uint64_t number = own != numbers.end() ? own->second : segment.position ? segment.position->segment : 0;
     // "NAME-20261121T091100Z-10.csv" after "…Z-2.csv".
     return std::tuple(number, own == numbers.end(), segment.format, segment.session,
                       segment.first_second.value_or(INT64_MIN), segment.file.size(), segment.file);
@@ -113,6 +195,22 @@ std::vector<std::string> damage_lines(const LogFolder& folder) {
   return lines;
 }
 
+// Of each log, as its oldest segment says.
+std::vector<std::string> absent_texts(const std::vector<LogSegment>& segments) {
+  std::map<std::string, Absent> logs;
+  for (const LogSegment& segment : segments) {
+    if (!segment.position) continue;
+    const pipeline::LogPosition& position = *segment.position;
+    const Absent absent{position.segment - 1, position.first - 1, segment.first_second.value_or(-1) + 1};
+    const auto log = logs.try_emplace(position.log, absent).first;
+    if (absent.segments < log->second.segments) log->second = absent;
+  }
+  std::vector<std::string> texts;
+  for (const auto& [log, absent] : logs)
+    if (absent.segments > 0) texts.push_back(absent.text());
+  return texts;
+}
+
 /// Joins the rows of segments, read in order. Holds the last row back: the next one may show that it is partial.
 class RowJoiner {
  public:
@@ -126,8 +224,8 @@ class RowJoiner {
 
   /// Rows of a segment that is identical to another one are left out.
   Result<void> read(LogSegment& segment) {
-    // opened() hashes those that may be identical.
-    const bool is_copy = segment.first_second && !segment.sha256.empty() && !checksums_.insert(segment.sha256).second;
+    const bool is_copy = before_ != nullptr && is_copy_of(segment, *before_);
+    before_ = &segment;
     if (is_copy) leave_out(segment, 0, "identical to another file", left_out_.copies);
     const auto superseded = superseded_from_.find(segment.file);
     superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
@@ -191,10 +289,110 @@ class RowJoiner {
   std::optional<std::int64_t>* last_second_ = nullptr;  ///< of the session of the segment
   std::map<std::string, std::uint64_t> superseded_from_;
   std::uint64_t superseded_row_ = UINT64_MAX;
-  std::set<std::string> checksums_;
+  const LogSegment* before_ = nullptr;  ///< the segment before
 };
 
 }  // namespace
+
+bool is_log(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::string line;
+  if (!in || !in->read_line(line)) return false;
+  if (!line.starts_with(kFirstWords) || line.find(kFormatMark) == std::string::npos) return false;
+  while (in->read_line(line) && line.starts_with('#')) continue;
+  return compensation::CsvLayout::parse(without_cr(line), path).has_value();
+}
+
+Result<LogSegment> open_log_segment(const std::string& path, const std::string& column) {
+  LogSegment segment;
+  segment.path = path;
+  segment.file = fs::path(path).filename().string();
+  auto in = FileReader::open(path);
+  if (!in) return tl::unexpected<Error>(in.error());
+  std::string first(kFirstWords.size(), '\0'), line, columns;
+  first.resize(in->read(first));
+  in->seek(0);
+  std::size_t number = 0;
+  const auto next = [&] { return in->read_line(line) && in->line_ended(); };
+  while (columns.empty() && next()) {
+    const std::string_view text = without_cr(line);
+    if (++number == 1) segment.format = format_of(text);
+    if (!text.empty() && text.front() != '#') columns = text;
+    if (text.empty() || text.front() != '#') continue;
+    if (auto added = add_comment(text, fmt::format("{}:{}", path, number), segment); !added)
+      return tl::unexpected<Error>(added.error());
+  }
+  if (columns.empty() && kFirstWords.starts_with(first)) return segment;
+  auto layout = read_columns(columns, fmt::format("{}:{}", path, number), segment, column);
+  if (!layout) return tl::unexpected<Error>(layout.error());
+  segment.columns = std::move(*layout);
+  compensation::CompensatedWindow memory;
+  for (LogRow row; !segment.first_second && next() && !line.starts_with(kEndMark);) {
+    const std::string_view text = without_cr(line);
+    if (!text.empty() && text.front() != '#' && parse_row(text, *segment.columns, memory, row))
+      segment.first_second = row.second_mean.second;
+  }
+  return segment;
+}
+
+Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row) {
+  const bool locked = is_locked(segment.path);  // checked before reading: one that ends meanwhile is read to its end
+  auto in = FileReader::open(segment.path);
+  if (!in) {
+    segment.damaged.push_back({segment.path, 0, in.error().what});
+    segment.read_failed = true;
+    return {};
+  }
+  Sha256 hash;
+  std::string bytes;
+  std::uint64_t good = 0;                // end of the last good line
+  std::size_t lines = 0, good_line = 0;  // so far; number of that line
+  std::size_t number = 0;                // rows so far, also damaged ones
+  std::vector<LeftOutRow> unreadable;    // damage if a good line follows, else the incomplete end
+  bool in_head = true, ended = !segment.columns;
+  compensation::CompensatedWindow memory;
+  LogRow row;
+  for (; in->read_line(bytes); hash.add(bytes), hash.add(in->line_ended() ? "\n" : "")) {
+    if (ended || !in->line_ended()) continue;
+    ++lines;
+    const std::string_view line = without_cr(bytes);
+    const bool is_text = !line.empty() && line.front() != '#', is_row = is_text && !in_head;
+    in_head = in_head && !is_text;
+    row.line = lines;
+    row.number = number += is_row;
+    if (is_row) {
+      if (auto parsed = parse_row(line, *segment.columns, memory, row); !parsed) {
+        unreadable.push_back({segment.path, lines, std::move(parsed.error().what)});
+        continue;
+      }
+    } else if (!in_head && line.starts_with(kEndMark)) {
+      ended = true;
+      const std::string end = fmt::format("rows {}, sha256 {}", number, hash.hex());
+      segment.end = line.substr(kEndMark.size()) == end ? SegmentEnd::kIntact : SegmentEnd::kChanged;
+    } else if (!unreadable.empty()) {
+      continue;
+    }
+    std::move(unreadable.begin(), unreadable.end(), std::back_inserter(segment.damaged));
+    unreadable.clear();
+    good = in->offset();
+    good_line = lines;
+    if (!is_row) continue;
+    ++segment.rows;
+    if (!on_row) continue;
+    if (auto done = on_row(row); !done) return done;
+  }
+  segment.sha256 = hash.hex();
+  // After a read error of the disk, the rows before it are kept; the rest is damage.
+  segment.read_failed = in->error().has_value();
+  if (in->error()) segment.damaged.push_back({segment.path, good_line + 1, in->error()->what});
+  segment.truncated_bytes = in->offset() - good;
+  segment.truncated_line = segment.truncated_bytes > 0 ? good_line + 1 : 0;
+  ended = ended && segment.columns;
+  if (ended && (!segment.damaged.empty() || segment.truncated_bytes > 0)) segment.end = SegmentEnd::kChanged;
+  if (!ended && (segment.format > 1 || segment.truncated_bytes > 0 || !segment.columns))
+    segment.end = locked ? SegmentEnd::kOpen : SegmentEnd::kTruncated;
+  return {};
+}
 
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension) {
   std::vector<std::string> paths;
@@ -212,26 +410,6 @@ std::string Absent::text() const {
   const std::string before = before_s == 0 ? "" : ", before " + utc_text(before_s);
   return fmt::format("begins with segment {}: {} of the log are not here{}", segments + 1, what, before);
 }
-
-namespace {
-
-// Of each log, as its oldest segment says.
-std::vector<std::string> absent_texts(const std::vector<LogSegment>& segments) {
-  std::map<std::string, Absent> logs;
-  for (const LogSegment& segment : segments) {
-    if (!segment.position) continue;
-    const pipeline::LogPosition& position = *segment.position;
-    const Absent absent{position.segment - 1, position.first - 1, segment.first_second.value_or(-1) + 1};
-    const auto log = logs.try_emplace(position.log, absent).first;
-    if (absent.segments < log->second.segments) log->second = absent;
-  }
-  std::vector<std::string> texts;
-  for (const auto& [log, absent] : logs)
-    if (absent.segments > 0) texts.push_back(absent.text());
-  return texts;
-}
-
-}  // namespace
 
 Result<LogFolder> LogFolder::open(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = opened(path, column);
@@ -353,7 +531,8 @@ Result<Recording> read_log(const std::string& path, const SourceOptions& options
   Recording recording;
   const fs::path name(path);
   recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
-  for (const LogSegment& segment : folder->segments) recording.add_metadata(segment.comments);
+  for (const LogSegment& segment : folder->segments)
+    recording.metadata.insert(segment.metadata.begin(), segment.metadata.end());
   SecondFeed feed(recording, leave_out, true, consumer);
   const auto left_out = join_rows(
       *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); });

@@ -146,9 +146,8 @@ std::vector<Run> runs_of(const std::vector<EvaluatedRecording>& recordings,
 double span_of(const std::vector<Run>& runs, std::size_t column) {
   double span = 0;
   for (const Run& run : runs) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const double value : run.columns[column]) low = std::fmin(low, value), high = std::fmax(high, value);
-    span = std::max(span, high - low);
+    const auto range = report::Range::of(run.columns[column]);
+    span = std::max(span, range.high - range.low);
   }
   return span;
 }

@@ -18,7 +18,7 @@
 #include "compensation/sensors.hpp"
 #include "tools/prismcal/findings.hpp"
 #include "tools/prismcal/recording.hpp"
-#include "tools/prismcal/sample_grid.hpp"
+#include "tools/prismcal/series.hpp"
 
 namespace prism::recordings {
 namespace {

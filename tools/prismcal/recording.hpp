@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,10 +24,18 @@ struct SourceFile {
   std::size_t rows = 0;
 };
 
-struct Recording {
+/// The "# key: value" lines of a log; the first with the key wins.
+struct Metadata {
+  std::map<std::string, std::string> metadata;
+
+  std::string value(const std::string& key) const;  ///< empty: none
+  /// Returns nullopt for another line.
+  std::optional<std::pair<std::string_view, std::string_view>> add(std::string_view line);
+};
+
+struct Recording : Metadata {
   std::string name;  ///< name of the file or folder, without directory and extension
   std::vector<SourceFile> files;
-  std::map<std::string, std::string> metadata;   ///< "# key: value" lines; the first file with the key wins
   std::size_t seconds = 0;                       ///< rows, also partial ones
   bool is_date = false;                          ///< the seconds count from 1970
   SensorList sensor_list;                        ///< of the first second; null: no sensors
@@ -34,10 +43,8 @@ struct Recording {
   std::vector<Finding> findings;                 ///< complete after the last second
   std::vector<std::string> unmatched;            ///< ranges of SourceOptions::leave_out without a second of it
 
-  std::string value(const std::string& key) const;  ///< metadata value; empty: none
   /// Sensors whose values the seconds contain; empty if there are no seconds.
   std::vector<SensorName> sensors() const;
-  void add_metadata(const std::string& lines);  ///< adds "# key: value" lines; ignores other lines
   std::vector<std::string> remarks() const { return lines_of(findings, Severity::kRemark); }
   std::vector<std::string> questions() const { return lines_of(findings, Severity::kQuestion); }
 };
@@ -125,15 +132,11 @@ Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOp
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
 
 std::vector<std::string> axes_of_log(const std::string& path);
-Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options);
 
-// The readers, one source file each.
+// The readers in other source files.
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
 Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
                            const SecondConsumer& consumer);
-/// Reads a capture or raw bytes with the frame description of options.config.
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                               const SecondConsumer& consumer);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
 Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
                               const SecondConsumer& consumer);

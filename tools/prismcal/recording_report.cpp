@@ -23,21 +23,6 @@ constexpr const char* kBias = "bias, deg/h";
 
 // Values.
 
-struct Range {
-  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
-  double width() const { return high > low ? high - low : 0; }
-};
-
-Range range_of(const std::vector<double>& values) {
-  Range range;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    range.low = std::min(range.low, value);
-    range.high = std::max(range.high, value);
-  }
-  return range;
-}
-
 struct KindDeviations {
   std::optional<double> soak, ramp;  // rms of deviations from the mean; unknown with fewer than two values
 };
@@ -464,12 +449,12 @@ std::string further_text(const ModelEvaluation& evaluated) {
 /// How far the temperature, its slope and the bias went.
 std::string record_meaning(const EvaluatedRecording& recording) {
   const recordings::BlockTable& table = *recording.table;
-  const Range t = range_of(recording.temperature_degc), slope = range_of(table.column(compensation::kInputSlope)),
-              bias = range_of(table.bias_deg_per_h);
+  const auto t = report::Range::of(recording.temperature_degc), bias = report::Range::of(table.bias_deg_per_h),
+             slope = report::Range::of(table.column(compensation::kInputSlope));
   return fmt::format(
       "While the temperature went from {:.1f} to {:.1f} °C, at up to {:.2f} °C/min, the bias changed by {:.4g} deg/h "
       "(noise of a mean included).",
-      t.low, t.high, 60 * std::max(std::abs(slope.low), std::abs(slope.high)), bias.width());
+      t.low, t.high, 60 * std::max(std::abs(slope.low), std::abs(slope.high)), bias.high - bias.low);
 }
 
 }  // namespace

@@ -72,29 +72,10 @@ std::string path_svg(const std::string& path, const std::string& attributes) {
 
 // Axes.
 
-struct Range {
-  double low = HUGE_VAL, high = -HUGE_VAL;  // low > high: empty
-  void add(double value) { low = std::min(low, value), high = std::max(high, value); }
-};
-
 /// Returns false for NaN, infinite values, values so large that differences overflow, and values ≤ 0 on a logarithmic
 /// axis.
 bool is_drawable(double value, bool logarithmic) {
   return std::abs(value) < kLargest && (!logarithmic || value > 1 / kLargest);
-}
-
-/// Returns the edges of the cells around grid values: half-way between neighbours, and as far outside at both ends.
-/// Empty if there are fewer than two different values.
-std::vector<double> grid_edges(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !is_drawable(v, false); });
-  std::sort(values.begin(), values.end());
-  const auto is_same = [](double a, double b) { return b - a < 1e-9 * std::abs(b) + 1e-12; };
-  values.erase(std::unique(values.begin(), values.end(), is_same), values.end());
-  if (values.size() < 2) return {};
-  std::vector<double> edges = {1.5 * values[0] - 0.5 * values[1]};
-  for (std::size_t i = 0; i + 1 < values.size(); ++i) edges.push_back(0.5 * (values[i] + values[i + 1]));
-  edges.push_back(2 * values.back() - edges.back());
-  return edges;
 }
 
 /// Returns 1, 2 or 5 times a power of ten, so that about `count` steps cover `span`.
@@ -145,18 +126,15 @@ class Scale {
     } else if (high_ - low_ < 0.7) {
       const double low = std::pow(10, low_), high = std::pow(10, high_);
       add_linear_ticks(low, high, nice_step(high - low, count));
-    } else if (high_ - low_ < 2) {
-      add_digits(room_px);
     } else {
-      add_powers(step);
+      add_powers(step, room_px);
     }
   }
 
   bool shows(double value) const { return is_drawable(value, logarithmic_); }
   /// `value` must be drawable.
   double px(double value) const { return at(logarithmic_ ? std::log10(value) : value); }
-  /// Base of bars: zero, or the lower end of a logarithmic axis.
-  double base_px() const { return logarithmic_ ? low_px_ : px(0); }
+  double zero_px() const { return logarithmic_ ? low_px_ : px(0); }
   const std::vector<Tick>& ticks() const { return ticks_; }
   /// Ticks without labels: 2 to 9 times the powers of ten on a logarithmic axis.
   const std::vector<double>& minor_px() const { return minor_px_; }
@@ -169,27 +147,22 @@ class Scale {
       ticks_.push_back({px(i * step), number_label(i * step, step)});
   }
 
-  /// Adds ticks at 1, 2 and 5 times the powers of ten, unless labels would touch.
-  void add_digits(double room_px) {
+  /// Over two decades and more, labels at each step of the powers of ten; else at 1, 2 and 5 times them, unless they
+  /// would touch.
+  void add_powers(double step, double room_px) {
+    const bool few = high_ - low_ < 2;
     for (double power = std::floor(low_); power <= high_ + kRounding; ++power) {
-      for (const double digit : {1, 2, 5}) {
-        const double position = power + std::log10(digit), value = digit * std::pow(10, power);
-        if (position < low_ - kRounding || position > high_ + kRounding) continue;
-        if (!ticks_.empty() && std::abs(at(position) - ticks_.back().at_px) < 0.5 * room_px) continue;
-        ticks_.push_back({at(position), fmt::format("{:g}", value)});
-      }
-    }
-  }
-
-  void add_powers(double step) {
-    for (double i = std::ceil(low_ / step - kRounding); i * step <= high_ + kRounding; ++i)
-      ticks_.push_back(
-          {at(i * step), fmt::format("10<tspan dy=\"-4\" font-size=\"9\">{:.0f}</tspan>", i * step + 0.0)});
-    if (step > 1) return;
-    for (double power = std::floor(low_); power < high_; ++power) {
-      for (int digit = 2; digit < 10; ++digit) {
+      for (int digit = 1; digit < 10; ++digit) {
         const double position = power + std::log10(digit);
-        if (position > low_ && position < high_) minor_px_.push_back(at(position));
+        if (position < low_ - kRounding || position > high_ + kRounding) continue;
+        const bool touches = !ticks_.empty() && std::abs(at(position) - ticks_.back().at_px) < 0.5 * room_px;
+        if (few && (digit == 1 || digit == 2 || digit == 5) && !touches)
+          ticks_.push_back({at(position), fmt::format("{:g}", digit * std::pow(10, power))});
+        else if (!few && digit == 1 && std::remainder(power, step) == 0)
+          ticks_.push_back(
+              {at(position), fmt::format("10<tspan dy=\"-4\" font-size=\"9\">{:.0f}</tspan>", power + 0.0)});
+        else if (!few && digit > 1 && step == 1 && position < high_)
+          minor_px_.push_back(at(position));
       }
     }
   }
@@ -203,18 +176,15 @@ class Scale {
 
 // Series.
 
-/// `width` in pixels. `dash`: lengths of dashes and gaps in pixels, separated by commas; "": solid line.
 struct CurveStyle {
   const char* colour;
-  double width;
-  const char* dash;
+  double width_px;
+  bool dashed = false;
 };
 
 const CurveStyle& curve_style(Ink ink) {
   static constexpr CurveStyle kStyles[] = {
-      // in the order of Ink
-      {"#9db2c7", 1.3, ""},    {"#c2410c", 1.8, ""},         {"#12385f", 1.4, ""},   {"#1f7a5c", 1.5, "9,4"},
-      {"#7a4fa3", 1.5, "3,3"}, {"#b8860b", 1.5, "12,3,2,3"}, {"#6b7280", 1.0, "5,4"}};
+      {"#9db2c7", 1.3}, {"#c2410c", 1.8}, {"#12385f", 1.4}, {"#6b7280", 1.0, true}};  // in the order of Ink
   return kStyles[static_cast<std::size_t>(ink)];
 }
 
@@ -266,10 +236,9 @@ void append_line(std::string& path, const Run& run) {
 std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
   std::string path;
   for (const Run& run : runs) append_line(path, in_columns(run));
-  const std::string dash =
-      *style.dash == '\0' ? "stroke-linecap=\"round\"" : fmt::format("stroke-dasharray=\"{}\"", style.dash);
-  return path_svg(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" {}",
-                                    style.colour, style.width, dash));
+  return path_svg(
+      path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" {}", style.colour,
+                        style.width_px, style.dashed ? "stroke-dasharray=\"5,4\"" : "stroke-linecap=\"round\""));
 }
 
 /// Filled points are lines of zero length with round ends: the shortest path.
@@ -303,25 +272,19 @@ std::string band_svg(const std::vector<Run>& low, const std::vector<Run>& high, 
   return path_svg(path, fmt::format("fill=\"{}\" fill-opacity=\"0.22\"", style.colour));
 }
 
-std::string bars_svg(const std::vector<Run>& runs, double base_px, const CurveStyle& style) {
-  std::vector<double> middles;
+/// Evenly spaced bars.
+std::string bars_svg(const std::vector<Run>& runs, double zero_px, const CurveStyle& style) {
+  Run bars;
+  for (const Run& run : runs) bars.insert(bars.end(), run.begin(), run.end());
+  bars = in_columns(bars);
   std::string path;
-  for (const Run& run : runs) {
-    for (const Point& bar : in_columns(run)) {
-      path += fmt::format("M{}V{}", numbers(bar.x, base_px), svg_number(bar.y));
-      middles.push_back(bar.x);
-    }
-  }
-  std::sort(middles.begin(), middles.end());
-  double gap = HUGE_VAL;
-  for (std::size_t i = 1; i < middles.size(); ++i) {
-    if (middles[i] - middles[i - 1] > 0.01) gap = std::min(gap, middles[i] - middles[i - 1]);
-  }
+  for (const Point& bar : bars) path += fmt::format("M{}V{}", numbers(bar.x, zero_px), svg_number(bar.y));
+  const double gap = bars.size() < 2 ? 44 : std::abs(bars.back().x - bars[0].x) / static_cast<double>(bars.size() - 1);
   return path_svg(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.75\" stroke-width=\"{}\"",
-                                    style.colour, svg_number(std::isfinite(gap) ? std::max(0.5, 0.9 * gap) : 40)));
+                                    style.colour, svg_number(std::max(0.5, 0.9 * gap))));
 }
 
-std::string form_svg(const Series& series, const std::vector<Run>& runs, const std::vector<Run>& high, double base_px) {
+std::string form_svg(const Series& series, const std::vector<Run>& runs, const std::vector<Run>& high, double zero_px) {
   const CurveStyle& style = curve_style(series.ink);
   switch (series.form) {
     case SeriesStyle::kLine:
@@ -335,7 +298,7 @@ std::string form_svg(const Series& series, const std::vector<Run>& runs, const s
     case SeriesStyle::kBand:
       return band_svg(runs, high, style);
     case SeriesStyle::kBars:
-      return bars_svg(runs, base_px, style);
+      return bars_svg(runs, zero_px, style);
   }
   return {};
 }
@@ -360,25 +323,19 @@ std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
 std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
   const bool band = series.form == SeriesStyle::kBand;
   return form_svg(series, runs_of(series, series.y, x, y),
-                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.base_px()) +
+                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.zero_px()) +
          titles_svg(series, x, y);
 }
 
 /// Sample of a series in the key: kSample pixels wide, centred at `y`.
 std::string key_sample_svg(const Series& series, double left, double y) {
   const double middle = left + kSample / 2, right = left + kSample;
-  switch (series.form) {
-    case SeriesStyle::kLine:
-      return form_svg(series, {{{left, y}, {right, y}}}, {}, y);
-    case SeriesStyle::kLinePoints:
-      return form_svg(series, {{{left, y}, {middle, y}, {right, y}}}, {}, y);
-    case SeriesStyle::kBand:
-      return form_svg(series, {{{left, y + 4}, {right, y + 4}}}, {{{left, y - 4}, {right, y - 4}}}, y);
-    case SeriesStyle::kBars:
-      return form_svg(series, {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
-    default:
-      return form_svg(series, {{{middle, y}}}, {}, y);
-  }
+  const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints;
+  if (series.form == SeriesStyle::kBars)
+    return form_svg(series, {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
+  if (series.form == SeriesStyle::kBand)
+    return form_svg(series, {{{left, y + 4}, {right, y + 4}}}, {{{left, y - 4}, {right, y - 4}}}, y);
+  return form_svg(series, {points ? Run{{middle, y}} : Run{{left, y}, {middle, y}, {right, y}}}, {}, y);
 }
 
 // Panels.
@@ -415,56 +372,48 @@ Heading heading_of(const Panel& panel, double width) {
   return heading;
 }
 
-struct Ranges {
+/// Of the drawable values of a panel. Bars include zero, and half of their distance at both ends.
+std::pair<Range, Range> ranges_of(const Panel& panel) {
   Range x, y;
-};
-
-Ranges ranges_of(const Panel& panel) {
-  Ranges ranges;
-  const bool log_x = panel.x.logarithmic, log_y = panel.y.logarithmic;
+  const auto add = [](Range& range, double value, const Axis& axis) {
+    if (is_drawable(value, axis.logarithmic)) range.add(value);
+  };
   for (const Series& series : panel.series) {
-    if (series.form == SeriesStyle::kBars) {  // the outer edges of its cells, or the values if there are fewer than two
-      const std::vector<double> edges = grid_edges(series.x);
-      for (const double edge : edges.empty() ? series.x : edges) {
-        if (is_drawable(edge, log_x)) ranges.x.add(edge);
-      }
-      if (!log_y) ranges.y.add(0);
-    }
+    const bool bars = series.form == SeriesStyle::kBars;
+    const double room = bars && size_of(series) > 1
+                            ? 0.5 * std::abs(series.x.back() - series.x[0]) / static_cast<double>(series.x.size() - 1)
+                            : 0;
+    if (bars) add(y, 0, panel.y);
     for (std::size_t i = 0; i < size_of(series); ++i) {
-      if (!is_drawable(series.x[i], log_x) || !is_drawable(series.y[i], log_y)) continue;
-      ranges.x.add(series.x[i]);
-      ranges.y.add(series.y[i]);
-      if (series.form == SeriesStyle::kBand && i < series.high.size() && is_drawable(series.high[i], log_y))
-        ranges.y.add(series.high[i]);
+      if (!is_drawable(series.x[i], panel.x.logarithmic) || !is_drawable(series.y[i], panel.y.logarithmic)) continue;
+      add(x, series.x[i] - room, panel.x), add(x, series.x[i] + room, panel.x);
+      y.add(series.y[i]);
+      if (series.form == SeriesStyle::kBand && i < series.high.size()) add(y, series.high[i], panel.y);
     }
   }
-  return ranges;
+  return {x, y};
 }
 
 /// A panel, with the pixels of its frame in the drawing.
 class PanelDrawing {
  public:
-  PanelDrawing(const Panel& panel, const Heading& heading, double left, double right, double top, double bottom)
-      : PanelDrawing(panel, heading, ranges_of(panel), left, right, top, bottom) {}
-
-  std::string text() const {
-    std::string svg = grid();
-    for (const Series& series : panel_.series) svg += series_svg(series, x_, y_);
-    return svg + frame() + labels() + heading();
-  }
-
- private:
-  PanelDrawing(const Panel& panel, const Heading& heading, const Ranges& ranges, double left, double right, double top,
-               double bottom)
+  PanelDrawing(const Panel& panel, double left, double right, double top, double bottom,
+               const std::pair<Range, Range>& ranges)
       : panel_(panel),
-        heading_(heading),
         left_(left),
         right_(right),
         top_(top),
         bottom_(bottom),
-        x_(panel.x, ranges.x, left, right, 60, false),
-        y_(panel.y, ranges.y, bottom, top, 30, true) {}
+        x_(panel.x, ranges.first, left, right, 60, false),
+        y_(panel.y, ranges.second, bottom, top, 30, true) {}
 
+  std::string text(const Heading& heading) const {
+    std::string svg = grid();
+    for (const Series& series : panel_.series) svg += series_svg(series, x_, y_);
+    return svg + frame() + labels() + lines_of(heading);
+  }
+
+ private:
   std::string grid() const {
     std::string path;
     for (const Tick& tick : x_.ticks()) path += fmt::format("M{}V{}", numbers(tick.at_px, top_), svg_number(bottom_));
@@ -503,16 +452,15 @@ class PanelDrawing {
                           fmt::format(" transform=\"rotate(-90 {})\"", numbers(x, middle)));
   }
 
-  std::string heading() const {
-    const double base = top_ - 8;
+  std::string lines_of(const Heading& heading) const {
+    double y = top_ - 8 - kLine * static_cast<double>(heading.key.size());
     std::string svg =
-        text_svg(left_, base - (heading_.title_above ? kLine * static_cast<double>(heading_.key.size()) : 0),
-                 fitted(panel_.title, right_ - left_), "start", kTitleInk);
-    for (std::size_t line = 0; line < heading_.key.size(); ++line) {
-      const double y = base - kLine * static_cast<double>(heading_.key.size() - 1 - line);
+        text_svg(left_, heading.title_above ? y : top_ - 8, fitted(panel_.title, right_ - left_), "start", kTitleInk);
+    for (const auto& line : heading.key) {
       double x = right_ + kEntryGap - 6;
-      for (const KeyEntry& entry : heading_.key[line]) x -= entry.width;
-      for (const KeyEntry& entry : heading_.key[line]) {
+      y += kLine;
+      for (const KeyEntry& entry : line) x -= entry.width;
+      for (const KeyEntry& entry : line) {
         svg += key_sample_svg(*entry.series, x, y - 4);
         svg += text_svg(x + kSample + 5, y, entry.name, "start", kTitleInk);
         x += entry.width;
@@ -522,7 +470,6 @@ class PanelDrawing {
   }
 
   const Panel& panel_;
-  const Heading& heading_;
   double left_, right_, top_, bottom_;
   Scale x_, y_;
 };
@@ -549,8 +496,9 @@ std::string draw_svg(const Plot& plot) {
     const auto p = static_cast<std::size_t>(i);
     const int row = i / columns;
     const double x = cell * (i % columns), y = height * row;
-    svg +=
-        PanelDrawing(plot.panels[p], headings[p], x + kLeft, x + cell - kRight, y + above, y + height - kBottom).text();
+    svg += PanelDrawing(plot.panels[p], x + kLeft, x + cell - kRight, y + above, y + height - kBottom,
+                        ranges_of(plot.panels[p]))
+               .text(headings[p]);
   }
   return svg + "</svg>";
 }

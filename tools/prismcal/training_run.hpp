@@ -4,16 +4,74 @@
 
 #include <CLI/App.hpp>
 #include <atomic>
+#include <cstddef>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "compensation/evaluation/data_quality.hpp"
+#include "compensation/evaluation/improvement_interval.hpp"
+#include "compensation/training/trainer.hpp"
 #include "tools/prismcal/method_options.hpp"
-#include "tools/prismcal/readiness.hpp"
 #include "tools/prismcal/training_set.hpp"
 
 namespace prism::commands {
+
+// The first sentence: can the model be used, what may be expected of it, what to do next.
+
+/// From parts of the recordings, each predicted by a model of the rest, as prismd would serve it.
+struct Expectation {
+  int parts = 0;
+  std::size_t samples = 0;
+  /// 1 − variance of the errors / variance of the bias, within the recordings; below 0: worse than no model.
+  double explained = 0;
+  /// Of 1 sigma, in another recording of the same profile. Nullopt if the samples do not determine it.
+  std::optional<evaluation::PredictionInterval> improvement;
+};
+
+/// Returns nullopt if the recordings are too short to hold parts out.
+std::optional<Expectation> expectation_of(const training::HeldOutErrors& held_out, const training::TrainingData& data);
+
+/// `explained`, `improvement_percent`, `low_percent`, `high_percent`, `parts`, `samples`; null without an expectation.
+nlohmann::ordered_json expectation_json(const std::optional<Expectation>& expected);
+
+enum class Readiness {
+  kReady,
+  kDoubtful,  ///< the improvement is not distinguishable from none, or the data may be faulty
+  kNotReady,
+};
+
+const char* readiness_text(Readiness readiness);
+
+struct Judgement {
+  Readiness readiness = Readiness::kReady;
+  std::string reason;  ///< and what to do; empty if ready
+};
+
+/// The attempts of a training, for the advice if its model predicts badly.
+struct Attempts {
+  std::string method, inputs;  ///< "composite", "T, dTdt, U and a response of 63 min"
+  bool all_inputs = false;     ///< the inputs were chosen among all that the recordings have
+  bool longer_helps = false;   ///< the recordings are short, or of one passage through the temperatures
+  /// Other methods on the same samples, and how much of the held-out parts they explain.
+  std::vector<std::pair<std::string, double>> others;
+};
+
+/// `questions`: on the data that was used (Recording::questions). `attempts` is called only if the model predicts
+/// badly.
+Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
+                const evaluation::DataQuality& quality, const std::vector<std::string>& questions,
+                const std::function<Attempts()>& attempts);
+
+/// "ready: explains 74 % of held-out variation, expected improvement 46 % (31 to 58 %); data quality: pass; next:
+/// prismcal evaluate …". One line with its end. `next`: the command that tests the model.
+std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,
+                           const evaluation::DataQuality& quality, const std::string& next);
+
+// The training.
 
 struct TrainChoice {
   std::vector<std::string> files;

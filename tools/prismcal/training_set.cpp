@@ -11,7 +11,7 @@
 
 #include "base/plain_text.hpp"
 #include "compensation/evaluation/statistics.hpp"
-#include "tools/prismcal/fingerprint.hpp"
+#include "tools/prismcal/block_table.hpp"
 
 namespace prism::recordings {
 namespace {

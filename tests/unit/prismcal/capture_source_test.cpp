@@ -13,7 +13,7 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/fingerprint.hpp"
+#include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/recording.hpp"
 
 namespace prism::recordings {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sentences about a model: the first of `prismcal train`, those below tables and figures, and the limits that it has to
 // keep.
-#include "tools/prismcal/readiness.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,6 +15,7 @@
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/limits.hpp"
 #include "tools/prismcal/recording_report.hpp"
+#include "tools/prismcal/training_run.hpp"
 
 namespace prism::commands {
 namespace {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The sample time of a series from its time stamps: the truth is constructed first.
-#include "tools/prismcal/sample_grid.hpp"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +9,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+#include "tools/prismcal/series.hpp"
 
 namespace prism::recordings {
 namespace {

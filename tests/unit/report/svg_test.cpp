@@ -67,9 +67,9 @@ TEST(SvgChart, DrawsBarsAndPoints) {
   Plot plot{2, 200, {{"(a)", {"residual"}, {"blocks"}}, {"(b)", {"T, °C"}, {"bias"}}}};
   plot.panels[0].series = {{"residual", Ink::kCorrected, SeriesStyle::kBars, {-1, 0, 1, 2}, {3, 7, -2, 1}},
                            {"limit", Ink::kGuide, SeriesStyle::kLinePoints, {-1.5, 2.5}, {5, 5}}};
-  plot.panels[1].series = {{"soak", Ink::kAccent1, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {1, 1, 2}},
-                           {"heating", Ink::kAccent2, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {2, 2, 1}},
-                           {"cooling", Ink::kAccent3, SeriesStyle::kOpenPoints, {1e5, 2e5, 3e5}, {1.5, 1.5, 1.5}}};
+  plot.panels[1].series = {{"soak", Ink::kRaw, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {1, 1, 2}},
+                           {"heating", Ink::kModel, SeriesStyle::kPoints, {1e5, 2e5, 3e5}, {2, 2, 1}},
+                           {"cooling", Ink::kCorrected, SeriesStyle::kOpenPoints, {1e5, 2e5, 3e5}, {1.5, 1.5, 1.5}}};
   expect_drawing("bars", plot);
 }
 
