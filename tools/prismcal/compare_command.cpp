@@ -18,7 +18,6 @@
 #include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
-#include "tools/prismcal/data_quality_table.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/method_options.hpp"
 #include "tools/prismcal/model_evaluation.hpp"

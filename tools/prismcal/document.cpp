@@ -180,12 +180,6 @@ Cell percent_cell(std::optional<double> share, Emphasis emphasis) {
   return fixed_cell(share ? std::optional(100 * *share) : std::nullopt, 2, emphasis);
 }
 
-std::string id_or_number(const std::string& id, const char* kind, int number) {
-  const bool plain = !id.empty() && id.size() <= 80 &&
-                     id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string::npos;
-  return plain ? id : fmt::format("{}-{}", kind, number);
-}
-
 Block reduced(Block block) {
   std::visit([](auto& part) { reduce(part); }, block);
   return block;
@@ -306,10 +300,7 @@ std::string csv_text(const Table& table) {
 
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report) {
   std::vector<std::pair<std::string, std::string>> files;
-  each<Table>(report, [&files](const Table& table) {
-    const int number = static_cast<int>(files.size()) + 1;
-    files.emplace_back(id_or_number(table.id, "table", number) + ".csv", csv_text(table));
-  });
+  each<Table>(report, [&files](const Table& table) { files.emplace_back(table.id + ".csv", csv_text(table)); });
   return files;
 }
 

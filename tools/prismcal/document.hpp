@@ -25,7 +25,7 @@ struct Cell {
   std::string text;
   std::optional<double> value{};
   Emphasis emphasis = Emphasis::kNone;
-  std::string link{};  ///< target of a link in HTML and JSON; empty: none
+  std::string link{};  ///< target of a link in HTML and JSON, of the program, with a relative path; empty: none
 
   Cell(std::string shown, std::optional<double> number, Emphasis how = Emphasis::kNone)
       : text(std::move(shown)), value(number), emphasis(how) {}
@@ -149,9 +149,6 @@ struct Report {
   std::string paper = "A4";                                  ///< of a print, or "letter"
 };
 
-/// Returns `id` if it is [a-z0-9_-] and at most 80 bytes long, else "<kind>-<number>". For HTML ids and file names.
-std::string id_or_number(const std::string& id, const char* kind, int number);
-
 /// A report of any length as a page of a few megabytes: its long series and tables reduced, others unchanged. A line
 /// becomes its mean, with a band from minimum to maximum, of each of kIntervals intervals of x. Points are thinned to
 /// one per cell of a grid, at most kMostPoints. Of a table kMostRows rows remain, or a few less: the first, those with
@@ -186,13 +183,12 @@ std::string plain_text(const Table& table);
 /// The warning, then all tables and paragraphs, and the meaning of each figure.
 std::string plain_text(const Report& report);
 
-/// Returns an SVG element without ids, 960 pixels wide in its own units. Escapes all texts of `plot`. Lines and bands
-/// have at most two points per pixel column (minimum and maximum); overlapping points are drawn once. A value that
-/// cannot be drawn interrupts a line.
+/// Returns an SVG element without ids, 960 pixels wide in its own units. Escapes all texts of `plot`, which are of the
+/// program and short: title and names of a panel share a line. Lines and bands have at most two points per pixel column
+/// (minimum and maximum); overlapping points are drawn once. A value that cannot be drawn interrupts a line.
 std::string draw_svg(const Plot& plot);
 
-/// Numbers tables and figures in order. Escapes all texts of `report`. Replaces an id that is not [a-z0-9_-] by
-/// "section-3", "table-7" or "figure-2".
+/// Numbers tables and figures in order. Escapes all texts of `report`, but not the ids.
 std::string html_page(const Report& report);
 
 /// Prints a page to a PDF file with Chromium. Errors: it is not installed, or fails; `path` cannot be written.

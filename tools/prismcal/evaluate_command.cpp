@@ -16,10 +16,10 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/commands.hpp"
-#include "tools/prismcal/data_quality_table.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/evaluation_run.hpp"
 #include "tools/prismcal/limits.hpp"
+#include "tools/prismcal/model_evaluation.hpp"
 #include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
@@ -62,9 +62,9 @@ report::Section recording_section(const analysis::EvaluatedRecording& recording,
     section.blocks.push_back(figure && !options.all_blocks ? report::reduced(std::move(block)) : std::move(block));
   };
   add(analysis::record_figure(recording));
-  if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate) {
-    section.blocks.push_back(analysis::data_quality_paragraph(*quality, recording.table->name));
-  }
+  if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate)
+    add(report::Paragraph{recording.table->name + ": " + analysis::data_quality_error(*quality),
+                          report::Emphasis::kBad});
   analysis::add_recording_blocks(recording, add);
   return section;
 }

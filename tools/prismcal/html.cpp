@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -97,23 +96,9 @@ std::string alternative_text(const Figure& figure) {
   return fmt::format("{}. {}{}", figure.title, figure.caption, curves);
 }
 
-/// Encodes a link within the page or to a relative path: percent-encodes all other characters, so that no link has a
-/// scheme. Returns an empty string if `link` begins with a slash or backslash, which could lead to another host.
-std::string relative_link(const std::string& link) {
-  if (link.starts_with('/') || link.starts_with('\\')) return {};
-  std::string result;
-  for (const char c : link) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain =
-        (byte < 0x80 && std::isalnum(byte) != 0) || std::string_view("._~-/").find(c) != std::string_view::npos;
-    result += plain || (c == '#' && result.empty()) ? std::string(1, c) : fmt::format("%{:02X}", byte);
-  }
-  return result;
-}
-
 std::string linked(const Cell& cell) {
-  const std::string text = html_text(cell.text), link = relative_link(cell.link);
-  return link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", link, text);
+  const std::string text = html_text(cell.text);
+  return cell.link.empty() ? text : fmt::format("<a href=\"{}\">{}</a>", html_text(cell.link), text);
 }
 
 /// Content-Security-Policy: no script, no external resources.
@@ -132,8 +117,7 @@ class Page {
   std::string write() {
     head();
     for (const Section& section : report_.sections) {
-      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", id_or_number(section.id, "section", ++sections_),
-                           html_text(section.heading));
+      text_ += fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, html_text(section.heading));
       for (const Block& block : section.blocks) std::visit([this](const auto& b) { add(b); }, block);
       text_ += "</section>\n";
     }
@@ -157,10 +141,8 @@ class Page {
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
-    int number = 0;
-    for (const Section& s : report_.sections) {
-      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", id_or_number(s.id, "section", ++number), html_text(s.heading));
-    }
+    for (const Section& s : report_.sections)
+      text_ += fmt::format("<a href=\"#{}\">{}</a>\n", s.id, html_text(s.heading));
     if (!report_.facts.empty()) text_ += fmt::format("<a href=\"#facts\">{}</a>\n", kFactsHeading);
     text_ += "</nav>\n</header>\n";
   }
@@ -198,7 +180,7 @@ class Page {
 
   void add(const Table& table) {
     ++tables_;
-    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n", id_or_number(table.id, "table", tables_));
+    text_ += fmt::format("<div class=\"wide\" id=\"{}\">\n", table.id);
     std::string shown = caption("Table", tables_, table.title, table.caption);
     for (std::size_t begin = 1; begin == 1 || begin < table.columns.size(); begin += kOthers) {
       std::vector<std::size_t> part = {0};
@@ -236,7 +218,7 @@ class Page {
     ++figures_;
     std::string svg = draw_svg(figure.plot);
     svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", html_text(alternative_text(figure))));
-    text_ += fmt::format("<figure id=\"{}\">\n{}\n", id_or_number(figure.id, "figure", figures_), svg);
+    text_ += fmt::format("<figure id=\"{}\">\n{}\n", figure.id, svg);
     const std::string meaning =
         figure.meaning.empty() ? "" : fmt::format(" <span class=\"meaning\">{}</span>", html_text(figure.meaning));
     text_ += fmt::format("<figcaption>{}{}</figcaption>\n</figure>\n",
@@ -245,7 +227,7 @@ class Page {
 
   const Report& report_;
   std::string text_;
-  int sections_ = 0, tables_ = 0, figures_ = 0;
+  int tables_ = 0, figures_ = 0;
 };
 
 }  // namespace

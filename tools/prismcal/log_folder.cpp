@@ -381,11 +381,12 @@ Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row) {
     if (!on_row) continue;
     if (auto done = on_row(row); !done) return done;
   }
-  segment.sha256 = hash.hex();
+  const bool endless = bytes.size() > kMaxLineBytes;  // zeros after a power failure
+  segment.sha256 = endless ? sha256_of_file(segment.path).value_or("") : hash.hex();
   // After a read error of the disk, the rows before it are kept; the rest is damage.
-  segment.read_failed = in->error().has_value();
-  if (in->error()) segment.damaged.push_back({segment.path, good_line + 1, in->error()->what});
-  segment.truncated_bytes = in->offset() - good;
+  segment.read_failed = in->error() && !endless;
+  if (segment.read_failed) segment.damaged.push_back({segment.path, good_line + 1, in->error()->what});
+  segment.truncated_bytes = (endless ? size_of(segment) : in->offset()) - good;
   segment.truncated_line = segment.truncated_bytes > 0 ? good_line + 1 : 0;
   ended = ended && segment.columns;
   if (ended && (!segment.damaged.empty() || segment.truncated_bytes > 0)) segment.end = SegmentEnd::kChanged;
@@ -489,16 +490,15 @@ std::uint64_t LogFolder::bytes() const {
 
 std::vector<std::string> LeftOut::lines() const {
   std::vector<std::string> lines;
-  if (partial > 0) lines.push_back(counted(partial, "second") + " not used: partial, at the start or end of a session");
-  if (implausible > 0) lines.push_back(counted(implausible, "second") + " not used: implausible values");
-  if (clocks_differ > 0)
-    lines.push_back(counted(clocks_differ, "second") +
-                    " not used: frames arrived at another rate than described (clocks_differ)");
-  if (duplicates > 0)
-    lines.push_back(counted(duplicates, "row") + " left out: the second repeats or goes back in its session");
-  if (copies > 0) lines.push_back(counted(copies, "file") + " left out: identical to another one");
-  if (superseded > 0)
-    lines.push_back(counted(superseded, "row") + " left out: repeated in a later segment after a disk error");
+  const auto add = [&](std::uint64_t count, const char* what, const char* why) {
+    if (count > 0) lines.push_back(counted(count, what) + why);
+  };
+  add(partial, "second", " not used: partial, at the start or end of a session");
+  add(implausible, "second", " not used: implausible values");
+  add(clocks_differ, "second", " not used: frames arrived at another rate than described (clocks_differ)");
+  add(duplicates, "row", " left out: the second repeats or goes back in its session");
+  add(copies, "file", " left out: identical to another one");
+  add(superseded, "row", " left out: repeated in a later segment after a disk error");
   if (!truncated.empty())
     lines.push_back(
         fmt::format("{} without an end (copied while open, or prismd was killed): {}{}; {} of incomplete rows left out",
@@ -524,25 +524,22 @@ Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row) {
 
 std::vector<std::string> axes_of_log(const std::string& path) { return LogFolder::salvage(path).axes(); }
 
-Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                           const SecondConsumer& consumer) {
+Result<void> read_log(const std::string& path, const SourceOptions& options, SecondFeed& feed) {
   auto folder = LogFolder::open(path, options.axis);
   if (!folder) return tl::unexpected<Error>(folder.error());
-  Recording recording;
-  const fs::path name(path);
-  recording.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
+  Recording& recording = feed.recording();
+  recording.is_date = true;
   for (const LogSegment& segment : folder->segments)
     recording.metadata.insert(segment.metadata.begin(), segment.metadata.end());
-  SecondFeed feed(recording, leave_out, true, consumer);
   const auto left_out = join_rows(
       *folder, [&](const LogRow& row, bool begins_session) { return feed.push(row.second_mean, begins_session); });
   if (!left_out) return tl::unexpected<Error>(left_out.error());
   add_remarks(recording.findings, "file", left_out->lines());
-  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = feed.finish(); !done) return done;
   for (const LogSegment& segment : folder->segments)
     recording.files.push_back({segment.path, segment.sha256, segment.rows});
   add_remarks(recording.findings, "absent", folder->absent);
-  return recording;
+  return {};
 }
 
 }  // namespace prism::recordings

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Evaluates a model on a recording with the corrections that prismd would apply.
+// Judges a recording, and a model on it with the corrections that prismd would apply.
 #pragma once
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "compensation/compensation_engine.hpp"
 #include "compensation/evaluation/bias_change.hpp"
+#include "compensation/evaluation/data_quality.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/block_table.hpp"
@@ -84,5 +86,31 @@ report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation
 /// correction, and those of CompensationEngine::use().
 Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, const recordings::BlockTable& table,
                                        const CorrectionSettings& settings, evaluation::Divisor divisor);
+
+// The data quality of a recording, and doubts about it.
+
+Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table);
+
+/// {"verdict":…,"nothing_to_compensate":…,"findings":[{"name":…,"verdict":…,"value":…,"unit":…,"warn":…,"refuse":…}…]}
+nlohmann::ordered_json data_quality_json(const evaluation::DataQuality& quality);
+
+/// "pass", or "warn (length 150 blocks, expected at least 200)".
+std::string data_quality_words(const evaluation::DataQuality& quality);
+
+/// Returns why the recording cannot be used for training; empty if it can.
+std::string data_quality_error(const evaluation::DataQuality& quality);
+
+/// A whole recording.
+struct Usability {
+  Result<evaluation::DataQuality> quality;
+  std::string reason;  ///< why it cannot be used; first what was left out of it, which may be the reason. Empty: it can
+};
+/// `to_train`: else only a disturbance counts, not a record that is short or without a drift.
+Usability usability_of(const recordings::Loaded& loaded, bool to_train);
+
+/// Readable reasons to judge the recording before the model that is evaluated on it: disturbed, a drift or mean of the
+/// other sign, another mean than in the training, and the `questions` of the recording. Empty: none.
+std::vector<std::string> recording_doubts(const recordings::BlockTable& table, const ModelEvaluation& evaluated,
+                                          const std::vector<std::string>& questions);
 
 }  // namespace prism::analysis

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/quantity_map.hpp"
-
+// --map: which column of a table is the rate, the temperature, the voltage, the time or a sensor, and in which unit;
+// and a table as a recording.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -25,6 +25,15 @@ namespace {
 
 constexpr const char* kGrammar =
     "QUANTITY=COLUMN:UNIT[*SCALE][+OFFSET], as rate=rate_x:deg/s or rate=Gx:deg/s*0.061-1.2";
+
+struct MappedColumn {
+  std::string column;
+  const tables::Unit* unit = nullptr;  ///< null: by the column's header
+  double scale = 1, offset = 0;        ///< file value · scale + offset is in `unit`
+  bool is_scaled = false;              ///< scale or offset is stated: the unit may differ from the header's
+};
+/// By "rate", "temperature", "uhfo", "time", or the name of a sensor of a line, LINE.NAME.
+using QuantityMap = std::map<std::string, MappedColumn>;
 
 /// Parses "*0.061-1.2" after a unit. Returns false if the text is invalid.
 bool read_scale_and_offset(std::string_view text, MappedColumn& mapped) {
@@ -47,6 +56,11 @@ bool is_quantity(std::string_view name) {
 /// Units of sensors besides those of temperatures and voltages.
 constexpr tables::Unit kOtherUnits[] = {
     {"", "A", 1, 0, ""}, {"", "mA", 1, 0, ""}, {"", "Pa", 1, 0, ""}, {"", "g", 1, 0, ""}};
+
+/// True for "daq.uhfo": a sensor, not one of the four.
+bool is_sensor(const std::string& quantity) {
+  return quantity.find('.') != std::string::npos && is_sensor_name(quantity);
+}
 
 bool fits(const std::string& quantity, const tables::Unit& unit) {
   return unit.quantity == quantity ||
@@ -74,45 +88,7 @@ std::string known_units(const std::string& quantity) {
   return quantity.empty() ? known + ", a sensor LINE.NAME in " + kOfSensors : known;
 }
 
-/// The first column of numbers that is one.
-template <class Is>
-std::optional<std::size_t> column_that(const tables::PlainTable& table, const Is& is) {
-  for (std::size_t i = 0; i < table.columns().size(); ++i) {
-    if (table.kind(i) == tables::ColumnKind::kNumber && is(table.columns()[i])) return i;
-  }
-  return std::nullopt;
-}
-
-/// By its unit.
-std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
-  return column_that(table, [&](const tables::Header& h) { return h.unit && h.unit->quantity == quantity; });
-}
-
-std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
-  return column_that(table, [](const tables::Header& h) {
-    return !h.unit && tables::lower(h.name).find("uhfo") != std::string::npos;
-  });
-}
-
-/// The options that were stated, as words of a command line.
-std::string options_text(const tables::TableOptions& options) {
-  std::string text;
-  if (!options.decimal.empty()) text += " --decimal " + options.decimal;
-  if (!options.time_unit.empty()) text += " --time-unit " + options.time_unit;
-  if (options.interval_s > 0) text += fmt::format(" --interval {}", options.interval_s);
-  return text;
-}
-
-}  // namespace
-
-bool is_sensor(const std::string& quantity) {
-  return quantity.find('.') != std::string::npos && is_sensor_name(quantity);
-}
-
-std::string sensor_unit(const tables::Unit& unit) {
-  return unit.quantity == "temperature" ? "degC" : unit.quantity == "uhfo" ? "V" : std::string(unit.name);
-}
-
+/// Parses "QUANTITY=COLUMN[:UNIT[*SCALE][+OFFSET]]" entries. Errors: the grammar, an unknown unit, no rate.
 Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
   QuantityMap map;
   for (const std::string& entry : entries) {
@@ -148,12 +124,13 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
 }
 
 // A unit at the end of a name may be a part of the name, so it counts only for the same quantity.
-static bool contradicts(const tables::Header& header, const tables::Unit& unit) {
+bool contradicts(const tables::Header& header, const tables::Unit& unit) {
   if (!header.unit || (!header.stated && header.unit->quantity != unit.quantity)) return false;
   return header.unit->quantity != unit.quantity || header.unit->factor != unit.factor ||
          header.unit->offset != unit.offset;
 }
 
+/// The unit of a quantity: of the map, else of the header. Errors: neither states one, or they contradict.
 Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const MappedColumn& mapped,
                                              const tables::Header& header) {
   if (mapped.unit) {
@@ -167,6 +144,37 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
   return make_error("--map", fmt::format("found {}={} without a unit, and none in the header \"{}\", expected {}",
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
+
+/// The first column of numbers that is one.
+template <class Is>
+std::optional<std::size_t> column_that(const tables::PlainTable& table, const Is& is) {
+  for (std::size_t i = 0; i < table.columns().size(); ++i) {
+    if (table.kind(i) == tables::ColumnKind::kNumber && is(table.columns()[i])) return i;
+  }
+  return std::nullopt;
+}
+
+/// By its unit.
+std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
+  return column_that(table, [&](const tables::Header& h) { return h.unit && h.unit->quantity == quantity; });
+}
+
+std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
+  return column_that(table, [](const tables::Header& h) {
+    return !h.unit && tables::lower(h.name).find("uhfo") != std::string::npos;
+  });
+}
+
+/// The options that were stated, as words of a command line.
+std::string options_text(const tables::TableOptions& options) {
+  std::string text;
+  if (!options.decimal.empty()) text += " --decimal " + options.decimal;
+  if (!options.time_unit.empty()) text += " --time-unit " + options.time_unit;
+  if (options.interval_s > 0) text += fmt::format(" --interval {}", options.interval_s);
+  return text;
+}
+
+}  // namespace
 
 std::optional<std::size_t> rate_column(const tables::PlainTable& table) { return column_of(table, "rate"); }
 
@@ -206,16 +214,19 @@ std::string train_command(const tables::PlainTable& table, const tables::TableOp
     if (entry.starts_with("uhfo=")) inputs += ",U";
   }
   if (!timed) text += " --interval SECONDS";
-  text += std::string(" ") + kSiteOptions;
+  text += " --latitude DEG --elevation DEG";  // train rejects the placeholders
   if (!inputs.empty()) text += " --inputs " + inputs.substr(1);
   return text + " --out model.json";
 }
 
-// A mapped table as a recording: its rows become samples for SecondAverager.
-
 namespace {
 
 constexpr std::array<const char*, 3> kMapped = {"rate", "temperature", "uhfo"};  // before the sensors
+
+/// The sensor's unit to which `unit` is converted.
+std::string sensor_unit(const tables::Unit& unit) {
+  return unit.quantity == "temperature" ? "degC" : unit.quantity == "uhfo" ? "V" : std::string(unit.name);
+}
 
 struct Conversion {
   double scale = 1, offset = 0, factor = 1, shift = 0;
@@ -347,8 +358,8 @@ void add_findings_on_times(const std::vector<std::int64_t>& rate_stamps_ns, cons
 
 }  // namespace
 
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                              const SecondConsumer& consumer) {
+// The rows become samples for SecondAverager.
+Result<void> read_mapped(const std::string& path, const SourceOptions& options, SecondFeed& feed) {
   const auto map = parse_map(options.map);
   if (!map) return tl::unexpected<Error>(map.error());
   const double interval_s = options.table.interval_s;
@@ -360,7 +371,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
   auto columns = MappedColumns::of(*table, *map);
   if (!columns) return tl::unexpected<Error>(columns.error());
   const bool is_date = table->has_dates();
-  Averaging averaging(options.judged, leave_out, columns->sensors());
+  Averaging averaging(options.judged, feed.leave_out(), columns->sensors());
   StatedTimes times(interval_s);
   std::vector<std::int64_t> stamps_ns, rate_stamps_ns;  // of all rows, of those with a rate
   tables::Row row;
@@ -373,22 +384,20 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     const std::int64_t time_ns = !timed ? count_ns : stated ? times.push(row.time_ns) : row.time_ns;
     const auto values = columns->values_of(row);
     if (rows == 1) {
-      if (auto good = leave_out.begin(compensation::second_number(time_ns), is_date); !good)
-        return tl::unexpected<Error>(good.error());
+      if (auto good = feed.leave_out().begin(compensation::second_number(time_ns), is_date); !good) return good;
     }
     averaging.add(time_ns, values, row.line);
     if (timed) stamps_ns.push_back(row.time_ns);
     if (timed && std::isfinite(values[0])) rate_stamps_ns.push_back(row.time_ns);
   }
-  Recording recording;
-  recording.name = std::filesystem::path(path).stem().string();
+  Recording& recording = feed.recording();
+  recording.is_date = is_date;
   add_findings_on_times(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt,
                         recording.findings);
   const auto judged = averaging.finish(path, is_date);
   if (!judged) return tl::unexpected<Error>(judged.error());
   recording.findings.insert(recording.findings.end(), judged->begin(), judged->end());
   recording.files.push_back({path, table->sha256(), table->rows()});
-  SecondFeed feed(recording, leave_out, is_date, consumer);
   Result<void> fed;
   for (auto at = averaging.second_means().begin(); fed && at != averaging.second_means().end(); ++at)
     fed = feed.push(*at, false);
@@ -400,8 +409,7 @@ Result<Recording> read_mapped(const std::string& path, const SourceOptions& opti
     }
     options.table.announce(line);
   }
-  if (!fed) return tl::unexpected<Error>(fed.error());
-  return recording;
+  return fed;
 }
 
 }  // namespace prism::recordings

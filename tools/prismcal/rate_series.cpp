@@ -25,25 +25,18 @@ namespace {
 
 constexpr std::string_view kRateUnits = "deg/h, deg/s, rad/s or arcsec/s";
 
-Result<double> factor_of(const std::string& unit) {
-  if (const tables::Unit* found = tables::find_unit("rate", unit)) return found->factor;
-  return make_error("--unit", fmt::format("found \"{}\", expected {}", unit, kRateUnits));
-}
-
-/// The factor to deg/h of a column of a table; sets the unit of the series. Errors: no unit; one of another quantity.
+/// The factor to deg/h; sets the unit of the series. Errors: no unit; one of another quantity.
 Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const tables::Header& header) {
-  if (!choice.unit.empty()) {
-    series.unit = choice.unit;
-  } else if (!header.unit) {
+  const bool stated = !choice.unit.empty();
+  if (!stated && !header.unit)
     return make_error("--unit", fmt::format("found none, and no unit in the header of column {}, expected {}",
                                             header.text.empty() ? "1" : header.text, kRateUnits));
-  } else if (header.unit->quantity != "rate") {
+  if (!stated && header.unit->quantity != "rate")
     return make_error("--column", fmt::format("found \"{}\" in {}, expected a rate; --unit states another unit",
                                               header.text, header.unit->name));
-  } else {
-    series.unit = header.unit->name;
-  }
-  return factor_of(series.unit);
+  series.unit = stated ? choice.unit : std::string(header.unit->name);
+  if (const tables::Unit* found = tables::find_unit("rate", series.unit)) return found->factor;
+  return make_error("--unit", fmt::format("found \"{}\", expected {}", series.unit, kRateUnits));
 }
 
 /// The time column and the rate column of a table.
@@ -59,28 +52,22 @@ Result<Layout> choose_columns(const tables::PlainTable& table, const RateSeriesC
     const auto found = table.find(choice.time_column);
     if (!found) return tl::unexpected<Error>(found.error());
     layout.time = *found;
+  } else if (columns.size() > 1) {
+    layout.time = table.time_column();
+    const bool readable = layout.time && table.kind(*layout.time) != tables::ColumnKind::kText;
+    if (choice.interval_s && !readable) layout.time.reset();
   }
-  if (choice.time_column.empty() && columns.size() > 1) layout.time = table.time_column();
-  const bool readable = layout.time && table.kind(*layout.time) != tables::ColumnKind::kText;
-  if (choice.time_column.empty() && choice.interval_s && !readable) layout.time.reset();
-  if (!choice.column.empty()) {
-    const auto found = table.find(choice.column);
+  const std::size_t others = columns.size() - (layout.time ? 1 : 0);
+  const bool named = std::ranges::any_of(columns, [](const auto& column) { return column.text == "rate_deg_per_h"; });
+  if (!choice.column.empty() || named) {
+    const auto found = table.find(choice.column.empty() ? "rate_deg_per_h" : choice.column);
     if (!found) return tl::unexpected<Error>(found.error());
     layout.rate = *found;
-    return layout;
-  }
-  std::optional<std::size_t> rate, only;
-  std::size_t others = 0;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].text == "rate_deg_per_h") rate = i;
-    if (layout.time && *layout.time == i) continue;
-    only = i;
-    ++others;
-  }
-  if (!rate && others == 1) rate = only;
-  if (!rate)
+  } else if (others == 1) {
+    layout.rate = layout.time && *layout.time == 0 ? 1 : 0;
+  } else {
     return make_error(table.path(), fmt::format("found columns {}, expected --column NAME", table.names_text()));
-  layout.rate = *rate;
+  }
   return layout;
 }
 

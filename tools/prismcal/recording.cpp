@@ -28,7 +28,6 @@
 #include "drivers/capture_file.hpp"
 #include "drivers/shown_bytes.hpp"
 #include "tools/prismcal/plain_table.hpp"
-#include "tools/prismcal/quantity_map.hpp"
 
 namespace prism::recordings {
 namespace {
@@ -97,8 +96,8 @@ Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
   return names;
 }
 
-Result<Recording> read_capture(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                               const SecondConsumer& consumer) {
+/// Reads a capture or raw bytes with the frame description of options.config.
+Result<void> read_capture(const std::string& path, const SourceOptions& options, SecondFeed& feed) {
   pipeline::Overrides overrides;
   overrides.without_models = true;
   auto setup = pipeline::load_setup(options.config, overrides);
@@ -108,15 +107,14 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
   if (auto used = pipeline::use_time_of(*reader, path, *setup); !used) return tl::unexpected<Error>(used.error());
   const auto axis = axis_index(*setup, options.axis);
   if (!axis) return tl::unexpected<Error>(axis.error());
-  Recording recording;
-  recording.name = std::filesystem::path(path).stem().string();
+  Recording& recording = feed.recording();
+  recording.is_date = true;
   std::istringstream metadata(pipeline::log_metadata(*setup, *axis));
   for (std::string line; std::getline(metadata, line);) recording.add(line);
   add_remarks(recording.findings, "configuration", setup->config.removed_keys);
   add_remarks(recording.findings, "configuration", setup->config.warnings);
   pipeline::Pipeline pipeline(*setup);
   std::optional<std::int64_t> session_ns;
-  SecondFeed feed(recording, leave_out, true, consumer);
   Result<void> fed;
   const auto add = [&](const pipeline::Rows& rows) {
     for (const auto& window : rows.windows) {
@@ -137,22 +135,22 @@ Result<Recording> read_capture(const std::string& path, const SourceOptions& opt
     sensors->until(*packet, feed_sensor);
     if (packet->event == drivers::CaptureEvent::kOpened) add(pipeline.begin_session(packet->time_ns));
     if (packet->event == drivers::CaptureEvent::kData) add(pipeline.feed(packet->bytes, packet->time_ns));
-    if (!fed) return tl::unexpected<Error>(fed.error());
+    if (!fed) return fed;
   }
   add(pipeline.finish());
-  if (!fed) return tl::unexpected<Error>(fed.error());
+  if (!fed) return fed;
   const std::string clocks = pipeline::clocks_text(*setup->frames, pipeline.clock().rate_check());
   if (!clocks.empty())
     return make_error(path, clocks + "; correct rate_hz, or accept it with \"accept_clock\" in the configuration");
   if (recording.seconds == 0 && options.leave_out.empty())
     return make_error(path, "found no frame of " + setup->config.frames);
-  if (auto done = feed.finish(); !done) return tl::unexpected<Error>(done.error());
+  if (auto done = feed.finish(); !done) return done;
   add_remarks(recording.findings, "file", sensors->notes());
   add_remarks(recording.findings, "file", {reader->damaged_places().text(), reader->tail_damage()});
   const auto sum = sha256_of_file(path);
   if (!sum) return tl::unexpected<Error>(sum.error());
   recording.files.push_back({path, *sum, packets});
-  return recording;
+  return {};
 }
 
 }  // namespace
@@ -196,6 +194,12 @@ std::optional<std::pair<std::string_view, std::string_view>> Metadata::add(std::
 }
 
 std::vector<SensorName> Recording::sensors() const { return sensors_of_list(sensor_list); }
+
+SecondFeed::SecondFeed(const std::string& path, LeaveOut leave_out, const SecondConsumer& consumer)
+    : leave_out_(std::move(leave_out)), consumer_(consumer) {
+  const std::filesystem::path name(path);
+  recording_.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
+}
 
 Result<void> SecondFeed::begin() {
   begun_ = true;
@@ -243,36 +247,33 @@ Result<void> UnmatchedRanges::finish() const {
 
 namespace {
 
-Result<Recording> read(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer) {
-  // Models and reports contain the name.
-  if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
-  auto leave_out = LeaveOut::parse(options.leave_out);
-  if (!leave_out) return tl::unexpected<Error>(leave_out.error());
-  if (!options.map.empty()) return read_mapped(path, options, std::move(*leave_out), consumer);
-  if (is_foreign(path)) {
-    const auto kind = bytes_kind(path);
-    if (!kind) return tl::unexpected<Error>(kind.error());
-    if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
-    if (!options.config.empty()) return read_capture(path, options, std::move(*leave_out), consumer);
-    return make_error(
-        path,
-        fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismd --sniff {} "
-                    "finds the description",
-                    *kind, shell_word(path)));
-  }
-  return read_log(path, options, std::move(*leave_out), consumer);
+Result<void> read(const std::string& path, const SourceOptions& options, SecondFeed& feed) {
+  if (!options.map.empty()) return read_mapped(path, options, feed);
+  if (!is_foreign(path)) return read_log(path, options, feed);
+  const auto kind = bytes_kind(path);
+  if (!kind) return tl::unexpected<Error>(kind.error());
+  if (kind->empty()) return tl::unexpected<Error>(without_map(path, options));
+  if (!options.config.empty()) return read_capture(path, options, feed);
+  return make_error(path,
+                    fmt::format("is a {}; expected --config PRISMD.JSON, which names its frame description; prismd "
+                                "--sniff {} finds the description",
+                                *kind, shell_word(path)));
 }
 
 }  // namespace
 
 Result<Recording> read_recording(const std::string& path, const SourceOptions& options,
                                  const SecondConsumer& consumer) {
-  auto recording = read(path, options, consumer);
-  if (!recording || options.several) return recording;
-  UnmatchedRanges unmatched(options.leave_out);
-  unmatched.add(*recording);
+  // Models and reports contain the name.
+  if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
+  auto leave_out = LeaveOut::parse(options.leave_out);
+  if (!leave_out) return tl::unexpected<Error>(leave_out.error());
+  SecondFeed feed(path, std::move(*leave_out), consumer);
+  if (auto done = read(path, options, feed); !done) return tl::unexpected<Error>(done.error());
+  UnmatchedRanges unmatched(options.several ? std::vector<std::string>() : options.leave_out);
+  unmatched.add(feed.recording());
   if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
-  return recording;
+  return std::move(feed.recording());
 }
 
 Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOptions& options) {

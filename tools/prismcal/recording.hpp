@@ -76,14 +76,14 @@ struct SecondConsumer {
   std::function<Result<void>(const compensation::SecondMean& second_mean, bool begins_session)> push;
 };
 
-/// Passes the seconds that are not left out to a consumer, counts them in the recording, and finds jumps.
+/// Filled by each reader: passes the seconds that are not left out to a consumer, counts them in the recording, and
+/// finds jumps.
 class SecondFeed {
  public:
-  /// `is_date`: the seconds count from 1970.
-  SecondFeed(Recording& recording, LeaveOut& leave_out, bool is_date, const SecondConsumer& consumer)
-      : recording_(recording), leave_out_(leave_out), consumer_(consumer) {
-    recording.is_date = is_date;
-  }
+  SecondFeed(const std::string& path, LeaveOut leave_out, const SecondConsumer& consumer);
+
+  Recording& recording() { return recording_; }
+  LeaveOut& leave_out() { return leave_out_; }
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
   /// Adds the findings to the recording. Calls begin(), if there was no second.
   Result<void> finish();
@@ -91,8 +91,8 @@ class SecondFeed {
  private:
   Result<void> begin();
 
-  Recording& recording_;
-  LeaveOut& leave_out_;
+  Recording recording_;
+  LeaveOut leave_out_;
   const SecondConsumer& consumer_;
   JumpFinder jumps_;
   bool any_ = false, begun_ = false;
@@ -135,10 +135,26 @@ std::vector<std::string> axes_of_log(const std::string& path);
 
 // The readers in other source files.
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
-Result<Recording> read_log(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                           const SecondConsumer& consumer);
+Result<void> read_log(const std::string& path, const SourceOptions& options, SecondFeed& feed);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
-Result<Recording> read_mapped(const std::string& path, const SourceOptions& options, LeaveOut leave_out,
-                              const SecondConsumer& consumer);
+Result<void> read_mapped(const std::string& path, const SourceOptions& options, SecondFeed& feed);
+
+// A table that is not mapped.
+
+/// The site in the command lines, which no table states.
+inline constexpr const char* kSiteAdvice =
+    "DEG: latitude of the site, elevation of the gyro's input axis above the horizon; for rates already corrected for "
+    "the Earth rate: --no-earth-rate instead";
+
+/// The first column with the unit of a rate.
+std::optional<std::size_t> rate_column(const tables::PlainTable& table);
+
+/// The entries of --map that read these columns, by their units and names; with words in capitals for what no column
+/// states. Of several columns that may be a quantity it takes the first.
+std::vector<std::string> suggested_map(const tables::PlainTable& table, const tables::TableOptions& options);
+
+/// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
+/// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.
+std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options);
 
 }  // namespace prism::recordings

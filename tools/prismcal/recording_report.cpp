@@ -175,7 +175,7 @@ std::vector<Series> allan_series(const evaluation::AllanAnalysis& analysis, cons
 /// A density, and its lines at their place on the curve.
 std::vector<Series> density_series(const evaluation::Spectrum& spectrum, const char* name, Ink ink) {
   Series line{name, ink, SeriesStyle::kLine, spectrum.frequency_hz, spectrum.density};
-  Series lines{spectrum.lines.empty() ? "" : std::string("periodic, ") + name, ink, SeriesStyle::kOpenPoints};
+  Series lines{spectrum.lines.empty() ? "" : "periodic", ink, SeriesStyle::kOpenPoints};
   for (const evaluation::SpectralLine& each : spectrum.lines) {
     const auto next = std::lower_bound(line.x.begin(), line.x.end(), each.frequency_hz);
     lines.x.push_back(each.frequency_hz);
@@ -237,8 +237,8 @@ Panel plane_panel(const char* title, const char* label, const std::string& input
              recording.training->column(input), SeriesStyle::kPoints),
        picked("evaluated", Ink::kCorrected, SeriesStyle::kOpenPoints, recording.temperature_degc,
               recording.table->column(input), [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
-       picked("outside the training range", Ink::kModel, SeriesStyle::kPoints, recording.temperature_degc,
-              recording.table->column(input), [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
+       picked("outside", Ink::kModel, SeriesStyle::kPoints, recording.temperature_degc, recording.table->column(input),
+              [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
 }
 
 // The report, in its order.

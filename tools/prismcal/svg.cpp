@@ -13,7 +13,7 @@
 namespace prism::report {
 namespace {
 
-constexpr double kWidth = 960, kLeft = 80, kRight = 14, kBottom = 50, kLine = 15, kSample = 24, kEntryGap = 16,
+constexpr double kWidth = 960, kLeft = 80, kRight = 14, kAbove = 35, kBottom = 50, kSample = 24, kEntryGap = 16,
                  kTickRoom = 50, kFontPx = 12.5;
 constexpr double kLargest = 1e150, kSmallestSpan = 1e-12, kRounding = 1e-6;
 constexpr const char* kTitleInk = " fill=\"#1b2733\"";
@@ -30,33 +30,10 @@ std::string svg_number(double pixels) {
 
 std::string numbers(double a, double b) { return svg_number(a) + " " + svg_number(b); }
 
-/// Width in em of the character that starts with `byte`; 0 for continuation bytes.
-double width_em(char byte) {
-  const auto code = static_cast<unsigned char>(byte);
-  if (code >= 0x80) return code < 0xc0 ? 0 : code < 0xe2 ? 0.65 : 1;
-  if (std::string_view(" iljtfrI.,:;'|()[]!/-").find(byte) != std::string_view::npos) return 0.38;
-  if (std::string_view("mwMW%@").find(byte) != std::string_view::npos) return 0.95;
-  return byte >= 'A' && byte <= 'Z' ? 0.75 : 0.63;
-}
-
 /// Estimated pixels of a line of text in a sans-serif font; slightly more than most fonts need.
 double text_width(std::string_view text) {
-  double width = 0;
-  for (const char byte : text) width += kFontPx * width_em(byte);
-  return width;
-}
-
-/// `text`, truncated with "…" if it is wider than `width` pixels.
-std::string fitted(std::string_view text, double width) {
-  constexpr std::size_t kLongest = 2000;  // bytes; more than fit in any width
-  std::string clean = valid_utf8(text.substr(0, kLongest));
-  if (text_width(clean) <= width) return clean;
-  double used = kFontPx;  // width of "…"
-  for (std::size_t i = 0; i < clean.size(); ++i) {
-    used += kFontPx * width_em(clean[i]);
-    if (used > width) return clean.substr(0, i) + "…";
-  }
-  return clean;
+  const auto begins_character = [](char byte) { return (byte & 0xC0) != 0x80; };
+  return 0.63 * kFontPx * static_cast<double>(std::count_if(text.begin(), text.end(), begins_character));
 }
 
 /// `anchor`: start, middle or end. `more`: additional attributes.
@@ -340,38 +317,6 @@ std::string key_sample_svg(const Series& series, double left, double y) {
 
 // Panels.
 
-struct KeyEntry {
-  const Series* series;
-  std::string name;
-  double width;
-};
-
-/// Lines above a panel: the wrapped key, and the title above it if both do not fit on one line.
-struct Heading {
-  std::vector<std::vector<KeyEntry>> key;
-  bool title_above = false;
-  std::size_t lines() const { return std::max<std::size_t>(1, key.size() + (title_above ? 1 : 0)); }
-};
-
-Heading heading_of(const Panel& panel, double width) {
-  Heading heading;
-  double used = 0;
-  for (const Series& series : panel.series) {
-    if (series.name.empty()) continue;
-    std::string name = fitted(series.name, width - kSample - kEntryGap);
-    const double entry = kSample + kEntryGap + text_width(name);
-    if (heading.key.empty() || used + entry > width) {
-      heading.key.emplace_back();
-      used = 0;
-    }
-    heading.key.back().push_back({&series, std::move(name), entry});
-    used += entry;
-  }
-  const bool same_line = heading.key.size() <= 1 && used + text_width(fitted(panel.title, width)) + kEntryGap <= width;
-  heading.title_above = !panel.title.empty() && !heading.key.empty() && !same_line;
-  return heading;
-}
-
 /// Of the drawable values of a panel. Bars include zero, and half of their distance at both ends.
 std::pair<Range, Range> ranges_of(const Panel& panel) {
   Range x, y;
@@ -394,111 +339,69 @@ std::pair<Range, Range> ranges_of(const Panel& panel) {
   return {x, y};
 }
 
-/// A panel, with the pixels of its frame in the drawing.
-class PanelDrawing {
- public:
-  PanelDrawing(const Panel& panel, double left, double right, double top, double bottom,
-               const std::pair<Range, Range>& ranges)
-      : panel_(panel),
-        left_(left),
-        right_(right),
-        top_(top),
-        bottom_(bottom),
-        x_(panel.x, ranges.first, left, right, 60, false),
-        y_(panel.y, ranges.second, bottom, top, 30, true) {}
+std::string tick_label(double x, double y, const Tick& tick, const char* anchor) {
+  const bool wide = !tick.is_power() && text_width(tick.label) > kTickRoom;
+  return fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", svg_number(x), svg_number(y), anchor,
+                     wide ? fmt::format(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", kTickRoom) : "",
+                     tick.label);
+}
 
-  std::string text(const Heading& heading) const {
-    std::string svg = grid();
-    for (const Series& series : panel_.series) svg += series_svg(series, x_, y_);
-    return svg + frame() + labels() + lines_of(heading);
+/// The names of the series with a sample each, above the right end of a panel.
+std::string key_svg(const Panel& panel, double right, double y) {
+  const auto width = [](const Series& series) { return kSample + kEntryGap + text_width(series.name); };
+  double x = right + kEntryGap - 6;
+  std::string svg;
+  for (const Series& series : panel.series) x -= series.name.empty() ? 0 : width(series);
+  for (const Series& series : panel.series) {
+    if (series.name.empty()) continue;
+    svg += key_sample_svg(series, x, y - 4) + text_svg(x + kSample + 5, y, series.name, "start", kTitleInk);
+    x += width(series);
   }
+  return svg;
+}
 
- private:
-  std::string grid() const {
-    std::string path;
-    for (const Tick& tick : x_.ticks()) path += fmt::format("M{}V{}", numbers(tick.at_px, top_), svg_number(bottom_));
-    for (const Tick& tick : y_.ticks()) path += fmt::format("M{}H{}", numbers(left_, tick.at_px), svg_number(right_));
-    return fmt::format("<path d=\"{}\" stroke=\"#e5e7eb\" stroke-width=\"0.8\"/>\n", path);
+/// A panel whose frame has these pixels in the drawing.
+std::string panel_svg(const Panel& panel, double left, double right, double top, double bottom) {
+  const auto [x_range, y_range] = ranges_of(panel);
+  const Scale x(panel.x, x_range, left, right, 60, false), y(panel.y, y_range, bottom, top, 30, true);
+  std::string grid, labels, series_text,
+      frame = fmt::format("M{}H{}V{}H{}z", numbers(left, top), svg_number(right), svg_number(bottom), svg_number(left));
+  for (const Tick& tick : x.ticks()) {
+    grid += fmt::format("M{}V{}", numbers(tick.at_px, top), svg_number(bottom));
+    frame += fmt::format("M{}v-5", numbers(tick.at_px, bottom));
+    const double half = tick.is_power() ? 12 : text_width(tick.label) / 2;
+    labels += tick_label(std::min(tick.at_px, kWidth - half), bottom + 17, tick, "middle");
   }
-
-  /// The frame with tick marks.
-  std::string frame() const {
-    std::string path =
-        fmt::format("M{}H{}V{}H{}z", numbers(left_, top_), svg_number(right_), svg_number(bottom_), svg_number(left_));
-    for (const Tick& tick : x_.ticks()) path += fmt::format("M{}v-5", numbers(tick.at_px, bottom_));
-    for (const double at : x_.minor_px()) path += fmt::format("M{}v-3", numbers(at, bottom_));
-    for (const Tick& tick : y_.ticks()) path += fmt::format("M{}h5", numbers(left_, tick.at_px));
-    for (const double at : y_.minor_px()) path += fmt::format("M{}h3", numbers(left_, at));
-    return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"#9ca3af\" stroke-width=\"0.8\"/>\n", path);
+  for (const Tick& tick : y.ticks()) {
+    grid += fmt::format("M{}H{}", numbers(left, tick.at_px), svg_number(right));
+    frame += fmt::format("M{}h5", numbers(left, tick.at_px));
+    labels += tick_label(left - 6, tick.at_px + 4, tick, "end");
   }
-
-  static std::string tick_label(double x, double y, const Tick& tick, const char* anchor) {
-    const bool wide = !tick.is_power() && text_width(tick.label) > kTickRoom;
-    return fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", svg_number(x), svg_number(y), anchor,
-                       wide ? fmt::format(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", kTickRoom) : "",
-                       tick.label);
-  }
-
-  std::string labels() const {
-    std::string svg;
-    for (const Tick& tick : x_.ticks()) {
-      const double half = tick.is_power() ? 12 : text_width(tick.label) / 2;
-      svg += tick_label(std::min(tick.at_px, kWidth - half), bottom_ + 17, tick, "middle");
-    }
-    for (const Tick& tick : y_.ticks()) svg += tick_label(left_ - 6, tick.at_px + 4, tick, "end");
-    const double x = left_ - 63, middle = (top_ + bottom_) / 2;
-    svg += text_svg((left_ + right_) / 2, bottom_ + 36, fitted(panel_.x.label, right_ - left_), "middle");
-    return svg + text_svg(x, middle, fitted(panel_.y.label, bottom_ - top_), "middle",
-                          fmt::format(" transform=\"rotate(-90 {})\"", numbers(x, middle)));
-  }
-
-  std::string lines_of(const Heading& heading) const {
-    double y = top_ - 8 - kLine * static_cast<double>(heading.key.size());
-    std::string svg =
-        text_svg(left_, heading.title_above ? y : top_ - 8, fitted(panel_.title, right_ - left_), "start", kTitleInk);
-    for (const auto& line : heading.key) {
-      double x = right_ + kEntryGap - 6;
-      y += kLine;
-      for (const KeyEntry& entry : line) x -= entry.width;
-      for (const KeyEntry& entry : line) {
-        svg += key_sample_svg(*entry.series, x, y - 4);
-        svg += text_svg(x + kSample + 5, y, entry.name, "start", kTitleInk);
-        x += entry.width;
-      }
-    }
-    return svg;
-  }
-
-  const Panel& panel_;
-  double left_, right_, top_, bottom_;
-  Scale x_, y_;
-};
+  for (const double at : x.minor_px()) frame += fmt::format("M{}v-3", numbers(at, bottom));
+  for (const double at : y.minor_px()) frame += fmt::format("M{}h3", numbers(left, at));
+  for (const Series& series : panel.series) series_text += series_svg(series, x, y);
+  const double label = left - 63, middle = (top + bottom) / 2;
+  return path_svg(grid, "stroke=\"#e5e7eb\" stroke-width=\"0.8\"") + series_text +
+         path_svg(frame, "fill=\"none\" stroke=\"#9ca3af\" stroke-width=\"0.8\"") + labels +
+         text_svg((left + right) / 2, bottom + 36, panel.x.label, "middle") +
+         text_svg(label, middle, panel.y.label, "middle",
+                  fmt::format(" transform=\"rotate(-90 {})\"", numbers(label, middle))) +
+         text_svg(left, top - 8, panel.title, "start", kTitleInk) + key_svg(panel, right, top - 8);
+}
 
 }  // namespace
 
 std::string draw_svg(const Plot& plot) {
   const int count = static_cast<int>(plot.panels.size()), columns = std::clamp(plot.columns, 1, 6);
-  const double cell = kWidth / columns, width = cell - kLeft - kRight;
-  std::vector<Heading> headings;
-  std::size_t lines = 1;
-  for (const Panel& panel : plot.panels) {
-    headings.push_back(heading_of(panel, width));
-    lines = std::max(lines, headings.back().lines());
-  }
-  const double above = 20 + kLine * static_cast<double>(lines);
-  const double height = std::max(plot.panel_height, above + kBottom + 60);
-  const double all = height * std::max(1, (count + columns - 1) / columns);
+  const double cell = kWidth / columns, height = std::max(plot.panel_height, kAbove + kBottom + 60);
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "font-family=\"sans-serif\" font-size=\"{2}\" fill=\"#374151\">\n",
-      kWidth, all, kFontPx);
+      kWidth, height * std::max(1, (count + columns - 1) / columns), kFontPx);
   for (int i = 0; i < count; ++i) {
-    const auto p = static_cast<std::size_t>(i);
-    const int row = i / columns;
-    const double x = cell * (i % columns), y = height * row;
-    svg += PanelDrawing(plot.panels[p], x + kLeft, x + cell - kRight, y + above, y + height - kBottom,
-                        ranges_of(plot.panels[p]))
-               .text(headings[p]);
+    const double x = cell * (i % columns), y = height * (i / columns);
+    svg += panel_svg(plot.panels[static_cast<std::size_t>(i)], x + kLeft, x + cell - kRight, y + kAbove,
+                     y + height - kBottom);
   }
   return svg + "</svg>";
 }

@@ -30,8 +30,7 @@
 #include "config/version.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
-#include "tools/prismcal/data_quality_table.hpp"
-#include "tools/prismcal/input_choice.hpp"
+#include "tools/prismcal/model_evaluation.hpp"
 #include "tools/prismcal/option_table.hpp"
 
 namespace prism::commands {
@@ -235,17 +234,17 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     }
     return response_s.empty() ? std::move(set) : read_once(inputs);
   };
-  std::optional<InputSearch> search;
+  std::optional<recordings::InputSearch> search;
   if (choice.inputs == "auto") {
-    const auto candidates = candidate_inputs(choice);
+    const auto candidates = recordings::candidate_inputs(choice.files.front(), choice.recordings);
     if (!candidates) return tl::unexpected<Error>(candidates.error());
     const auto all = read(*candidates);
     if (!all) return tl::unexpected<Error>(all.error());
-    auto found = search_inputs(all->data);
+    auto found = recordings::search_inputs(all->data);
     if (!found) return tl::unexpected<Error>(found.error());
     choice.inputs = fmt::format("{}", fmt::join(found->best().inputs, ","));
     search = std::move(*found);
-    if (!choice.method.quiet) fmt::print(stderr, "{}", search_text(*search));
+    if (!choice.method.quiet) fmt::print(stderr, "{}", recordings::search_text(*search));
   }
   const std::vector<std::string> names = tables::list_items(choice.inputs);
   if (auto good =
@@ -296,7 +295,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     summary["response"] = {{"tau_s", response->tau_s},
                            {"interval_s", {response->low_s, response->high_s}},
                            {"log_likelihood_gain", response->gain}};
-  if (search) summary["input_search"] = search_json(*search);
+  if (search) summary["input_search"] = recordings::search_json(*search);
   return TrainingRun{std::move(*trained), std::move(*set),      std::move(*settings), std::move(*quality),
                      std::move(expected), std::move(judgement), std::move(summary)};
 }
@@ -468,12 +467,6 @@ bool serves_the_mean(const training::TrainedModel& trained) {
   return compensation::evidence_of(trust.skill, trust.overlap) <= compensation::kNoSkill;
 }
 
-/// Of the model and the data quality.
-struct ModelJudgement {
-  Readiness readiness = Readiness::kReady;
-  std::string reason, advice;  // empty if ready
-};
-
 /// Names the methods that predict better, else what was tried; asks for a longer cycle only where it can help.
 std::string advice_of(const Attempts& tried, double explained) {
   constexpr double kBetter = 0.05;  // of the explained variance: less may be chance
@@ -494,28 +487,31 @@ std::string advice_of(const Attempts& tried, double explained) {
                                   : "; a longer cycle would not help: add inputs (--inputs auto)");
 }
 
-ModelJudgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
-                           const evaluation::DataQuality& quality, const std::function<Attempts()>& attempts) {
+/// Of the model and the data quality. Another cycle does not help against a fault of the data, which comes with its own
+/// advice: `advised` is false.
+Judgement judge_model(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
+                      const evaluation::DataQuality& quality, bool advised, const std::function<Attempts()>& attempts) {
+  const auto not_ready = [&](const std::string& reason, const char* advice) {
+    return Judgement{Readiness::kNotReady, reason + (advised ? std::string(": ") + advice : "")};
+  };
   if (quality.nothing_to_compensate)
-    return {Readiness::kNotReady, "the bias changes with temperature by less than its noise",
-            "record larger temperature changes"};
+    return not_ready("the bias changes with temperature by less than its noise", "record larger temperature changes");
   if (quality.verdict == evaluation::Verdict::kRefuse)
-    return {Readiness::kNotReady, "the data quality fails, --force was given", "record a cycle without these faults"};
+    return not_ready("the data quality fails, --force was given", "record a cycle without these faults");
   if (!expected)
-    return {Readiness::kNotReady,
-            fmt::format("{} samples are too few to test the model on parts of the recording",
-                        trained.samples.fitted.size()),
-            "record a longer cycle"};
-  ModelJudgement found;
+    return not_ready(fmt::format("{} samples are too few to test the model on parts of the recording",
+                                 trained.samples.fitted.size()),
+                     "record a longer cycle");
+  Judgement found;
   if (serves_the_mean(trained)) {
     found = {Readiness::kNotReady,
-             "the halves of the recording contradict each other, so prismd would correct only the mean", ""};
+             "the halves of the recording contradict each other, so prismd would correct only the mean"};
   } else if (expected->explained <= 0) {
-    found = {Readiness::kNotReady, "held-out parts of the recording get worse with it", ""};
+    found = {Readiness::kNotReady, "held-out parts of the recording get worse with it"};
   } else if (expected->improvement && expected->improvement->low < 0.005) {  // printed as 0 %
-    found = {Readiness::kDoubtful, "it may also be no improvement", ""};
+    found = {Readiness::kDoubtful, "it may also be no improvement"};
   }
-  if (!found.reason.empty()) found.advice = advice_of(attempts(), expected->explained);
+  if (!found.reason.empty() && advised) found.reason += ": " + advice_of(attempts(), expected->explained);
   return found;
 }
 
@@ -559,15 +555,12 @@ const char* readiness_text(Readiness readiness) {
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
                 const evaluation::DataQuality& quality, const std::vector<std::string>& questions,
                 const std::function<Attempts()>& attempts) {
-  const ModelJudgement model = judge_model(trained, expected, quality, attempts);
-  std::string reason = model.reason;
-  // Another cycle does not help against a fault of the data, which comes with its own advice.
-  if (!model.advice.empty() && questions.empty()) reason += ": " + model.advice;
-  if (questions.empty()) return {model.readiness, reason};
+  const Judgement model = judge_model(trained, expected, quality, questions.empty(), attempts);
+  if (questions.empty()) return model;
   // The fault may be the reason of the rest.
   const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";
   return {std::max(model.readiness, Readiness::kDoubtful),
-          questions.front() + others + (reason.empty() ? "" : "; " + reason)};
+          questions.front() + others + (model.reason.empty() ? "" : "; " + model.reason)};
 }
 
 std::string first_sentence(const Judgement& judgement, const std::optional<Expectation>& expected,

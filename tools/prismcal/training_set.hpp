@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Recordings → training samples, one per block. Uses the same feature extraction as prismd and subtracts the Earth
-// rate.
+// Recordings → training samples, one per block, and the choice of their inputs. Uses the same feature extraction as
+// prismd and subtracts the Earth rate.
 #pragma once
 
 #include <cstdint>
@@ -65,5 +65,35 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
 /// Appends the samples of one table as a new run. Leaves out blocks with an unknown bias or input, and returns
 /// their number.
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data);
+
+// `--inputs auto`: the smallest set of inputs that predicts held-out parts of the recordings well.
+
+/// A set of inputs, evaluated by polynomials of second order on contiguous held-out parts of the record.
+struct InputSet {
+  std::vector<std::string> inputs;
+  double error_deg_per_h = 0;           ///< rms over the held-out parts
+  double standard_error_deg_per_h = 0;  ///< of that rms, between parts
+};
+
+struct InputSearch {
+  double without_deg_per_h = 0;  ///< the held-out rms of a constant (the mean)
+  std::vector<InputSet> alone;   ///< each candidate alone, in their order
+  std::vector<InputSet> path;    ///< each set adds the most helpful candidate to the one before
+  std::size_t chosen = 0;        ///< index in path: the smallest set within one standard error of the best
+
+  const InputSet& best() const { return path[chosen]; }
+};
+
+/// The possible inputs of a recording: T, dTdt, U, and for each sensor its difference to T (if in degC, else
+/// its value) and its slope. Omits quantities known in 90 % of the blocks or less, and sensors that equal T.
+Result<std::vector<std::string>> candidate_inputs(const std::string& path, const TrainingSetOptions& options);
+
+/// Forward selection among the data's inputs, at most six of them. Ignores constant candidates. Errors: all are
+/// constant, or fewer than 40 samples.
+Result<InputSearch> search_inputs(const training::TrainingData& data);
+
+/// The result as a readable table and as JSON.
+std::string search_text(const InputSearch& search);
+nlohmann::ordered_json search_json(const InputSearch& search);
 
 }  // namespace prism::recordings

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The choice of inputs: the smallest set that predicts.
-#include "tools/prismcal/input_choice.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace prism::commands {
+#include "tools/prismcal/training_set.hpp"
+
+namespace prism::recordings {
 namespace {
 
 /// Approximately normal, and the same on every machine.
@@ -72,4 +72,4 @@ TEST(InputSearch, RejectsTooFewSamplesAndConstantInputs) {
 }
 
 }  // namespace
-}  // namespace prism::commands
+}  // namespace prism::recordings

@@ -235,6 +235,9 @@ TEST_F(LogFolderTest, TreatsZeroesAtTheEndAsTruncation) {
         head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(50, '\0') + "\n" + std::string(50, '\0'));
   EXPECT_EQ(joined().rows.size(), 3u);
   EXPECT_EQ(joined().left_out.truncated_bytes, 101u);
+  write("gyro1-20261121T120000Z.csv", head("2026-11-21T11:59:59.5Z") + rows_of(kNoon, 3) + std::string(3 << 20, '\0'));
+  EXPECT_EQ(joined().rows.size(), 3u);
+  EXPECT_EQ(joined().left_out.truncated_bytes, 3u << 20);
 }
 
 TEST_F(LogFolderTest, ADamagedRowOrFileAffectsOnlyItself) {

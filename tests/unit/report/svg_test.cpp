@@ -41,12 +41,6 @@ Plot one_panel(SeriesStyle form) {
   return {1, 200, {{"(a) one", {"x, s", true}, {"y, deg/h"}, {series}}}};
 }
 
-std::size_t count(const std::string& text, std::string_view part) {
-  std::size_t found = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; ++at) ++found;
-  return found;
-}
-
 TEST(SvgChart, DrawsALineWithAGap) {
   Plot plot{1, 180, {{"(a) bias", {"time, h"}, {"bias, deg/h"}}}};
   plot.panels[0].series = {{"before", Ink::kRaw, SeriesStyle::kLine, {0, 1, 2, 3, 4}, {-0.5, 0.25, kNan, 0.5, 1}},
@@ -142,23 +136,6 @@ TEST(SvgChart, HasTheValuesOfFewPoints) {
   plot.panels[0].series[0].x.assign(101, 1);
   plot.panels[0].series[0].y.assign(101, 1);
   EXPECT_THAT(draw_svg(plot), Not(HasSubstr("<title>"))) << "too many to point at";
-}
-
-TEST(SvgChart, WrapsTheKeyAndTruncatesLongNames) {
-  Plot plot = one_panel(SeriesStyle::kLine);
-  const Series series = plot.panels[0].series[0];
-  const auto title_at = [&] {
-    return draw_svg(plot).find(" y=\"27\" text-anchor=\"start\" fill=\"#1b2733\">(a) one<");
-  };
-  EXPECT_NE(title_at(), std::string::npos) << "on the line of the only entry";
-  for (int i = 0; i < 20; ++i) {
-    plot.panels[0].series.push_back(series);
-    plot.panels[0].series.back().name = "a model with a long name";
-  }
-  EXPECT_EQ(count(draw_svg(plot), ">a model with a long name</text>"), 20u);
-  plot.panels[0].series.back().name = std::string(1 << 20, 'w');
-  EXPECT_THAT(draw_svg(plot), HasSubstr("www…</text>"));
-  EXPECT_LT(draw_svg(plot).size(), 20'000u);
 }
 
 /// A year of blocks: a noise, one spike, one hole.
