@@ -18,16 +18,11 @@ struct Days {
 };
 Days days_of(std::span<const double> time_s, std::span<const double> error) {
   Days days;
-  for (std::size_t begin = 0, i = 0; i <= error.size(); ++i) {
-    const double end = time_s[begin] + kDay_s;
-    if (i < error.size() && time_s[i] < end) continue;
-    const bool complete = i < error.size() || time_s.back() - time_s[begin] > 0.9 * kDay_s;
-    if (complete) {
-      days.time.push_back(mean_of(time_s.subspan(begin, i - begin)) / kDay_s);
-      days.mean.push_back(mean_of(error.subspan(begin, i - begin)));
-    }
-    begin = i;
-    if (i == error.size()) break;
+  const auto complete = [&](std::size_t begin) { return time_s.back() - time_s[begin] > 0.9 * kDay_s; };
+  for (std::size_t begin = 0, end = 0; begin < error.size() && complete(begin); begin = end) {
+    while (end < error.size() && time_s[end] < time_s[begin] + kDay_s) ++end;
+    days.time.push_back(mean_of(time_s.subspan(begin, end - begin)) / kDay_s);
+    days.mean.push_back(mean_of(error.subspan(begin, end - begin)));
   }
   return days;
 }

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
-#include <queue>
 #include <random>
+#include <utility>
 
 #include "compensation/evaluation/statistics.hpp"
 
@@ -20,22 +19,30 @@ constexpr std::size_t kFewest = 100, kMostStep = 300, kFewestRecordings = 3;
 constexpr double kFewestYears = 10, kMostYears = 40, kFewestShifts = 100, kMostShifts = 500, kMostValues = 13e6;
 constexpr int kParts = 10, kLongest = 20'000;
 
-/// Subtracts the mean of each recording; returns these means.
-std::vector<double> centre(Residuals& residuals) {
+/// Values of a recording, from `begin` to `end` (one past the last), and their mean.
+struct Recording {
+  std::size_t begin, end;
+  double mean;
+};
+
+/// Subtracts the mean of each recording.
+std::vector<Recording> centre(Residuals& residuals) {
   std::vector<double>& values = residuals.deg_per_h;
-  std::vector<double> means;
+  std::vector<Recording> all;
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
     double sum = 0;
     while (end < values.size() && residuals.recordings[end] == residuals.recordings[begin]) sum += values[end++];
-    means.push_back(sum / static_cast<double>(end - begin));
-    for (std::size_t i = begin; i < end; ++i) values[i] -= means.back();
+    all.push_back({begin, end, sum / static_cast<double>(end - begin)});
+    for (std::size_t i = begin; i < end; ++i) values[i] -= all.back().mean;
   }
-  return means;
+  return all;
 }
 
 /// Every n-th, so that neighbours correlate by at most kMostOfNeighbours.
 void decimate(Residuals& residuals) {
-  const auto found = autocorrelate(residuals.deg_per_h, std::min(kMostStep, residuals.deg_per_h.size() / 10), "");
+  Residuals centred = residuals;
+  (void)centre(centred);
+  const auto found = autocorrelate(centred.deg_per_h, std::min(kMostStep, residuals.deg_per_h.size() / 10), "");
   if (!found) return;
   std::size_t step = 1;
   while (step + 1 < found->coefficient.size() && found->coefficient[step] > kMostOfNeighbours) ++step;
@@ -48,68 +55,68 @@ void decimate(Residuals& residuals) {
   residuals.every *= static_cast<int>(step);
 }
 
-/// An endless quiet log: moving blocks of a record, with a switch-on and its offset each day.
+/// An endless quiet log: whole recordings in any order, each with its switch-on, since errors follow the time since it;
+/// of fewer than kFewestRecordings, moving blocks, with a switch-on and its offset each day.
 class Quiet {
  public:
-  Quiet(const std::vector<double>& record, double block, long long day, double offset_sd)
-      : record_(record), block_(static_cast<std::size_t>(block)), day_(day), offset_(0, offset_sd) {}
+  Quiet(const std::vector<double>& centred, std::vector<Recording> recordings, double block, long long day,
+        double offset_sd)
+      : centred_(centred),
+        recordings_(std::move(recordings)),
+        block_(static_cast<std::size_t>(block)),
+        day_(day),
+        offset_(0, offset_sd) {}
 
   long long day() const { return day_; }
   /// Pushes the next value.
   int feed(DriftTest& test, double shift) {
-    if (count_++ % day_ == 0) {
+    const bool is_whole = recordings_.size() >= kFewestRecordings;
+    if (is_whole ? at_ == end_ : count_++ % day_ == 0) {
       now_ = offset_(random_);
       test.switch_on();
     }
-    if (left_-- == 0) {
-      at_ = random_() % record_.size();
-      left_ = block_ - 1;
+    if (at_ == end_ && is_whole) {
+      const Recording& next = recordings_[random_() % recordings_.size()];
+      at_ = next.begin, end_ = next.end, now_ = next.mean;
+    } else if (at_ == end_) {
+      at_ = random_() % centred_.size();
+      end_ = at_ + block_;
     }
-    at_ = at_ == record_.size() ? 0 : at_;
-    return test.push(now_ + record_[at_++] + shift);
+    return test.push(now_ + centred_[at_++ % centred_.size()] + shift);
   }
 
  private:
-  const std::vector<double>& record_;
-  std::size_t block_, at_ = 0, left_ = 0;
+  const std::vector<double>& centred_;
+  std::vector<Recording> recordings_;
+  std::size_t block_, at_ = 0, end_ = 0;
   long long day_, count_ = 0;
   double now_ = 0;
   std::normal_distribution<double> offset_;
   std::mt19937_64 random_;
 };
 
-/// The threshold with one alarm a year. An excursion of the sums to n times the threshold has n alarms.
+/// The threshold with one alarm a year. A month in which a sum reaches n times the threshold has n alarms.
 double threshold_of(compensation::MonitorSettings settings, Quiet quiet, double values_per_h) {
   settings.threshold = std::numeric_limits<double>::infinity();
-  const double values_per_year = kYear_h * values_per_h;
-  const auto years = static_cast<std::size_t>(std::clamp(kMostValues / values_per_year, kFewestYears, kMostYears));
-  std::priority_queue<double, std::vector<double>, std::greater<>> largest;
-  const auto keep = [&](double& excursion, double sum) {
-    if (sum == 0 && (largest.size() < years || excursion > largest.top())) {
-      largest.push(excursion);
-      if (largest.size() > years) largest.pop();
-    }
-    excursion = sum == 0 ? 0 : std::max(excursion, sum);
-  };
-  for (std::size_t year = 0; year < years; ++year) {
+  const double values = kYear_h * values_per_h / 12,
+               years = std::clamp(kMostValues / values / 12, kFewestYears, kMostYears);
+  std::vector<double> highest;  // sums of each month
+  for (int year = 0; year < years; ++year) {
     DriftTest test(settings, 0, values_per_h);
-    double up = 0, down = 0;
-    for (long long left = std::llround(values_per_year); left > 0; --left) {
-      (void)quiet.feed(test, 0);
-      keep(up, test.up());
-      keep(down, test.down());
+    for (int month = 0; month < 12; ++month) {
+      highest.push_back(0);
+      for (long long left = std::llround(values); left > 0; --left) {
+        (void)quiet.feed(test, 0);
+        highest.back() = std::max({highest.back(), test.up(), test.down()});
+      }
     }
-    keep(up, 0);
-    keep(down, 0);
   }
-  double threshold = largest.top();
-  std::vector<double> excursions;
-  for (; !largest.empty(); largest.pop()) excursions.push_back(largest.top());
+  double threshold = 1;
   const auto alarms = [&] {
-    return std::accumulate(excursions.begin(), excursions.end(), 0.0,
+    return std::accumulate(highest.begin(), highest.end(), 0.0,
                            [&](double sum, double one) { return sum + std::floor(one / threshold); });
   };
-  while (alarms() > static_cast<double>(years)) threshold *= 1.01;
+  while (alarms() > years) threshold *= 1.01;
   return threshold;
 }
 
@@ -167,26 +174,26 @@ int DriftTest::push(double difference_deg_per_h) {
 std::optional<compensation::MonitorSettings> monitor_settings(Residuals residuals, double offset_sd_deg_per_h,
                                                               double least_sd_deg_per_h) {
   if (residuals.deg_per_h.size() < kFewest) return std::nullopt;
-  std::vector<double> means = centre(residuals);
   decimate(residuals);
+  std::vector<Recording> recordings = centre(residuals);
   const std::vector<double>& record = residuals.deg_per_h;
   const auto summary = summarise(record, Divisor::kN, "");
   if (!summary || !(summary->sd > 0)) return std::nullopt;
   compensation::MonitorSettings settings;
   settings.every = residuals.every;
   settings.sd_deg_per_h = std::max(summary->sd, least_sd_deg_per_h);
-  if (means.size() < kFewestRecordings) {
-    Residuals parts = residuals;
-    for (std::size_t i = 0; i < record.size(); ++i)
-      parts.recordings[i] = static_cast<int>((kParts * (i + 1) - 1) / record.size());
-    means = centre(parts);
-  }
+  Residuals parts = residuals;
+  for (std::size_t i = 0; i < record.size(); ++i)
+    parts.recordings[i] = static_cast<int>((kParts * (i + 1) - 1) / record.size());
+  std::vector<double> means;
+  for (const Recording& one : recordings.size() < kFewestRecordings ? centre(parts) : recordings)
+    means.push_back(one.mean);
   settings.offset_deg_per_h = std::max(offset_sd_deg_per_h, summarise(means, Divisor::kNMinus1, "").value().sd);
   settings.correlation = neighbour_correlation(record);
   const double values_per_h = 3600 / (residuals.window_s * residuals.every), day = 24 * values_per_h;
   const auto n = static_cast<double>(record.size());
   const double block = std::max(1.0, std::min(day, n / kParts));
-  const Quiet quiet(record, block, std::max(1LL, std::llround(day)), settings.offset_deg_per_h);
+  const Quiet quiet(record, std::move(recordings), block, std::max(1LL, std::llround(day)), settings.offset_deg_per_h);
   // The variance of a block's mean has the relative variance 4/3 of block / n, and the rate of alarms falls by exp(−8)
   // up to the threshold: of many records the mean rate is that of this larger threshold.
   settings.threshold = (1 + 4 * block / n) * threshold_of(settings, quiet, values_per_h);

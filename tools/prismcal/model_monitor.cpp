@@ -21,7 +21,6 @@ namespace prism::analysis {
 namespace {
 
 constexpr double kBin_degc = 10, kFewestDegc = 0.25, kCertain = 2, kMoreNoise = 1.5, kOver_h = 168;
-constexpr std::size_t kShown = 20;  // switch-ons
 constexpr std::int64_t kSwitchOn_s = 60, kHour_s = 3600;
 
 /// Settings of the monitor with the length of a window.
@@ -256,13 +255,7 @@ std::string MonitorResult::json_text() const {
 
 std::string MonitorResult::plain_text() const {
   std::string all = text + "\n" + (cause.empty() ? "" : "likely cause: " + cause + "\n");
-  for (report::Table table : tables) {
-    if (table.rows.size() > kShown) {
-      table.caption = fmt::format("The last {} of {}. {}", kShown, table.rows.size(), table.caption);
-      table.rows.erase(table.rows.begin(), table.rows.end() - kShown);
-    }
-    all += "\n" + report::plain_text(table);
-  }
+  for (const report::Table& table : tables) all += "\n" + report::plain_text(table);
   return all;
 }
 

@@ -43,10 +43,6 @@ struct MonitorChoice {
   CommonOptions common;
 };
 
-int code_of(const std::string& verdict) {
-  return verdict == "holds" ? kHolds : verdict == "drifted" ? kDrifted : kTooLittle;
-}
-
 /// The windows at rest of a log, for a model.
 struct RestLog {
   Loaded log;
@@ -90,8 +86,7 @@ Result<compensation::MonitorSettings> settings_from(const ModelPtr& model, const
   return *settings;
 }
 
-Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const std::string& log,
-                                            const MonitorChoice& choice) {
+Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const MonitorChoice& choice) {
   const compensation::ModelInfo& info = model->info();
   auto settings = info.monitor;
   if (!choice.training.empty()) {
@@ -106,7 +101,7 @@ Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const std::st
     const std::string text = compensation::format_model(*model, info.provenance_json, info.noise, settings);
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
-  auto rest = read_rest(model, log, choice.common);
+  auto rest = read_rest(model, choice.log, choice.common);
   if (!rest) return tl::unexpected<Error>(rest.error());
   std::erase_if(rest->means, [&](const analysis::RestMean& mean) { return mean.second < settings->since_s; });
   return analysis::monitor(info, *settings, rest->means, rest->mount_sd_deg_per_h);
@@ -122,14 +117,14 @@ Result<int> monitor_instance(MonitorChoice choice) {
   for (const config::AxisConfig& axis : config->axes) {
     if (axis.model.empty() || !config->log) continue;
     choice.model = axis.model;
+    choice.log = config->log->directory;
     choice.common.source.axis = config->by_axes ? axis.name : "";
     choice.common.source.config = choice.instance;
     pipeline::ModelVerdict& verdict = verdicts[config->by_axes ? axis.name : pipeline::kOnlyAxis];
     verdict.at_s = std::time(nullptr);
     const auto model = load_model(axis.model);
     if (model) verdict.model = (*model)->info().id;
-    const auto found =
-        model ? monitor_log(*model, config->log->directory, choice) : tl::unexpected<Error>(model.error());
+    const auto found = model ? monitor_log(*model, choice) : tl::unexpected<Error>(model.error());
     verdict.verdict = found ? found->verdict : "failed";
     verdict.text = found ? found->text : found.error().text();
     fmt::print("{}{}\n", config->by_axes ? axis.name + ": " : "", printable(verdict.text));
@@ -142,10 +137,10 @@ Result<int> run(const MonitorChoice& choice) {
   if (!choice.instance.empty()) return monitor_instance(choice);
   const auto model = load_model(choice.model);
   if (!model) return tl::unexpected<Error>(model.error());
-  const auto found = monitor_log(*model, choice.log, choice);
+  const auto found = monitor_log(*model, choice);
   if (!found) return tl::unexpected<Error>(found.error());
   fmt::print("{}", choice.common.json ? found->json_text() : printable_lines(found->plain_text()));
-  return code_of(found->verdict);
+  return found->verdict == "holds" ? kHolds : found->verdict == "drifted" ? kDrifted : kTooLittle;
 }
 
 /// The model with a constant added to its bias.

@@ -21,10 +21,10 @@ class Blocks {
   }
   /// Returns true if this second ended a block.
   bool push(const compensation::SecondMean& second_mean) {
+    if (second_mean.second < next_) return extractor_.push_unless_ready(second_mean), false;
     const compensation::Window window = extractor_.push(second_mean);
-    const int length = extractor_.definition().length_s;
-    if (window.state != compensation::WindowState::kReady || second_mean.second < next_) return false;
-    next_ = second_mean.second + length;
+    if (window.state != compensation::WindowState::kReady) return false;
+    next_ = second_mean.second + extractor_.definition().length_s;
     std::vector<double> row;
     for (const std::string& name : data_.names)
       row.push_back(compensation::input_value(window, extractor_.definition(), name));
