@@ -59,11 +59,11 @@ struct Residuals {
   double window_s = 100;
 };
 
-/// The settings for one false alarm in a year at rest, by simulation: years of moving blocks of the residuals (at most
-/// a day long, at least ten in the record) with a switch-on a day. Of a short record the threshold is larger. A record
-/// whose neighbours correlate by more than 0.8 is decimated first. `offset_sd`: of a switch-on, deg/h, at least; its
-/// recordings may differ more, or the parts of fewer than three; `least_sd`: of the residuals. Errors (nullopt): fewer
-/// than 100 residuals, or constant ones.
+/// The settings for one false alarm in a year at rest, by simulation: years of whole recordings of the residuals; of
+/// fewer than three, of moving blocks (at most a day long, at least ten) with a switch-on a day. Of a short record the
+/// threshold is larger. A record whose neighbours correlate by more than 0.8 is decimated first. `offset_sd`: of a
+/// switch-on, deg/h, at least; its recordings may differ more, or the parts of fewer than three; `least_sd`: of the
+/// residuals. Errors (nullopt): fewer than 100 residuals, or constant ones.
 std::optional<compensation::MonitorSettings> monitor_settings(Residuals residuals, double offset_sd_deg_per_h,
                                                               double least_sd_deg_per_h);
 

@@ -19,7 +19,7 @@ struct Tested {
   double gain = 0, covered = 0;
 };
 
-/// What one gyro, or all of them, lost to the best fixed time constant.
+/// The points that one gyro, or all of them, lost to the best fixed time constant.
 struct Losses {
   std::vector<double> lost, inside, without_uhfo;
   double search_s = 0, training_s = 0, covered = 0;

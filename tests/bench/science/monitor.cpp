@@ -169,8 +169,8 @@ struct Row {
   }
 };
 
-/// What the model leaves of a day in the windows that the monitor takes: those inside its training range. The model's
-/// variance costs much, and only inputs beyond those of the training make it large.
+/// The errors of the model on a day, in the windows that the monitor takes: those inside its training range. The
+/// model's variance costs much, and only inputs beyond those of the training make it large.
 std::vector<double> left_of(const compensation::Model& model, const training::TrainingData& day) {
   const compensation::Domain& domain = model.info().domain;
   const Eigen::VectorXd bias = biases_of(model, day);
@@ -185,7 +185,7 @@ std::vector<double> left_of(const compensation::Model& model, const training::Tr
   return left;
 }
 
-/// A model trained on one cycle, and what it leaves of `days` other days of the gyro, each with its own switch-on.
+/// A model trained on one cycle, and its errors on `days` other days of the gyro, each with its own switch-on.
 Outcome of_truth(const Truth& truth, std::uint64_t seed, std::size_t days, int years) {
   const training::TrainingData cycle = simulate(simulation::paper_profile(), truth.settings, seed).data;
   const training::TrainedModel trained = fitted(kContenders.front(), cycle);
