@@ -22,7 +22,7 @@ class Browser:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-        # dygraphs says so while a view is drawn from points of the last one
+        # of dygraphs, while a view is drawn from points of the last one
         self.pictures, self.allowed, self.said = pictures, [" points out of X bounds", " points out of Y bounds"], []
         self.files = os.path.join(self.profile.name, "files")
         os.makedirs(self.files, exist_ok=True)

@@ -141,10 +141,9 @@ std::uint64_t size_of(const LogSegment& segment) {
   return error ? 0 : size;
 }
 
-/// True for files of equal size with equal first lines and the same bytes.
-bool is_copy_of(const LogSegment& segment, const LogSegment& other) {
-  const auto first = [](const LogSegment& one) { return std::tuple(one.first_second, size_of(one), one.comments); };
-  if (!segment.first_second || first(segment) != first(other)) return false;
+using Beginning = std::tuple<std::int64_t, std::uint64_t, std::string>;  ///< first second, size and first lines
+
+bool are_equal(const LogSegment& segment, const LogSegment& other) {
   const std::string sum = sha256_of_file(segment.path).value_or("");
   return !sum.empty() && sum == sha256_of_file(other.path).value_or("");
 }
@@ -224,8 +223,12 @@ class RowJoiner {
 
   /// Rows of a segment that is identical to another one are left out.
   Result<void> read(LogSegment& segment) {
-    const bool is_copy = before_ != nullptr && is_copy_of(segment, *before_);
-    before_ = &segment;
+    bool is_copy = false;
+    if (segment.first_second) {
+      const Beginning beginning{*segment.first_second, size_of(segment), segment.comments};
+      const auto [other, is_first] = segments_.try_emplace(beginning, &segment);
+      is_copy = !is_first && are_equal(segment, *other->second);
+    }
     if (is_copy) leave_out(segment, 0, "identical to another file", left_out_.copies);
     const auto superseded = superseded_from_.find(segment.file);
     superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
@@ -289,7 +292,7 @@ class RowJoiner {
   std::optional<std::int64_t>* last_second_ = nullptr;  ///< of the session of the segment
   std::map<std::string, std::uint64_t> superseded_from_;
   std::uint64_t superseded_row_ = UINT64_MAX;
-  const LogSegment* before_ = nullptr;  ///< the segment before
+  std::map<Beginning, const LogSegment*> segments_;  ///< of which this may be a copy
 };
 
 }  // namespace
