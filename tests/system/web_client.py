@@ -58,7 +58,8 @@ class Count:
             if one["method"] != "sample":
                 continue
             self.samples += 1
-            if self.last is not None and abs(params["time_s"] - self.last) > 1.5 * self.period_s:
+            # a batch has 40 samples; prismd's clock may step by a few milliseconds while the computer is busy
+            if self.last is not None and abs(params["time_s"] - self.last) > 20 * self.period_s:
                 self.holes += 1
             self.first = self.first or params["time_s"]
             self.last = params["time_s"]
