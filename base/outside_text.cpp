@@ -79,9 +79,9 @@ bool follows(TextRule rule, std::string_view text) {
     case TextRule::kText:
       return is_free_text(text, 128) && !has_blank_end(text);
     case TextRule::kLongText:
-      return is_free_text(text, 4096);
+      break;
   }
-  return false;
+  return is_free_text(text, 4096);
 }
 
 const char* rule_text(TextRule rule) {
@@ -97,9 +97,9 @@ const char* rule_text(TextRule rule) {
     case TextRule::kText:
       return "at most 128 bytes of printable text, no blank at either end";
     case TextRule::kLongText:
-      return "at most 4096 bytes of printable text";
+      break;
   }
-  return "";
+  return "at most 4096 bytes of printable text";
 }
 
 Result<void> check_text(TextRule rule, std::string_view text, std::string where) {

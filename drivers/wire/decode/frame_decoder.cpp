@@ -282,7 +282,7 @@ bool FrameDecoder::counter_steps(const FrameView& before, std::int32_t kind_befo
   const FieldList& second = description_->kinds[static_cast<std::size_t>(kind)].roles.counter;
   if (first.empty() || second.empty() || description_->counter->step_varies) return true;
   const CounterRule& rule = *description_->counter;
-  std::uint64_t ticks = behind.count(second.front()).value_or(0) - before.count(first.front()).value_or(0);
+  std::uint64_t ticks = behind.count(second.front()) - before.count(first.front());
   if (rule.modulus != 0) ticks = (ticks + (ticks > ~std::uint64_t{0} / 2 ? rule.modulus : 0)) % rule.modulus;
   return std::abs(static_cast<double>(ticks) - rule.ticks_per_frame) <= 0.25 * rule.ticks_per_frame;
 }

@@ -101,9 +101,9 @@ void MessageDecoder::reset() {
 void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& view, bool contiguous,
                                   DecodedMessage& reading) {
   for (const int field : roles.counter) {
-    const std::optional<std::uint64_t> counter = view.count(field);
-    if (!counter && !view.present(field)) continue;
-    reading.counter = counter.value_or(0);  // not a number: the counter check rejects it
+    const std::uint64_t counter = view.count(field);  // 0: perhaps not a number, then the counter check rejects it
+    if (counter == 0 && !view.present(field)) continue;
+    reading.counter = counter;
     reading.has_counter = true;
     break;
   }

@@ -133,15 +133,12 @@ std::uint64_t FrameView::bits_elsewhere(const Field& f) const {
   return at == nullptr ? 0 : load_bits(f, at);
 }
 
-std::optional<std::uint64_t> FrameView::count(int field) const {
+std::uint64_t FrameView::count(int field) const {
   const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-  if (f.type == NumberType::kUnsigned || f.type == NumberType::kSigned) {
-    const std::uint64_t value = bits(field);
-    return value == 0 && !present(field) ? std::nullopt : std::optional(value);
-  }
+  if (f.type == NumberType::kUnsigned || f.type == NumberType::kSigned) return bits(field);
   const double number = raw(field);
   const bool counts = number >= 0 && number < 0x1p64 && number == std::floor(number);
-  return counts ? std::optional(static_cast<std::uint64_t>(number)) : std::nullopt;
+  return counts ? static_cast<std::uint64_t>(number) : 0;
 }
 
 double FrameView::raw_elsewhere(const Field& f) const {

@@ -40,8 +40,8 @@ class FrameView {
     const std::uint8_t* at = at_once(f);
     return at != nullptr ? load_bits(f, at) : bits_elsewhere(f);
   }
-  /// The value of a counter: its bits, or a printed number; nullopt if it is absent or not an integer from 0.
-  std::optional<std::uint64_t> count(int field) const;
+  /// The value of a counter: its bits, or a printed number; 0 if it is absent or not an integer from 0.
+  std::uint64_t count(int field) const;
   /// The number before scaling; kUnknown if it is absent or not a number.
   double raw(int field) const {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];

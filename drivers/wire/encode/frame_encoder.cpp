@@ -343,9 +343,12 @@ std::vector<std::uint8_t> items_of(const MessageType& kind) {
 }
 
 std::size_t blocks_length(const MessageType& kind) {
-  const auto mask = static_cast<std::uint64_t>(kind.fields[static_cast<std::size_t>(kind.blocks.mask_field)].preset);
+  auto mask = static_cast<std::uint64_t>(kind.fields[static_cast<std::size_t>(kind.blocks.mask_field)].preset);
   std::size_t length = 0;
-  for (std::size_t i = 0; i < kind.blocks.sizes.size(); ++i) length += (mask >> i & 1) != 0 ? kind.blocks.sizes[i] : 0;
+  for (const std::uint32_t size : kind.blocks.sizes) {
+    length += (mask & 1) != 0 ? size : 0;
+    mask >>= 1;
+  }
   return length;
 }
 

@@ -82,9 +82,9 @@ TEST_F(File, RejectsLinksDevicesPipesAndDirectories) {
       {path("dangling"), "is a symbolic link, expected a regular file", {write, output}},
       {"/dev/null", "is a device, expected a regular file", {write, output, read}},
       {path("pipe"), "is a pipe, expected a regular file", {write, read, follow}},
-      {path(""), "is a directory, expected a regular file", {write, read}},
-      {path("none"), "cannot be read: No such file or directory", {read}},
-      {path("none/a"), "cannot be written: No such file or directory", {write}},
+      {path(""), "is a directory, expected a regular file", {write, output, read}},
+      {path("none"), "cannot be read: No such file or directory", {read, follow}},
+      {path("none/a"), "cannot be written: No such file or directory", {write, output}},
   };
   for (const auto& [file, what, calls] : rows) {
     for (const auto call : calls) EXPECT_EQ(call(file), file + ": " + what);

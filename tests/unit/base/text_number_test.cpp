@@ -64,8 +64,13 @@ TEST(ParseFixed, ReadsEachNumberAsFromChars) {
     const std::string_view text = std::string_view(line).substr(before);
     double value = 0;
     const bool good = parse_fixed(text, before, decimals, value);
-    EXPECT_TRUE(good || !is_fixed(text, before, decimals)) << text;
-    EXPECT_FALSE(good && before + text.find('.') < 8) << text << ": reads before its line";
+    const std::size_t point = text.find('.'), whole = point - (text.starts_with('-') ? 1 : 0);
+    EXPECT_EQ(is_fixed(text, before, decimals), good && whole <= 8) << text;
+    EXPECT_FALSE(good && before + point < 8) << text << ": reads before its line";
+    if (!damaged && std::fabs(number) < 9e8) {
+      EXPECT_EQ(good, whole + static_cast<std::size_t>(decimals) <= 15 && before + point >= (whole > 8 ? 16 : 8))
+          << text;
+    }
     if (!good) continue;
     read += !damaged;
     EXPECT_EQ(value, parse_number<double>(text)) << text;
@@ -86,6 +91,13 @@ TEST(ParseFixed, RejectsEachTextThatIsNotANumber) {
   EXPECT_EQ(value, -0.012345);
   EXPECT_TRUE(parse_fixed(line.substr(31), 31, 3, value));
   EXPECT_EQ(value, 1795425060.004);
+  const std::string_view longest = "0123456789012345,87654321.1234567,0";  // 15 digits, and one more
+  EXPECT_TRUE(parse_fixed(longest.substr(17, 16), 17, 7, value));
+  EXPECT_EQ(value, 87654321.1234567);
+  EXPECT_TRUE(is_fixed(longest.substr(17, 16), 17, 7));
+  const std::string more = "0123456789012345,87654321.12345678";
+  EXPECT_FALSE(parse_fixed(std::string_view(more).substr(17), 17, 8, value));
+  EXPECT_FALSE(is_fixed(std::string_view(more).substr(17), 17, 8));
 }
 
 TEST(AppendFixed, MatchesPrintf) {

@@ -4,13 +4,16 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 
+#include "base/file.hpp"
 #include "tests/support/document.hpp"
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -261,6 +264,37 @@ TEST_F(CaptureFileTest, KeepsWrittenPacketsWhenTheDiskFillsUp) {
   ASSERT_TRUE(reader);
   EXPECT_EQ(read_all(*reader).size(), (5000u - 24) / (16 + 12 + 100));
   EXPECT_NE(reader->tail_damage(), "");
+}
+
+// A full pipe takes a part, and the rest after it was read.
+TEST_F(CaptureFileTest, ContinuesBehindTheWrittenBytes) {
+  Bytes large(200'000), found;
+  for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::uint8_t>(i * 7 + i / 256);
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(::pipe2(ends, O_NONBLOCK | O_CLOEXEC), 0);
+  const Descriptor reader(ends[0]);
+  const auto take = [&] {
+    std::array<std::uint8_t, 4096> part;
+    for (ssize_t got; (got = ::read(reader.get(), part.data(), part.size())) > 0;)
+      found.insert(found.end(), part.begin(), part.begin() + got);
+  };
+  int times = 0;
+  {
+    auto writer = CaptureWriter::adopt(ends[1], "pipe", [&](int error) {
+      EXPECT_EQ(error, EAGAIN);
+      take();
+      return ++times < 100;
+    });
+    ASSERT_TRUE(writer && writer->data(5, large) && writer->flush());
+  }
+  take();
+  EXPECT_GT(times, 1);
+  {
+    auto writer = CaptureWriter::open(folder.file("a.pcap"));
+    ASSERT_TRUE(writer && writer->data(5, large));
+    EXPECT_EQ(writer->bytes_written(), found.size());
+  }
+  EXPECT_TRUE(found == file_bytes(folder.file("a.pcap")));
 }
 
 // Without flush() the buffer is written within a megabyte.

@@ -6,10 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
@@ -131,6 +133,26 @@ TEST(TcpLine, ConnectsAndCarriesBytesBothWays) {
   EXPECT_TRUE(line->has_unread());
 }
 
+TEST(TcpLine, AsksTheKernelToFindAPeerThatIsGone) {
+  Far device(SOCK_STREAM);
+  device.listen();
+  const auto line = opened(on("tcp", false, "127.0.0.1:" + std::to_string(device.port())));
+  ASSERT_TRUE(line);
+  EXPECT_EQ(open_it(*line), "");
+  const auto option = [&](int level, int name) {
+    int value = -1;
+    socklen_t size = sizeof value;
+    ::getsockopt(line->fd(), level, name, &value, &size);
+    return value;
+  };
+  EXPECT_EQ(option(SOL_SOCKET, SO_KEEPALIVE), 1);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPIDLE), 10);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPINTVL), 5);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPCNT), 2);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 20'000);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_NODELAY), 1);
+}
+
 TEST(TcpLine, ReportsThatTheOtherEndClosed) {
   Far device(SOCK_STREAM);
   device.listen();
@@ -218,6 +240,35 @@ TEST(UdpLine, OneDatagramIsOneRead) {
   EXPECT_EQ(line->write(question).value(), 1u);
   char got = 0;
   EXPECT_EQ(::read(device.fd(), &got, 1), 1);
+}
+
+std::string received(const Far& device, int& from_port) {
+  char text[16] = "";
+  sockaddr_in from{};
+  socklen_t size = sizeof from;
+  const auto got = ::recvfrom(device.fd(), text, sizeof text, 0, reinterpret_cast<sockaddr*>(&from), &size);
+  from_port = ntohs(from.sin_port);
+  return {text, static_cast<std::size_t>(std::max<ssize_t>(got, 0))};
+}
+
+// Bytes go to the address of the device, also before and after a datagram from another port.
+TEST(UdpLine, SendsToTheConfiguredAddress) {
+  const std::array<std::uint8_t, 1> question{'?'};
+  const Far device(SOCK_DGRAM), other(SOCK_DGRAM);
+  const std::string address = "127.0.0.1:" + std::to_string(device.port());
+  const std::string here = "127.0.0.1:" + std::to_string(free_port(SOCK_DGRAM));
+  for (const Settings& settings : {on("udp", false, address), on("udp", true, here, address)}) {
+    const auto line = opened(settings);
+    ASSERT_TRUE(line);
+    int port = 0;
+    EXPECT_EQ(line->write(question).value(), 1u);
+    EXPECT_EQ(received(device, port), "?");
+    ASSERT_TRUE(other.connect(port));
+    put(other.fd(), "other");
+    EXPECT_EQ(outcome(*line).bytes, "other");
+    EXPECT_EQ(line->write(question).value(), 1u);
+    EXPECT_EQ(received(device, port), "?");
+  }
 }
 
 TEST(UdpLine, IgnoresOtherHosts) {

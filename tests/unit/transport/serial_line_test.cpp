@@ -7,11 +7,15 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/io_context.hpp>
+#include <csignal>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -199,6 +203,55 @@ TEST(SerialLine, RejectsOtherThanSerialDevices) {
   EXPECT_EQ(refusal(folder.file("absent")), "not there; expected a serial device");
   EXPECT_EQ(refusal(folder.file("plain")), "not a terminal; expected a serial device");
   EXPECT_EQ(refusal("/dev/null"), "not a terminal; expected a serial device");
+}
+
+/// Processes with the same open files as this one.
+class Others {
+ public:
+  explicit Others(int count) {
+    for (int i = 0; i < count; ++i) {
+      const pid_t pid = ::fork();
+      if (pid == 0) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        for (;;) ::pause();
+      }
+      pids_.push_back(pid);
+    }
+    std::sort(pids_.begin(), pids_.end());
+  }
+  ~Others() { end(pids_.size()); }
+  void end(std::size_t count) {
+    for (; count > 0; --count, pids_.pop_back()) {
+      ::kill(pids_.back(), SIGKILL);
+      ::waitpid(pids_.back(), nullptr, 0);
+    }
+  }
+  /// As the line names the first of them.
+  std::string names(std::size_t most) const {
+    std::string names, own;
+    std::getline(std::ifstream("/proc/self/comm"), own);
+    for (std::size_t i = 0; i < std::min(most, pids_.size()); ++i)
+      names += (i > 0 ? ", " : "") + own + " (pid " + std::to_string(pids_[i]) + ")";
+    return names;
+  }
+
+ private:
+  std::vector<pid_t> pids_;
+};
+
+TEST(SerialLine, NamesUpToThreeOtherUsers) {
+  const PseudoTerminal terminal;
+  Others others(4);
+  EXPECT_EQ(other_users_of(terminal.device()), others.names(3));
+  others.end(2);
+  EXPECT_EQ(other_users_of(terminal.device()), others.names(3));
+  others.end(2);
+  EXPECT_EQ(other_users_of(terminal.device()), "") << "this process is not another user";
+  EXPECT_EQ(other_users_of("/dev/no-such-line"), "");
+}
+
+TEST(SerialLine, CountsErrorsOfEachKind) {
+  EXPECT_EQ((LineCounters{100'000, 1, 20, 300, 4'000, 50'000}.errors()), 54'321);
 }
 
 }  // namespace

@@ -107,6 +107,8 @@ class ClockPlayer {
       const double error = status.period_s * true_hz_ - 1;
       return {fmt::format("{}, {}", status.period_is_estimated ? "estimated" : "nominal",
                           std::abs(error) < next<double>(words) ? "right" : fmt::format("wrong by {:.3g}", error))};
+    } else if (command == "residual") {
+      return {fmt::format("{:.6f} s", clock_->status().residual_s)};
     } else if (command == "status") {
       return {status()};
     } else if (command == "stream") {

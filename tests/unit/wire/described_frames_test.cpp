@@ -65,12 +65,17 @@ TEST(Sensors, AreReadByNameWithAThermometerPerAxis) {
   for (int i = 0; i < 3; ++i) encoder.encode(state, bytes);
   const auto readings = test::decode(stim, bytes);
   ASSERT_FALSE(readings.empty());
+  DecodedMessage last = readings.back();
+  last.temperature_degc = 99;  // the device's own
+  last.out_of_bounds.temperature = true;
   drivers::Clock clock(stim);
-  ASSERT_TRUE(clock.push(readings.back()));
+  ASSERT_TRUE(clock.push(last));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     EXPECT_EQ(stim->sensors()[axis].sensor.name, std::string("gyro_temp_") + "xyz"[axis]);
-    EXPECT_EQ(readings.back().sensors[axis], state.sensors[axis]);
-    EXPECT_EQ(clock.sample(readings.back(), axis)->temperature_degc, state.sensors[axis]);
+    EXPECT_EQ(last.sensors[axis], state.sensors[axis]);
+    const auto sample = clock.sample(last, axis);
+    EXPECT_EQ(sample->temperature_degc, state.sensors[axis]);
+    EXPECT_FALSE(sample->out_of_bounds.temperature);
   }
 }
 

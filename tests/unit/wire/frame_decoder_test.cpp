@@ -116,8 +116,16 @@ class FramePlayer {
       decoder_->reset();
     } else if (command == "counters") {
       const DecoderCounters& c = decoder_->counters();
-      return {fmt::format("{} bytes, {} frames, {} bad_check, {} skipped, {} resyncs, {} timeouts, {} held", c.bytes,
-                          c.frames, c.bad_check, c.skipped_bytes, c.resyncs, c.timeouts, decoder_->held_bytes())};
+      std::string text =
+          fmt::format("{} bytes, {} frames, {} bad_check, {} skipped, {} resyncs, {} timeouts, {} held", c.bytes,
+                      c.frames, c.bad_check, c.skipped_bytes, c.resyncs, c.timeouts, decoder_->held_bytes());
+      for (const auto& [count, name] : {std::pair{c.bad_length, "bad_length"},
+                                        {c.bad_body, "bad_body"},
+                                        {c.refused, "refused"},
+                                        {c.unconfirmed, "unconfirmed"},
+                                        {c.out_of_range, "out_of_range"}})
+        if (count > 0) text += fmt::format(", {} {}", count, name);
+      return {text};
     } else {
       return {"unknown command"};
     }
