@@ -150,7 +150,7 @@ std::string utc_text(std::int64_t second) {
 std::string utc_nano_text(std::int64_t time_ns) {
   const std::int64_t rest_ns = (time_ns % 1'000'000'000 + 1'000'000'000) % 1'000'000'000;
   std::string text = utc_text((time_ns - rest_ns) / 1'000'000'000);
-  if (text.back() == 'Z') text.pop_back();
+  text.pop_back();  // Z: a number of nanoseconds is within the years 1677 to 2262
   return text + fmt::format(".{:09}Z", rest_ns);
 }
 

@@ -2,11 +2,14 @@
 // Files are replaced atomically, without leftovers; devices and pipes are rejected.
 #include "base/file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
@@ -67,29 +70,71 @@ TEST_F(File, KeepsTheModeOfAnExistingFile) {
   EXPECT_EQ(mode("a"), 0640u);
 }
 
+TEST_F(File, EmptiesAnOutputAndGivesANewOneTheUsualMode) {
+  const mode_t mask = ::umask(0027);
+  ASSERT_TRUE(write_text_file(path("a"), "old"));
+  ASSERT_TRUE(write_text_file(path("exact"), "new", 0666));
+  ASSERT_TRUE(open_output(path("a")) && open_output(path("b")) && open_output_stream(path("c")));
+  ::umask(mask);
+  EXPECT_EQ(fs::file_size(path("a")), 0u);
+  for (const char* name : {"a", "b", "c"}) EXPECT_EQ(mode(name), 0640u) << name;
+  EXPECT_EQ(mode("exact"), 0666u);
+}
+
+TEST_F(File, IsLockedByAnotherDescriptorOnly) {
+  ASSERT_TRUE(write_text_file(path("a"), "text"));
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  const Descriptor holder(::open(path("a").c_str(), O_RDONLY | O_CLOEXEC));
+  EXPECT_FALSE(is_locked(path("a")));
+  ASSERT_EQ(::flock(holder.get(), LOCK_EX), 0);
+  EXPECT_TRUE(is_locked(path("a")));
+  ASSERT_EQ(::flock(holder.get(), LOCK_SH), 0);
+  EXPECT_FALSE(is_locked(path("a"))) << "a shared lock";
+  EXPECT_FALSE(is_locked(path("pipe")));
+  EXPECT_FALSE(is_locked(path("none")));
+}
+
+TEST_F(File, HasAnIdUntilItIsReplaced) {
+  ASSERT_TRUE(write_text_file(path("a"), "text"));
+  const auto id = FileId::of(path("a"));
+  fs::create_hard_link(path("a"), path("same"));
+  fs::create_symlink("a", path("link"));
+  ASSERT_TRUE(id);
+  EXPECT_EQ(FileId::of(path("same")), id);
+  EXPECT_NE(FileId::of(path("link")), id);
+  ASSERT_TRUE(write_text_file(path("a"), "other"));
+  EXPECT_NE(FileId::of(path("a")), id);
+  EXPECT_EQ(FileId::of(path("none")), std::nullopt);
+}
+
 // Without a writer open(2) of a pipe would wait forever.
 TEST_F(File, RejectsLinksDevicesPipesAndDirectories) {
   ASSERT_TRUE(write_text_file(path("a"), "old"));
   fs::create_symlink("a", path("link"));
   fs::create_symlink("none", path("dangling"));
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  ASSERT_EQ(::mknod(path("socket").c_str(), S_IFSOCK | 0600, 0), 0);
   const auto read = [](const std::string& file) { return read_text_file(file).error().text(); };
   const auto follow = [](const std::string& file) { return FileReader::open(file).error().text(); };
   const auto write = [](const std::string& file) { return write_text_file(file, "new").error().text(); };
   const auto output = [](const std::string& file) { return open_output(file).error().text(); };
+  const auto input_stream = [](const std::string& file) { return open_input_stream(file).error().text(); };
+  const auto output_stream = [](const std::string& file) { return open_output_stream(file).error().text(); };
   const std::tuple<std::string, std::string, std::vector<std::string (*)(const std::string&)>> rows[] = {
       {path("link"), "is a symbolic link, expected a regular file", {write, output}},
       {path("dangling"), "is a symbolic link, expected a regular file", {write, output}},
       {"/dev/null", "is a device, expected a regular file", {write, output, read}},
+      {path("socket"), "is a socket, expected a regular file", {write, output, read}},
       {path("pipe"), "is a pipe, expected a regular file", {write, read, follow}},
       {path(""), "is a directory, expected a regular file", {write, output, read}},
-      {path("none"), "cannot be read: No such file or directory", {read, follow}},
-      {path("none/a"), "cannot be written: No such file or directory", {write, output}},
+      {path("none"), "cannot be read: No such file or directory", {read, follow, input_stream}},
+      {path("none/a"), "cannot be written: No such file or directory", {write, output, output_stream}},
   };
   for (const auto& [file, what, calls] : rows) {
     for (const auto call : calls) EXPECT_EQ(call(file), file + ": " + what);
   }
-  EXPECT_EQ(read(std::string("a\0b", 3)), "a\\x00b: contains a NUL byte, expected the path of a file");
+  for (const auto call : {+read, +write, +output})
+    EXPECT_EQ(call(std::string("a\0b", 3)), "a\\x00b: contains a NUL byte, expected the path of a file");
   EXPECT_EQ(*read_text_file(path("link")), "old");
   EXPECT_FALSE(fs::exists(path("none")));
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
@@ -99,6 +144,11 @@ TEST_F(File, LimitsTheSize) {
   ASSERT_TRUE(write_text_file(path("a"), std::string(2'000'000, 'a')));
   EXPECT_EQ(read_text_file(path("a"), 1 << 20).error().what, "is larger than 1 MiB, the limit for such a file");
   EXPECT_EQ(read_text_file(path("a"))->size(), 2'000'000u);
+  EXPECT_EQ(read_text_file(path("a"), 2'000'000)->size(), 2'000'000u);
+  EXPECT_FALSE(read_text_file(path("a"), 1'999'999));
+  const std::size_t unknown = read_text_file("/proc/cpuinfo")->size();  // of files without a size
+  EXPECT_TRUE(read_text_file("/proc/cpuinfo", 2 * unknown));
+  EXPECT_EQ(read_text_file("/proc/cpuinfo", 10).error().what, "is larger than 0 MiB, the limit for such a file");
   fs::resize_file(path("a"), std::uintmax_t{1} << 40);  // sparse: 1 TiB
   EXPECT_EQ(read_text_file(path("a")).error().what, "is larger than 4 MiB, the limit for such a file");
 }

@@ -42,6 +42,12 @@ const std::map<std::string, std::function<std::string(Text)>> kFunctions = {
     {"counted rows", [](Text text) { return counted(std::stoul(text), "row"); }},
     {"utc_text", [](Text text) { return utc_text(std::stoll(text)); }},
     {"utc_file_text", [](Text text) { return utc_file_text(std::stoll(text)); }},
+    {"utc_nano_text", [](Text text) { return utc_nano_text(std::stoll(text)); }},
+    {"parse_utc_file_text",
+     [](Text text) {
+       const auto second = parse_utc_file_text(text);
+       return second ? std::to_string(*second) : "none";
+     }},
     {"error of an axis name",
      [](Text text) { return check_text(TextRule::kAxisName, text, "a.csv:3").error().text(); }},
 };
