@@ -101,9 +101,8 @@ void MessageDecoder::reset() {
 void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& view, bool contiguous,
                                   DecodedMessage& reading) {
   for (const int field : roles.counter) {
-    const std::uint64_t counter = view.count(field);  // 0: perhaps not a number, then the counter check rejects it
-    if (counter == 0 && !view.present(field)) continue;
-    reading.counter = counter;
+    if (!view.present(field)) continue;
+    reading.counter = view.count(field);  // 0: perhaps not a number, then the counter check rejects it
     reading.has_counter = true;
     break;
   }
@@ -185,8 +184,7 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
     reading.has_gyro = reading.has_gyro || reading.gyro[i].carried;
   }
   for (const int field : roles.status) {
-    const std::uint64_t status = view.bits(field);
-    if (status != 0 || view.present(field)) reading.status = static_cast<std::uint32_t>(status);
+    if (view.present(field)) reading.status = static_cast<std::uint32_t>(view.bits(field));
   }
   reading.latency_s = description_->latency_s;
   for (const int field : roles.latency) {
@@ -203,7 +201,7 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
   };
   read_role(ChannelRole::kTemperature, reading.temperature_degc, reading.out_of_bounds.temperature);
   read_role(ChannelRole::kUhfo, reading.uhfo_v, reading.out_of_bounds.uhfo);
-  if (channels_.size() > kRoleChannels) read_sensors(roles, view, reading);
+  read_sensors(roles, view, reading);
   return true;
 }
 

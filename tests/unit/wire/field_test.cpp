@@ -78,8 +78,12 @@ TEST(Bridge, IsTheRatioOfItsArms) {
   const ConversionStep bridge = BridgeStep{32767, 10000};
   EXPECT_DOUBLE_EQ(convert(bridge, 16383.5), 10000);
   EXPECT_NEAR(convert_back(bridge, 10000), 16383.5, 1e-9);
+  EXPECT_EQ(convert(bridge, 0), 0);
+  EXPECT_EQ(convert_back(bridge, 0), 0);
+  EXPECT_NEAR(convert_back(bridge, convert(bridge, 0.5)), 0.5, 1e-9);
   EXPECT_TRUE(std::isnan(convert(bridge, 32767))) << "an open bridge";
-  EXPECT_TRUE(std::isnan(convert(bridge, -1)));
+  EXPECT_TRUE(std::isnan(convert(bridge, -0.5)));
+  EXPECT_TRUE(std::isnan(convert_back(bridge, -0.5)));
 }
 
 TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {

@@ -50,6 +50,15 @@ const std::map<std::string, std::string> kDescriptions = {
                "fields": {"rate": {"at": 2, "type": "s16", "min": -100, "max": 100},
                           "t": {"at": 4, "type": "s16", "min": -80, "max": 125}, "u": {"at": 6, "type": "u8"}})",
                             R"(, "temperature": {"field": "t"}, "uhfo": {"field": "u"})")},
+    // 400 frames a second with two sensors in turn
+    {"in-turn",
+     message_type(
+         R"("sync": {"bytes": "AB CD"}, "length": 6, "checks": {"kind": "sum", "to": -1, "at": -1},
+                "fields": {"which": {"at": 2, "type": "u8"}, "rate": {"at": 3, "type": "u8"},
+                           "a": {"at": 4, "type": "u8", "when": {"field": "which", "values": 0}},
+                           "b": {"at": 4, "type": "u8", "when": {"field": "which", "values": 1}}})",
+         R"(, "sensors": {"a": {"field": "a", "unit": "V"}, "b": {"field": "b", "unit": "V"}}, "counter": {"field": "rate",
+                "ticks_per_s": 400, "step": 1})")},
 };
 
 /// Bytes wait until "feed" gives them to the decoder, which prints its readings.
@@ -61,7 +70,7 @@ class FramePlayer {
       const auto own = kDescriptions.find(name);
       GyroChoice choice;
       choice.sensors = next<std::string>(words) == "sensors";
-      use(own == kDescriptions.end() ? test::shipped(name, choice) : test::description_of(own->second));
+      use(own == kDescriptions.end() ? test::shipped(name, choice) : test::description_of(own->second, choice));
     } else if (command == "type") {  // MEMBERS of its message type | REST of the description
       std::string members = test::rest_of(words) + " | ";
       const std::size_t bar = members.find(" | "), end = members.find(" | ", bar + 1);
@@ -211,6 +220,7 @@ class FramePlayer {
       if (frames_->has(ChannelRole::kUhfo)) line += fmt::format(", {:.4g} V", r.uhfo_v);
       if (r.out_of_bounds.any()) line += " out of bounds";
       if (!r.has_gyro) line += ", no gyro";
+      if (r.damaged > 0) line += fmt::format(", {} damaged", r.damaged);
       if (r.status != 0) line += fmt::format(", status {:x}", r.status);
       lines.push_back(line + fmt::format(", at {} us", std::llround(1e-3 * static_cast<double>(r.arrival_ns))));
     }
