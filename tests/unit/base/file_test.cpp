@@ -71,13 +71,13 @@ TEST_F(File, KeepsTheModeOfAnExistingFile) {
 }
 
 TEST_F(File, EmptiesAnOutputAndGivesANewOneTheUsualMode) {
-  const mode_t mask = ::umask(0027);
+  const mode_t mask = ::umask(0022);
   ASSERT_TRUE(write_text_file(path("a"), "old"));
   ASSERT_TRUE(write_text_file(path("exact"), "new", 0666));
   ASSERT_TRUE(open_output(path("a")) && open_output(path("b")) && open_output_stream(path("c")));
   ::umask(mask);
   EXPECT_EQ(fs::file_size(path("a")), 0u);
-  for (const char* name : {"a", "b", "c"}) EXPECT_EQ(mode(name), 0640u) << name;
+  for (const char* name : {"a", "b", "c"}) EXPECT_EQ(mode(name), 0644u) << name;
   EXPECT_EQ(mode("exact"), 0666u);
 }
 
