@@ -30,6 +30,7 @@ void RowLog::close() {
   if (!distrusted_) return;
   fault_.drop(unsynced_.size());
   unsynced_.clear();
+  count_unsynced();
 }
 
 void RowLog::append(const compensation::CompensatedWindow& row, std::int64_t session_ns) {

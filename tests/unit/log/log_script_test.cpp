@@ -16,6 +16,7 @@
 #include <optional>
 #include <regex>
 
+#include "base/file.hpp"
 #include "base/sha256.hpp"
 #include "base/text_number.hpp"
 #include "daemon/log/capture_log.hpp"
@@ -50,7 +51,10 @@ std::int64_t second_of(const std::string& word) {
 /// A disk: how a script changes it or lets it fail, and the lines that are reported.
 class DiskPlayer {
  public:
-  virtual ~DiskPlayer() { ::setfsuid(::geteuid()); }
+  virtual ~DiskPlayer() {
+    ::setfsuid(::geteuid());
+    if (stdin_.get() >= 0) ::dup2(stdin_.get(), STDIN_FILENO);
+  }
 
   Lines play(const std::string& command, std::istream& words) {
     given_.clear();
@@ -153,6 +157,9 @@ class DiskPlayer {
       fs::permissions(folder_.file(""), fs::perms::all);
       fs::permissions(settings_.directory, ::geteuid() == 0 ? fs::perms::others_read : fs::perms::owner_read);
       if (::geteuid() == 0) ::setfsuid(kNobody);
+    } else if (command == "no_stdin") {  // the next file that is opened has the descriptor 0
+      stdin_.reset(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3));
+      ::close(STDIN_FILENO);
     } else if (command == "rights") {
       ::setfsuid(::geteuid());
       fs::permissions(settings_.directory, fs::perms::owner_all);
@@ -163,6 +170,7 @@ class DiskPlayer {
   }
 
   std::vector<std::unique_ptr<test::FailingCall>> faults_;
+  Descriptor stdin_;
   Lines given_;
   std::ptrdiff_t shown_ = 0;
 };

@@ -174,6 +174,30 @@ TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
   }
 }
 
+// "log" is in the page, and "sensor_line" may occur several times.
+TEST_F(LogRowsTest, APageSaysWhatItHasAndWhatFollows) {
+  auto log = std::make_unique<RowLog>(settings, "gyro", "# a: b\n# sensor_line: x\n# sensor_line: y\n",
+                                      counters, told.problems, SegmentPolicy{});
+  for (int i = 0; i < 5; ++i) log->append(test::row_at(kNoonS + i), 0);
+  log->sync();
+  const auto page = log->page({"earliest", 2, true});
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->rows, 2u);
+  json all = json::parse(page->json + "}");
+  const json segment = all["segments"][0];
+  EXPECT_EQ(segment["segment"], 1);
+  EXPECT_EQ(segment["first"], 1);
+  EXPECT_EQ(segment["metadata"], json::parse(R"({"a": "b", "session": "1970-01-01T00:00:00.000000000Z"})"));
+  EXPECT_THAT(segment["header"].get<std::string>(), testing::StartsWith("# a: b\n# sensor_line: x\n"));
+  all.erase("segments"), all.erase("log"), all.erase("after");
+  EXPECT_EQ(all, json::parse(R"({"more": true, "missing": 0, "behind": 3, "kept": 5, "deleted": 0})"));
+  const json rest = json::parse(log->page({page->after.text(), 10})->json + "}");
+  EXPECT_EQ(rest["segments"][0]["first"], 3);
+  EXPECT_FALSE(rest["segments"][0].contains("header"));
+  EXPECT_EQ(rest["more"], false);
+  EXPECT_EQ(rest["behind"], 0);
+}
+
 // A segment edited by hand: its lines are returned unchanged, in valid JSON.
 TEST_F(LogRowsTest, WhatWasWrittenByHandIsTextLikeAnyOther) {
   auto log = open();

@@ -13,6 +13,8 @@
 #include "compensation/plausibility.hpp"
 #include "daemon/pipeline/captures.hpp"
 #include "daemon/pipeline/device.hpp"
+#include "daemon/pipeline/setup.hpp"
+#include "daemon/pipeline/stored_segments.hpp"
 #include "daemon/pipeline/stream_watch.hpp"
 #include "tests/support/blocks.hpp"
 #include "tests/support/scripts.hpp"
@@ -37,6 +39,78 @@ TEST(Setup, AcceptsOrRefusesAConfiguration) {
     EXPECT_TRUE(found.ends_with(block[1])) << block.where << ": found " << found;
   }
 }
+
+TEST(Setup, SaysHowFastItsFilesGrowAndWhichUnitRunsIt) {
+  const test::TemporaryFolder folder;
+  const auto load = [&](const std::string& text) {
+    std::ofstream(folder.file("g.json")) << text;
+    return load_setup(folder.file("g.json")).value();
+  };
+  const auto one = load(R"({"frames": "trplg", "line": {"device": "/dev/null"}})");
+  EXPECT_EQ(log_bytes_per_day(one), 86400 * 170);
+  EXPECT_EQ(capture_bytes_per_day(one), 86400 * one.frames->rate_hz * (28 + one.frames->max_frame_bytes));
+  EXPECT_EQ(unit_name(one), "prismd@g");
+  const auto three = load(R"({"frames": "dmu11", "line": {"device": "/dev/null"}, "axes": {"x": {}, "y": {}, "z": {}},
+      "sensor_lines": {"room": {"tcp": {"address": "127.0.0.1:4001"}, "columns": {"t": {"column": 1, "unit": "degC"}}}}})");
+  EXPECT_EQ(log_bytes_per_day(three), 3 * 86400 * 180);
+  EXPECT_EQ(unit_name(three), "prismd-net@g");
+  const auto out = load(R"({"frames": "trplg", "line": {"device": "/dev/null"},
+      "out": [{"line": {"tcp": {"listen": "127.0.0.1:4001"}}, "frames": "prism", "when_unknown": "drop"}]})");
+  EXPECT_EQ(unit_name(out), "prismd-net@g");
+}
+
+TEST(Setup, SaysWhyADirectoryCannotBeWritten) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("g.json");
+  std::ofstream(file) << "{}";
+  EXPECT_EQ(directory_problem(folder.file("")), "");
+  EXPECT_EQ(directory_problem(folder.file("log/deep")), "");
+  EXPECT_EQ(directory_problem(file), file + ": cannot be written: it is not a directory");
+  EXPECT_EQ(directory_problem(file + "/log"), file + "/log: cannot be created: " + file + " is not a directory");
+  EXPECT_EQ(directory_problem("/proc/log"), "/proc/log: cannot be created: /proc is a file system without storage");
+}
+
+/// "position TEXT", "supersedes TEXT", "cursor TEXT", "name EXTENSION FILE": what is read from it. "index LINES": an
+/// index of 0.3.
+class StoredPlayer {
+ public:
+  Lines play(const std::string& command, std::istream& words) {
+    const auto extension = command == "name" ? next<std::string>(words) : "";
+    const std::string text = rest_of(words);
+    if (command == "cursor") {
+      const auto found = RowCursor::parse(text);
+      return {found ? fmt::format("segment {} row {} total {}", found->segment, found->row, found->total) : "refused"};
+    }
+    if (command == "position") {
+      const auto found = LogPosition::parse(text);
+      return {found ? fmt::format("segment {} first {} running {}", found->segment, found->first, found->running_s)
+                    : "refused"};
+    }
+    if (command == "supersedes") {
+      const auto found = SupersededRows::parse(text);
+      return {found ? fmt::format("{} from {}", found->file, found->row) : "refused"};
+    }
+    if (command == "name") {
+      const auto found = SegmentName::parse(text, "gyro", extension);
+      return {found ? fmt::format("number {} begin {} same {} running {}", found->number, found->begin_s, found->same,
+                                  found->running_s)
+                    : "refused"};
+    }
+    std::ofstream(folder_.file("index")) << text;
+    const auto index = OldIndex::read(folder_.file("index"));
+    if (!index) return {"refused"};
+    Lines given = {fmt::format("id {}, next {}, deleted {} with {} rows before {}, clock {}", index->id, index->next,
+                               index->deleted_segments, index->deleted_rows, index->deleted_before_s, index->clock_s)};
+    for (const auto& [number, entry] : index->entries)
+      given.push_back(fmt::format("{} {}: {} rows, clock {}", number, entry.file, entry.rows, entry.clock_s));
+    return given;
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST(StoredSegments, Scripts) { test::expect_scripts<StoredPlayer>("pipeline/stored_segments.txt"); }
 
 /// Collects what is reported: "+ KIND: TEXT" when a problem begins, "- KIND: TEXT" when it ends.
 class Reports {
@@ -184,7 +258,7 @@ class SensorLinePlayer {
     } else if (command == "merged") {  // with packets of the gyro: all in order, "s" of the sensors, "g" of the gyro
       auto captures = SensorCaptures::open(setup_, files_);
       if (!captures) return {captures.error().text().substr(folder_.file("").size())};
-      Lines given = captures->notes();
+      Lines given;
       std::string order;
       const auto add = [&](const char* of, const drivers::CapturePacket& packet) {
         const bool opened = packet.event == drivers::CaptureEvent::kOpened;
@@ -199,6 +273,7 @@ class SensorLinePlayer {
         captures->until(packet, [&](std::size_t, const drivers::CapturePacket& sensors) { add("s", sensors); });
         add("g", packet);
       }
+      given = captures->notes();
       given.push_back(order);
       return given;
     }
