@@ -28,11 +28,10 @@ std::uint64_t watchdog_half_us() {
   return sd_watchdog_enabled(0, &period) > 0 ? period / 2 : 0;
 }
 
-int inherited_socket() {
-  const int count = sd_listen_fds(1);
-  if (count < 1) return -1;
-  const int fd = SD_LISTEN_FDS_START;
-  return sd_is_socket(fd, AF_UNIX, SOCK_STREAM, 1) > 0 ? fd : -1;
+std::optional<int> inherited_socket() {
+  constexpr int kFirst = SD_LISTEN_FDS_START;
+  if (sd_listen_fds(1) < 1 || sd_is_socket(kFirst, AF_UNIX, SOCK_STREAM, 1) <= 0) return std::nullopt;
+  return kFirst;
 }
 
 }  // namespace prism

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace prism {
@@ -14,7 +15,7 @@ void notify_status(const std::string& status);
 void notify_watchdog();
 /// Half of systemd's watchdog interval, µs; 0 without a watchdog.
 std::uint64_t watchdog_half_us();
-/// The one listening Unix socket that systemd passed, or −1.
-int inherited_socket();
+/// The one listening Unix socket that systemd passed, if any.
+std::optional<int> inherited_socket();
 
 }  // namespace prism

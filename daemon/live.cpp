@@ -13,6 +13,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -81,8 +82,8 @@ class Live {
 
   int run() {
     const config::Config& config = setup().config;
-    const int inherited = inherited_socket();
-    if (!config.socket.path.empty() || inherited >= 0) {
+    const std::optional<int> inherited = inherited_socket();
+    if (!config.socket.path.empty() || inherited) {
       auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_, problems_);
       if (!server) {
         spdlog::error(server.error().text());

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <string_view>
@@ -24,12 +25,12 @@ namespace {
 void write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());
-    if (written > 0) {
+    if (written >= 0) {
       text.remove_prefix(static_cast<std::size_t>(written));
-    } else if (written < 0 && errno == EAGAIN) {
-      pollfd wait{descriptor, POLLOUT, 0};
-      ::poll(&wait, 1, -1);
-    } else if (written < 0 && errno != EINTR) {
+    } else if (errno == EAGAIN) {
+      pollfd wait[] = {{descriptor, POLLOUT, 0}};
+      ::poll(wait, std::size(wait), -1);
+    } else if (errno != EINTR) {
       return;
     }
   }

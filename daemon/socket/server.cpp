@@ -28,11 +28,12 @@ using daemon::kUse;
 using pipeline::Severity;
 using Protocol = asio::local::stream_protocol;
 
-Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings, int inherited) {
+Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings,
+                                std::optional<int> inherited) {
   boost::system::error_code error;
   Server::Acceptor acceptor(io);
-  if (inherited >= 0) {
-    acceptor.assign(Protocol(), inherited, error);
+  if (inherited) {
+    acceptor.assign(Protocol(), *inherited, error);
     if (error) return make_error("systemd's socket", error.message());
     return acceptor;
   }
@@ -49,11 +50,11 @@ Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettin
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
-                                             int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell,
-                                             Problems& problems) {
+                                             std::optional<int> inherited, Publisher& publisher, Rpc& rpc,
+                                             pipeline::Tell tell, Problems& problems) {
   Result<Acceptor> acceptor = listen(io, settings, inherited);
   if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  OwnSocketFile own = inherited < 0 ? OwnSocketFile(settings.path) : OwnSocketFile();
+  OwnSocketFile own = inherited ? OwnSocketFile() : OwnSocketFile(settings.path);
   return std::unique_ptr<Server>(
       new Server(std::move(*acceptor), settings, std::move(own), publisher, rpc, std::move(tell), problems));
 }

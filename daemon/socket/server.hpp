@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
+#include <optional>
 
 #include "base/problems.hpp"
 #include "base/result.hpp"
@@ -24,11 +25,11 @@ class Server {
   static constexpr std::chrono::seconds kIdle{60};
   using Acceptor = boost::asio::local::stream_protocol::acceptor;
 
-  /// `inherited`: a listening socket from systemd, or −1: create one at settings.path. Replaces a stale socket file.
+  /// `inherited`: a listening socket from systemd; else creates one at settings.path. Replaces a stale socket file.
   /// Errors: another daemon listens on this path.
   static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
-                                              int inherited, Publisher& publisher, Rpc& rpc, pipeline::Tell tell,
-                                              Problems& problems);
+                                              std::optional<int> inherited, Publisher& publisher, Rpc& rpc,
+                                              pipeline::Tell tell, Problems& problems);
 
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();

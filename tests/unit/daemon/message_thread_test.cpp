@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <ctime>
 
 #include "daemon/logging.hpp"
 
@@ -50,6 +51,21 @@ TEST_F(MessageThreadTest, DoesNotWaitForABlockedReader) {
     messages.put(std::string(1 << 18, 'y'));  // it blocks again, but the destructor does not
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
+// Of a terminal that another program made non-blocking.
+TEST_F(MessageThreadTest, WaitsWithoutComputingForADescriptorThatIsFull) {
+  ASSERT_EQ(::fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
+  MessageThread messages(ends[1]);
+  const std::string line = std::string((1 << 17) - 1, 'x') + "\n";  // more than a pipe holds
+  messages.put(line);
+  const std::clock_t begin = std::clock();
+  EXPECT_FALSE(messages.finish(milliseconds(100)));
+  EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 100);
+  std::string text;
+  while (text.size() < line.size()) text += read_some();
+  EXPECT_EQ(text, line);
+  EXPECT_TRUE(messages.finish(milliseconds(5000)));
 }
 
 TEST_F(MessageThreadTest, IgnoresAClosedReader) {

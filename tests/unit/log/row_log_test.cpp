@@ -176,8 +176,8 @@ TEST_F(LogRowsTest, EveryRowComesOnceOrIsCountedAsMissing) {
 
 // "log" is in the page, and "sensor_line" may occur several times.
 TEST_F(LogRowsTest, APageSaysWhatItHasAndWhatFollows) {
-  auto log = std::make_unique<RowLog>(settings, "gyro", "# a: b\n# sensor_line: x\n# sensor_line: y\n",
-                                      counters, told.problems, SegmentPolicy{});
+  auto log = std::make_unique<RowLog>(settings, "gyro", "# a: b\n# sensor_line: x\n# sensor_line: y\n", counters,
+                                      told.problems, SegmentPolicy{});
   for (int i = 0; i < 5; ++i) log->append(test::row_at(kNoonS + i), 0);
   log->sync();
   const auto page = log->page({"earliest", 2, true});
