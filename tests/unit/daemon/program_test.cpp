@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What prismd prints without a live line: --sniff, --check of a document, and a replay.
+// The output of prismd without a live line: --sniff, --check of a document, and a replay.
 #include "daemon/program.hpp"
 
 #include <fmt/format.h>

@@ -70,7 +70,7 @@ TEST(Setup, SaysWhyADirectoryCannotBeWritten) {
   EXPECT_EQ(directory_problem("/proc/log"), "/proc/log: cannot be created: /proc is a file system without storage");
 }
 
-/// "position TEXT", "supersedes TEXT", "cursor TEXT", "name EXTENSION FILE": what is read from it. "index LINES": an
+/// "position TEXT", "supersedes TEXT", "cursor TEXT", "name EXTENSION FILE": the parts that are read. "index LINES": an
 /// index of 0.3.
 class StoredPlayer {
  public:
