@@ -238,7 +238,6 @@ void add_noise_findings(std::span<const double> rate, const std::vector<bool>& f
            rest.outliers[findings.back().run] == rest.outliers.front() + findings.back().run)
       ++findings.back().run;
   }
-  if (rate.size() < 2 * kEnoughForPart) return;
   const NoiseRatio ratio = noise_ratio(rate, follows, quantiser);
   if (ratio.value == 0) return;
   findings.push_back(

@@ -66,7 +66,7 @@ BootstrapEstimate bootstrap(std::size_t n, std::size_t block,
 
 /// Possible distance of the next recording from this one, in standard deviations of either.
 double reach(std::size_t n, std::size_t block) {
-  const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
+  const double freedom = static_cast<double>(n) / static_cast<double>(block) - 1;  // at least 3: bootstrap_block()
   return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
 }
 
@@ -85,17 +85,17 @@ Result<void> usable(std::span<const double> before, std::span<const double> afte
   return {};
 }
 
-/// Number of lags until the autocorrelation stays within its band (Politis and White 2004, footnote c).
+/// Number of lags until the autocorrelation stays within its band (Politis and White 2004, footnote c); all if it never
+/// does.
 std::size_t memory(const std::vector<double>& coefficient, std::size_t n) {
-  const double log_n = std::log10(static_cast<double>(n));
-  const auto quiet = static_cast<std::size_t>(std::max(5.0, std::sqrt(log_n)));
-  const double band = 2 * std::sqrt(log_n / static_cast<double>(n));
+  constexpr std::size_t kQuiet = 5;  // more than √log10 n for each n
+  const double band = 2 * std::sqrt(std::log10(static_cast<double>(n)) / static_cast<double>(n));
   std::size_t run = 0;
   for (std::size_t lag = 1; lag < coefficient.size(); ++lag) {
     run = std::abs(coefficient[lag]) < band ? run + 1 : 0;
-    if (run == quiet) return lag - quiet;
+    if (run == kQuiet) return lag - kQuiet;
   }
-  return coefficient.size() / 2;
+  return coefficient.size();
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ class Residual {
   test::Normal normal_;
 };
 
-Residuals record(Residual residual, int count) {
-  Residuals all;
+Residuals record(Residual residual, int count, double window_s = 100) {
+  Residuals all{{}, {}, 1, window_s};
   for (int i = 0; i < count; ++i) all.deg_per_h.push_back(residual());
   all.recordings.assign(all.deg_per_h.size(), 0);
   return all;
@@ -103,6 +103,34 @@ TEST(DriftTest, RecordingsShowHowMuchSwitchOnsDiffer) {
   ASSERT_TRUE(settings);
   EXPECT_NEAR(settings->offset_deg_per_h, 0.003, 0.0003);
   EXPECT_NEAR(settings->sd_deg_per_h, kLeftSd, 0.02 * kLeftSd) << "without the offsets";
+}
+
+// The simulation itself, with windows of an hour, which are few: the numbers are those that it gave when this test was
+// written. Every other recording is higher.
+TEST(DriftTest, TheSettingsOfAShortRecordAreAsEver) {
+  struct Case {
+    double rho, offset_sd;
+    int recordings, every;
+    double sd, offset, threshold, delay_h;
+  };
+  for (const Case& c : {Case{0, 0, 1, 1, 6.190224077575102e-3, 1.146239837455210e-3, 9.94976467, 54.5},
+                        Case{0.5, 0.002, 2, 1, 6.209584980914919e-3, 0.002, 31.5567426, 228},
+                        Case{0, 0.001, 5, 1, 6.113582497702302e-3, 1.663423e-3, 7.30886974, 64}}) {
+    Residuals residuals = record({c.rho, 12}, 300, 3600);
+    for (std::size_t i = 0; i < 300; ++i) {
+      residuals.recordings[i] = static_cast<int>(i) * c.recordings / 300;
+      residuals.deg_per_h[i] += residuals.recordings[i] % 2 * 0.002;
+    }
+    const auto settings = monitor_settings(residuals, c.offset_sd, 0);
+    ASSERT_TRUE(settings);
+    SCOPED_TRACE(c.recordings + c.rho);
+    EXPECT_EQ(settings->every, c.every);
+    EXPECT_NEAR(settings->sd_deg_per_h, c.sd, 1e-6 * c.sd);
+    EXPECT_NEAR(settings->offset_deg_per_h, c.offset, 1e-6 * c.offset);
+    EXPECT_NEAR(settings->threshold, c.threshold, 1e-3 * c.threshold);
+    EXPECT_NEAR(settings->delay_h, c.delay_h, 1e-3 * c.delay_h);
+  }
+  EXPECT_EQ(monitor_settings(record({0, 12}, 300, 3600), 0, 1)->sd_deg_per_h, 1) << "at least that";
 }
 
 // Siegmund's approximation of the mean run length (1985): (e^b − b − 1) / 2k² with b = 2k (h + 1.166), for one side.

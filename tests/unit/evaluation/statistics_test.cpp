@@ -185,6 +185,106 @@ TEST(ImprovementInterval, TheBlockLengthFollowsTheAutocorrelation) {
   EXPECT_EQ(bootstrap_block(std::vector<double>(100, 1.0)), 1u);
 }
 
+// Sums of `width` neighbours of a series without memory; the expected lengths are those of a script that follows
+// Politis and White (2004).
+TEST(ImprovementInterval, TheBlockLengthIsThatOfPolitisAndWhite) {
+  const auto block = [](std::size_t n, std::size_t width, double trend = 0) {
+    std::vector<double> series(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t k = i; k < i + width; ++k) series[i] += std::sin(static_cast<double>(k * k));
+      series[i] += trend * static_cast<double>(i);
+    }
+    return bootstrap_block(series);
+  };
+  for (const auto& [n, width, expected] : {std::tuple<std::size_t, std::size_t, std::size_t>{7, 2, 1},
+                                           {16, 3, 2},
+                                           {56, 5, 3},
+                                           {100, 1, 3},
+                                           {100, 3, 5},
+                                           {101, 8, 10},
+                                           {200, 4, 9},
+                                           {400, 1, 3},
+                                           {400, 5, 11},
+                                           {400, 60, 37},
+                                           {924, 25, 176}})
+    EXPECT_EQ(block(n, width), expected) << n << " " << width;
+  EXPECT_EQ(block(23, 1, 1), 5u) << "at most a quarter of the values";
+  EXPECT_EQ(block(100, 1, 0.1), 25u);
+}
+
+// n = 3 and 4: Student's t is 4.3027 and 3.1824. The logarithms differ by ln 2.
+TEST(ImprovementInterval, OfSeveralRecordingsIsThatOfStudent) {
+  const double far = 4.302652729749464 * std::log(2) * std::sqrt(4.0 / 3);
+  const auto three = next_of_several(std::vector{0.5, 0.75, 0.875}, "three");
+  ASSERT_TRUE(three);
+  EXPECT_NEAR(three->value, 0.75, 1e-12);
+  EXPECT_NEAR(three->low, 1 - 0.25 * std::exp(far), 1e-9);
+  EXPECT_NEAR(three->high, 1 - 0.25 * std::exp(-far), 1e-12);
+  EXPECT_EQ(three->block, 1u);
+  EXPECT_EQ(next_of_several(std::vector{0.5, 0.6, 1.0}, "one").error().text(),
+            "one: found an improvement of 1, expected less than 1");
+}
+
+/// A sine of amplitude 1, and `sd` of white noise, which a model leaves.
+Day white_day(std::size_t n, double sd, std::mt19937_64& random) {
+  Day made{{}, coloured(n, 0, sd, random)};
+  for (std::size_t i = 0; i < n; ++i) made.before.push_back(std::sin(static_cast<double>(i) / 7) + made.after[i]);
+  return made;
+}
+
+/// Variance of the standard deviation of independent values, relative to its square.
+double variance_of_sd(const std::vector<double>& values) {
+  double squares = 0, fourth = 0, n = static_cast<double>(values.size());
+  const double mean = neumaier_sum(values) / n;
+  for (const double value : values) squares += std::pow(value - mean, 2) / n, fourth += std::pow(value - mean, 4) / n;
+  return (fourth / (squares * squares) - 1) / n / 4;
+}
+
+TEST(ImprovementInterval, OfWhiteNoiseIsThatOfItsStandardDeviation) {
+  std::mt19937_64 random(21);
+  const Day made = white_day(400, 0.001, random);
+  const auto interval = next_improvement(made.before, made.after, "white");
+  ASSERT_TRUE(interval);
+  ASSERT_EQ(interval->block, bootstrap_block(made.after));
+  const double low = std::log(1 - interval->low), here = std::log(1 - interval->value),
+               high = std::log(1 - interval->high);
+  EXPECT_NEAR(here, std::log(summarise(made.after, Divisor::kN, "")->sd / summarise(made.before, Divisor::kN, "")->sd),
+              1e-12);
+  EXPECT_NEAR(low - here, here - high, 1e-9);
+  // Here and there scatter alike, but for what repeats; between days, 1.96 of the standard deviation. Student's t of
+  // more than 100 blocks is 1.97.
+  const double days = std::sqrt(2.0) * 1.96 * kBetweenDays;
+  const double scatter = std::sqrt((std::pow(low - here, 2) - days * days) / (1 - kRepeats) / 2) / 1.97;
+  EXPECT_NEAR(scatter, std::sqrt(variance_of_sd(made.after)), 0.07 * scatter);
+}
+
+// The draws themselves: the numbers are those of this test's first run.
+TEST(ImprovementInterval, OfAShortRecordIsAsEver) {
+  std::vector<double> before, after;
+  for (int i = 0; i < 24; ++i) after.push_back(std::sin(i * i)), before.push_back(5 * std::sin(i / 2.0) + after.back());
+  const auto interval = next_improvement(before, after, "short");
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(interval->block, 4u);
+  EXPECT_NEAR(interval->low, 0.716819724105, 1e-9);
+  EXPECT_NEAR(interval->high, 0.854853037796, 1e-9);
+  after.erase(after.begin(), after.begin() + 4), before.resize(20);
+  EXPECT_TRUE(next_improvement(before, after, "20 blocks"));
+}
+
+TEST(ImprovementInterval, OfADifferenceIsThatOfBothStandardDeviations) {
+  std::mt19937_64 random(22);
+  const std::vector<double> good = coloured(400, 0, 0.1, random), worse = coloured(400, 0, 0.2, random);
+  std::vector<double> before;  // each part of it has the standard deviation 2
+  for (int i = 0; i < 400; ++i) before.push_back(i % 2 ? 2 : -2);
+  const auto interval = next_difference(before, good, worse, "two");
+  ASSERT_TRUE(interval);
+  const double first = summarise(good, Divisor::kN, "")->sd, second = summarise(worse, Divisor::kN, "")->sd;
+  EXPECT_NEAR(interval->value, (first - second) / 2, 1e-12);
+  EXPECT_NEAR(interval->value - interval->low, interval->high - interval->value, 1e-12);
+  const double sd = std::sqrt(first * first * variance_of_sd(good) + second * second * variance_of_sd(worse)) / 2;
+  EXPECT_NEAR((interval->high - interval->value) / std::sqrt(2.0) / 1.97, sd, 0.1 * sd);
+}
+
 // Recordings with a ratio of 0.5 ± 12 %.
 TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
   std::mt19937_64 random(8);
