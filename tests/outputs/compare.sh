@@ -7,3 +7,6 @@ prismcal train a --method stepwise --out stepwise.json --force --quiet >/dev/nul
 prismcal train a --method lssvm --c 10 --sigma2 2 --out lssvm.json --force --quiet >/dev/null
 prismcal compare ls.json stepwise.json lssvm.json "$SOURCE/config/models/tao2019-model2.json" --any-gyro --on b --on a --out report
 show report/report.csv report/report.json
+# Names longer than their columns.
+for name in a-second-cycle-of-one-gyro-70 a-second-cycle-of-one-gyro-7; do cp -r b $name; done
+prismcal compare ls.json stepwise.json --on a-second-cycle-of-one-gyro-70 --on a-second-cycle-of-one-gyro-7

@@ -22,5 +22,7 @@ export_c k.json --extrapolation shrink
 awk 'BEGIN {print "x,y"; for (i = 0; i < 40; ++i) print i "," i * i}' >t.csv
 prismcal fit t.csv --target y --inputs x --method ls --out t.json --quiet >/dev/null
 export_c t.json
+export_c "$SOURCE/config/models/tao2019-model2.json"
+sed -nE 's/^ *\{(\{[^}]*\}).*/\1/p' c/prism_pairs.h | sed -n '1,10p' # the usual ranges, the last beyond them
 export_c nothing.json
 prismcal export k.json --c /proc/c || echo "exit $?"

@@ -109,7 +109,7 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   s.parameter = o.beta ? o.beta : o.delta;
   s.reweight.weight.hampel_floor = o.hampel_floor;
   s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
-  s.reweight.limit = o.reweight == "1" ? 1 : 500;
+  if (o.reweight == "1") s.reweight.limit = 1;
   s.scaling = o.normalise == "zscore" ? training::NormalisationMethod::kZscore
               : o.normalise == "auto" ? training::NormalisationMethod::kAuto
                                       : training::NormalisationMethod::kNone;

@@ -174,8 +174,9 @@ double noise_band(const std::vector<EvaluatedRecording>& recordings) {
   double floor = 0;
   for (const EvaluatedRecording& recording : recordings)
     floor = std::max(floor, recording.evaluation->stability.floor_deg_per_h.value_or(0));
-  const double digit = floor > 0 ? std::pow(10, std::floor(std::log10(floor))) : 0.01;
-  return digit * std::max(1.0, std::ceil(floor / digit));
+  if (!(floor > 0)) return 0.01;
+  const double digit = std::pow(10, std::floor(std::log10(floor)));
+  return digit * std::ceil(floor / digit);
 }
 
 /// One after the other: pooled, with a break between them.

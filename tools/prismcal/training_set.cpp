@@ -81,11 +81,12 @@ tl::unexpected<Error> missing_input(const TrainingSet& set) {
     (found ? known : missing).push_back(name);
   }
   if (!missing.empty())
-    return make_error("input " + missing.front(), fmt::format("{}; use --inputs {}",
-                                                              missing.front() == compensation::kInputUhfo
-                                                                  ? "the recording contains no oscillator voltage"
-                                                                  : "it is unknown in all blocks",
-                                                              fmt::join(known, ",")));
+    return make_error(
+        "input " + missing.front(),
+        fmt::format("{}{}{}",
+                    missing.front() == compensation::kInputUhfo ? "the recording contains no oscillator voltage"
+                                                                : "it is unknown in all blocks",
+                    known.empty() ? "" : "; use --inputs ", fmt::join(known, ",")));
   return make_error("recordings", "found no block in which every input is known");
 }
 

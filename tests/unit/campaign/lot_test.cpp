@@ -116,6 +116,25 @@ TEST(LotReport, FindsDrift) {
   ASSERT_EQ(drift.size(), 2u);
   EXPECT_EQ(drift[0][2]["value"], 0.25);
   EXPECT_EQ(drift[1][2]["value"], 0);
+  EXPECT_EQ(tables_of(later, &lot)["drift"]["meaning"], "The mean changed most for gyro S1, by 0.25 deg/h.");
+}
+
+TEST(LotReport, ComparesWhatBothCampaignsTrainedAndMeasured) {
+  Lot before;
+  for (const char* gyro : {"S1", "S2", "S3", "S4"}) before.tasks.push_back(result(gyro, "a", 50));
+  Lot now = before;
+  now.tasks.push_back(result("S1", "b", 50));  // not trained before
+  now.tasks[0].json["training"]["mean_deg_per_h"] = nullptr;
+  before.tasks[1].json["training"]["mean_deg_per_h"] = nullptr;
+  const Json refused = {{"task", ""},          {"serial", "S3"},       {"axis", ""},        {"model", "a"},
+                        {"level", "baseline"}, {"outcome", "refused"}, {"why", "too short"}};
+  now.tasks[2].json = refused;
+  before.tasks[3].json = refused;
+  before.tasks[3].json["serial"] = "S4";
+  const Json drift = tables_of(now, &before)["drift"];
+  ASSERT_EQ(drift["rows"].size(), 2u);
+  for (const Json& row : drift["rows"]) EXPECT_EQ(row[2].value("value", Json()), nullptr) << row;
+  EXPECT_EQ(tables_of({}, &before)["drift"]["meaning"], "No gyro is in both campaigns.");
 }
 
 TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
@@ -179,7 +198,9 @@ class InstalledLot : public testing::Test {
     made.json["id"] = (*model)->info().id;
     lot_.tasks.push_back(std::move(made));
   }
-  Result<InstalledModels> install() { return install_models(files_.file(), lot_, files_.path("dest"), true); }
+  Result<InstalledModels> install(const char* folder = "dest", bool keep_others = true) {
+    return install_models(files_.file(), lot_, files_.path(folder), keep_others);
+  }
 
   test::Lot files_;
   Lot lot_;
@@ -200,6 +221,20 @@ TEST_F(InstalledLot, HasAManifestOfChecksumsAndKeepsOtherGyros) {
     EXPECT_EQ(entry["sha256"], sha256_hex(test::read_file(files_.path("dest/" + entry["file"].get<std::string>()))));
   for (const auto& entry : fs::directory_iterator(files_.path("")))
     EXPECT_FALSE(entry.path().string().ends_with(".new")) << entry.path();
+}
+
+TEST_F(InstalledLot, HasOtherGyrosOnlyIfTheyAreKept) {
+  store("S1");
+  ASSERT_TRUE(install("dest//"));
+  lot_.tasks.clear();
+  store("S2");
+  const auto second = install("dest/", false);
+  ASSERT_TRUE(second) << second.error().text();
+  EXPECT_EQ(second->models, 1u);
+  EXPECT_EQ(second->kept, 0u);
+  EXPECT_FALSE(fs::exists(files_.path("dest/S1.json")));
+  EXPECT_TRUE(fs::exists(files_.path("dest/S2.json")));
+  EXPECT_EQ(Json::parse(test::read_file(files_.path("dest/manifest.json")))["models"].size(), 1u);
 }
 
 TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {

@@ -77,6 +77,13 @@ TEST(SampleGrid, FindsTheSampleTimeAndEachHole) {
   }
 }
 
+TEST(SampleGrid, NeedsTwoTimes) {
+  EXPECT_EQ(refusal_of({}), "x: found 0 times, expected 2 or more");
+  EXPECT_EQ(refusal_of({7}), "x: found 1 time, expected 2 or more");
+  EXPECT_EQ(refusal_of({7, 7, 7}), "x: found the same time in all rows");
+  EXPECT_EQ(refusal_of({7, 2'000'000'007}), "every 2 s, 0 lost");
+}
+
 TEST(SampleGrid, LossAtRandomStays) {
   std::mt19937 random(5);
   for (const double share : {0.003, 0.01, 0.05, 0.2}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // SVG drawings: comparison with drawings/*.svg (PRISM_REGENERATE=1 writes them), and properties of all plots.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -136,6 +137,26 @@ TEST(SvgChart, HasTheValuesOfFewPoints) {
   plot.panels[0].series[0].x.assign(101, 1);
   plot.panels[0].series[0].y.assign(101, 1);
   EXPECT_THAT(draw_svg(plot), Not(HasSubstr("<title>"))) << "too many to point at";
+}
+
+TEST(SvgChart, LeavesOutWhatIsTooLargeOrTooSmallForItsAxis) {
+  Plot plot = one_panel(SeriesStyle::kPoints);
+  const auto drawn = [&](bool logarithmic, double value) {
+    plot.panels[0].y.logarithmic = logarithmic;
+    plot.panels[0].series[0].y[2] = value;
+    const std::string svg = draw_svg(plot);
+    EXPECT_TRUE(test::elements_of(svg)) << value;
+    return svg.find(fmt::format("<title>100, {:.4g}</title>", value)) != std::string::npos;
+  };
+  for (const bool logarithmic : {false, true}) {
+    EXPECT_TRUE(drawn(logarithmic, 9.9e149));
+    EXPECT_FALSE(drawn(logarithmic, 1e150));
+    EXPECT_TRUE(drawn(logarithmic, 1.1e-150));
+    EXPECT_EQ(drawn(logarithmic, 1 / 1e150), !logarithmic);
+    EXPECT_EQ(drawn(logarithmic, 0), !logarithmic);
+    EXPECT_EQ(drawn(logarithmic, -9.9e149), !logarithmic);
+    EXPECT_FALSE(drawn(logarithmic, -1e150));
+  }
 }
 
 /// A year of blocks: a noise, one spike, one hole.
