@@ -59,10 +59,9 @@ Minimum minimise_smooth(const SmoothFunction& f, const Eigen::VectorXd& start, i
   constexpr double kArmijo = 1e-4, kShortest = 1e-8, kMaxStep = 1, kImprovement = 1e-4, kGradient = 1e-3;
   const Eigen::Index n = start.size();
   const bool informed = inverse_hessian.size() > 0;
-  Minimum best{start, 0, informed ? inverse_hessian : Eigen::MatrixXd::Identity(n, n)};
   int evaluations = 1;
   Eigen::VectorXd gradient(n), next_gradient(n);
-  best.value = f(best.x, gradient);
+  Minimum best{start, f(start, gradient), informed ? inverse_hessian : Eigen::MatrixXd::Identity(n, n)};
   Eigen::MatrixXd& inverse = best.inverse_hessian;
   bool fresh = !informed;  // the Hessian is an initial guess
   while (std::isfinite(best.value) && gradient.cwiseAbs().maxCoeff() > kGradient && !stop()) {

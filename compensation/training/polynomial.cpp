@@ -60,7 +60,8 @@ LinearProblem::LinearProblem(const Eigen::MatrixXd& columns, const Eigen::Vector
   all.rowwise() -= mean_.transpose();
   scale_ = all.colwise().norm().transpose();
   for (Eigen::Index j = 0; j <= m; ++j) {
-    const long double noise = 1e-17L * std::fabs(mean_[j]) * std::sqrt(static_cast<long double>(n_));
+    const long double n = static_cast<long double>(n_);  // whose sum is rounded n times
+    const long double noise = std::max(1e-17L, 1e-19L * n) * std::fabs(mean_[j]) * std::sqrt(n);
     if (!(scale_[j] > noise)) scale_[j] = 0;
     all.col(j) *= scale_[j] > 0 ? 1 / scale_[j] : 0;
   }

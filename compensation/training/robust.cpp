@@ -21,11 +21,9 @@ std::vector<double> values(const Eigen::VectorXd& v) { return {v.begin(), v.end(
 
 // The p-quantile at n p + 0.5 (Hazen), with linear interpolation.
 double quantile(const Eigen::VectorXd& sorted, double p) {
-  const double at = static_cast<double>(sorted.size()) * p - 0.5;
-  const double low = std::clamp(std::floor(at), 0.0, static_cast<double>(sorted.size() - 1));
-  const Eigen::Index i = static_cast<Eigen::Index>(low), j = std::min(i + 1, sorted.size() - 1);
-  const double part = std::clamp(at - low, 0.0, 1.0);
-  return sorted[i] + part * (sorted[j] - sorted[i]);
+  const double at = std::max(static_cast<double>(sorted.size()) * p - 0.5, 0.0);
+  const Eigen::Index i = static_cast<Eigen::Index>(at), j = std::min(i + 1, sorted.size() - 1);
+  return sorted[i] + (at - static_cast<double>(i)) * (sorted[j] - sorted[i]);
 }
 
 double mad_scale(const Eigen::VectorXd& r) { return kPaperMadToSd * evaluation::median_absolute_deviation(values(r)); }
@@ -126,8 +124,8 @@ Eigen::VectorXd from_time(const Eigen::VectorXd& y, const std::vector<int>& runs
     const Eigen::VectorXd own = y(run);
     const Eigen::Index count = std::min(neighbours, own.size());
     for (Eigen::Index i = 0; i < own.size(); ++i) {
-      const auto first = own.begin() + std::clamp<Eigen::Index>(i - count / 2, 0, own.size() - count);
-      distance[run[static_cast<std::size_t>(i)]] = own[i] - median_among({first, first + count});
+      const auto near = own.segment(std::clamp<Eigen::Index>(i - count / 2, 0, own.size() - count), count);
+      distance[run[static_cast<std::size_t>(i)]] = own[i] - median_among({near.begin(), near.end()});
     }
   }
   return distance.cwiseAbs();

@@ -324,6 +324,19 @@ TEST(SparseComposite, EqualsTheDenseSystemWithManyCentres) {
     EXPECT_NEAR(centres.sum(some.col(i)) + sparse->parameters.beta, expected[i], 2e-3);
 }
 
+TEST(SparseComposite, ASolutionThatIsNotFiniteIsNone) {
+  CompositeSamples samples;
+  samples.x = Eigen::RowVectorXd::LinSpaced(30, -1, 1);
+  samples.y = samples.x.transpose().cwiseAbs2();
+  samples.time_h = Eigen::VectorXd::LinSpaced(30, 0, 1);
+  samples.recording.assign(30, 0);
+  Eigen::VectorXd theta(7);
+  theta << -1, 0.3, -1, -2, -3, 0.5, -3;
+  EXPECT_TRUE(solve_sparse_composite(samples, theta, {}, 10));
+  samples.y *= 1e308;
+  EXPECT_FALSE(solve_sparse_composite(samples, theta, {}, 10));
+}
+
 // The filter compared with the equivalent matrix, for two recordings with an offset each.
 TEST(NuisanceFilter, IsTheInverseOfTheNuisanceMatrix) {
   compensation::CompositeVariances v;

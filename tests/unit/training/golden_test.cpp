@@ -183,5 +183,28 @@ TEST_P(GoldenCase, AHampelWeightOfZeroDropsTheSample) {
   EXPECT_LT((fit->residual - (g.y - fitted)).cwiseAbs().maxCoeff(), g.tolerance);
 }
 
+TEST(Lssvm, EqualPointsWithoutNoiseAreAnErrorOfEachFit) {
+  const Eigen::MatrixXd kernel = Eigen::MatrixXd::Ones(4, 4);
+  const Eigen::Vector4d y(1, 2, 3, 4);
+  const std::string error =
+      "LSSVM: the kernel matrix is not positive definite in double precision: c is too large for this sigma2";
+  EXPECT_EQ(fit_irlssvm(kernel, y, 1e30, {}).error().text(), error);
+  EXPECT_EQ(cross_validate(kernel, y, 1e30, {0, 0, 1, 1}, 1).error().text(), error);
+  EXPECT_EQ(cross_validate_robust(kernel, y, 1e30, {}, {0, 0, 1, 1}, 1).error().text(), error);
+  EXPECT_EQ(fit_irlssvm(Eigen::MatrixXd::Identity(1, 1), Eigen::VectorXd::Ones(1), 1, {}).error().text(),
+            "IR-LSSVM: 1 of 1 samples have a weight, expected at least 2");
+}
+
+TEST(Lssvm, WeightsThatDoNotChangeEndTheReweighting) {
+  ReweightSettings settings;
+  settings.weight = {WeightKind::kHuber, 1e6, 0};
+  settings.tolerance = 0;
+  const Eigen::Vector4d y(1, 2, 3, 4);
+  const auto fit = fit_irlssvm(Eigen::MatrixXd::Identity(4, 4), y, 10, settings);
+  ASSERT_TRUE(fit);
+  EXPECT_TRUE(fit->report.converged);
+  EXPECT_EQ(fit->report.solves, 1);
+}
+
 }  // namespace
 }  // namespace prism::training

@@ -112,6 +112,31 @@ TEST(LeastSquares, CubicFitsEqualTheReference) {
   }
 }
 
+TEST(LeastSquares, FewSamplesHaveTheirDegreesOfFreedom) {
+  Eigen::MatrixXd columns(3, 3);
+  columns << 0, 0, 1, 1, 1, 0, 2, 4, 7;
+  const LinearProblem problem(columns, Eigen::Vector3d(1, 2, 6));
+  const LinearFit mean = problem.fit({}).value(), line = problem.fit({0}).value(), exact = problem.fit({0, 1}).value();
+  EXPECT_DOUBLE_EQ(mean.intercept, 3);
+  EXPECT_DOUBLE_EQ(mean.sse, 14);
+  EXPECT_EQ(mean.df, 2);
+  EXPECT_DOUBLE_EQ(mean.sd(), std::sqrt(7.0));
+  EXPECT_DOUBLE_EQ(line.intercept, 0.5);
+  EXPECT_DOUBLE_EQ(line.coefficient[0], 2.5);
+  EXPECT_DOUBLE_EQ(line.sse, 1.5);  // residuals 0.5, −1, 0.5
+  EXPECT_DOUBLE_EQ(line.t[0], 2.5 / std::sqrt(1.5 / 2));
+  EXPECT_NEAR(line.p[0], 1 - 2 / M_PI * std::atan(line.t[0]), 1e-12);  // Cauchy: one degree of freedom
+  EXPECT_EQ(exact.df, 0);
+  EXPECT_EQ(exact.sd(), 0);
+  EXPECT_EQ(exact.p[1], 1);
+  EXPECT_TRUE(std::isinf(exact.t[1]));
+  EXPECT_NEAR(exact.coefficient[1], 1.5, 1e-12);
+  EXPECT_EQ(problem.fit({0, 1, 2}).error().text(), "least squares: found 3 samples, expected more than 3 terms");
+  EXPECT_TRUE(fit_stepwise(columns.leftCols(1), Eigen::Vector3d(1, 2, 6), {}));
+  EXPECT_EQ(fit_stepwise(columns.topRows(2), Eigen::Vector2d(1, 2), {}).error().text(),
+            "stepwise: found 2 samples, expected at least 3");
+}
+
 // Columns with a known angle: two unit vectors and an intercept orthogonal to both; singular values √(1 ± cos).
 TEST(LeastSquares, TheConditionNumberIsThatOfTheScaledDesign) {
   Eigen::MatrixXd columns(4, 2);
@@ -125,11 +150,24 @@ TEST(LeastSquares, RejectsDependentColumnsAndThresholdsOutOfOrder) {
   Eigen::MatrixXd columns(5, 2);
   columns << 1, 3, 2, 5, 3, 7, 4, 9, 5, 11;
   const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(5, 0, 1);
-  EXPECT_FALSE(LinearProblem(columns, y).fit({0, 1}));
+  const LinearProblem dependent(columns, y);
+  EXPECT_EQ(dependent.fit({0, 1}).error().text(), "least squares: term 2 depends on the others");
+  EXPECT_EQ(dependent.fit({1, 0}).error().text(), "least squares: term 1 depends on the others");
+  // The mean of many equal numbers is rounded; the differences from it must not count as a slope.
+  for (const Eigen::Index n : {4099, 5003, 7001}) {
+    const LinearProblem constant(Eigen::VectorXd::Constant(n, 1e15 / 3), Eigen::VectorXd::LinSpaced(n, 0, 1));
+    EXPECT_FALSE(constant.fit({0})) << n;
+    const LinearProblem level(Eigen::VectorXd::LinSpaced(n, 0, 1), Eigen::VectorXd::Constant(n, 1e15 / 3));
+    EXPECT_EQ(level.fit({})->sse, 0) << n;
+    EXPECT_EQ(level.fit({0})->coefficient[0], 0) << n;
+  }
   columns.col(1).setConstant(0.1);
   EXPECT_FALSE(LinearProblem(columns, y).fit({1}));
   EXPECT_EQ(fit_stepwise(y, Eigen::VectorXd::Ones(5), {{}, 0.2, 0.1}).error().text(),
             "stepwise: found p-enter 0.2 and p-remove 0.1, expected 0 < p-enter <= p-remove <= 1");
+  EXPECT_FALSE(fit_stepwise(y, y, {{}, 0, 0.1}));
+  EXPECT_FALSE(fit_stepwise(y, y, {{}, 0.1, 1.1}));
+  EXPECT_TRUE(fit_stepwise(y, Eigen::VectorXd::LinSpaced(5, 0, 1).cwiseAbs2(), {{}, 1, 1}));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // From samples to a model: every method finds a simulated truth, with a valid standard deviation and despite outliers.
 #include "compensation/training/trainer.hpp"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -127,6 +128,130 @@ TEST(ResourcePlan, RejectsTooLargeTrainingsBeforeTheyStart) {
   EXPECT_FALSE(plan_resources(100000, 3, settings_of("svr")));
 }
 
+// By hand: bytes and seconds of the formulas in trainer.cpp, at 4e9 operations a second.
+TEST(ResourcePlan, IsThatOfTheFormulas) {
+  struct Case {
+    const char* method;
+    Eigen::Index samples;
+    double limit, megabytes, seconds;
+    Eigen::Index centres;  // 0: one per sample
+  };
+  for (const Case& c : {Case{"ls", 1000, 1e9, 0.16, 0, 0},
+                        {"stepwise", 1000, 1e9, 0.16, 0, 0},
+                        {"lssvm", 1000, 1e9, 40, 1.0 / 6, 0},
+                        {"ir-lssvm", 1000, 1e9, 40, 2.5, 0},
+                        {"ir-lssvm", 4000, 1e9, 640, 160, 0},
+                        {"lssvm", 5000, 600e6, 600, 125.0 / 6, 0},
+                        {"lssvm", 5001, 1e9, 5001 * 8 * 616e-6 + 17.28, 11.2522500, 600},
+                        {"ir-lssvm", 100'000, 1e9, 510.08, 225, 600},
+                        {"ir-lssvm", 100'000, 100e6, 79.530672, 4.305625, 83},
+                        {"ir-lssvm", 100'000, 67.1e6, 52.92, 1.5625, 50},
+                        {"svr", 1000, 1e9, 204, 0.1, 0},
+                        {"composite", 1000, 1e9, 40, 16.25, 0},
+                        {"composite", 3000, 1e9, 360, 15 + 33.75, 0},
+                        {"composite", 3001, 1e9, 3001 * 8 * 416e-6 + 7.68, 3001 * 160e3 * 25 / 4e9, 400}}) {
+    TrainingSettings settings = settings_of(c.method);
+    settings.terms = cubic_terms();
+    settings.memory_limit_bytes = c.limit;
+    const auto plan = plan_resources(c.samples, 3, settings);
+    ASSERT_TRUE(plan) << plan.error().text();
+    SCOPED_TRACE(c.method + std::to_string(c.samples));
+    EXPECT_NEAR(plan->bytes / 1e6, c.megabytes, 1e-9 * c.megabytes);
+    EXPECT_NEAR(plan->seconds, c.seconds, 1e-9 * c.seconds);
+    EXPECT_EQ(plan->max_rank, c.centres);
+    EXPECT_EQ(plan->sparse, c.centres > 0);
+  }
+  TrainingSettings once = settings_of("ir-lssvm");
+  once.reweight.limit = 1;
+  EXPECT_EQ(plan_resources(1000, 3, once)->text(), "one centre per sample, about 40 MB and 0.2 s");
+  EXPECT_NEAR(plan_resources(1000, 3, once)->seconds, 0.25, 1e-12);
+  EXPECT_EQ(plan_resources(100'000, 3, once)->text(), "sparse model of at most 600 centres, about 511 MB and 225.0 s");
+  once.memory_limit_bytes = 66.9e6;
+  EXPECT_EQ(plan_resources(100'000, 3, once).error().text(),
+            "memory: 100000 samples leave memory for 49 centres within 67 MB, expected at least 50: use fewer samples");
+  once.memory_limit_bytes = 599e6;
+  EXPECT_EQ(plan_resources(5000, 3, once).error().text(),
+            "memory: 5000 samples need about 600 MB, expected at most 599 MB");
+}
+
+TEST(Normalisation, IsThatOfItsMethodAndTheWayBack) {
+  TrainingData data = test::record({"two", "few", "many"}, 10, [](double i, double* x) {
+    x[0] = i < 3 ? 4 : 10, x[1] = std::fmod(i, 3), x[2] = i * i;
+    return i < 5 ? 1 : 3;
+  });
+  const auto constants = [&](NormalisationMethod scaling) { return normalise(data, scaling).value().constants; };
+  const compensation::Normalisation own = constants(NormalisationMethod::kAuto),
+                                    z = constants(NormalisationMethod::kZscore),
+                                    none = constants(NormalisationMethod::kNone);
+  EXPECT_EQ(own.input_shift, Eigen::Vector3d(7, 0, 28.5));
+  EXPECT_EQ(own.input_scale.head(2), Eigen::Vector2d(3, 1)) << "fewer than the root of 10 values are unchanged";
+  EXPECT_DOUBLE_EQ(own.input_scale[2], std::sqrt((15333 - 10 * 28.5 * 28.5) / 9));
+  EXPECT_EQ(own.target_shift, 2);
+  EXPECT_EQ(own.target_scale, 1);
+  EXPECT_DOUBLE_EQ(z.input_shift[0], 8.2);
+  EXPECT_DOUBLE_EQ(z.input_scale[0], std::sqrt((3 * 4.2 * 4.2 + 7 * 1.8 * 1.8) / 9));
+  EXPECT_DOUBLE_EQ(z.input_scale[1], std::sqrt((4 * 0.81 + 3 * 0.01 + 3 * 1.21) / 9));
+  EXPECT_EQ(z.target_scale, 1) << "divisor N";
+  EXPECT_EQ(none.input_shift, Eigen::Vector3d::Zero());
+  EXPECT_EQ(none.input_scale, Eigen::Vector3d::Ones());
+  data.inputs.conservativeResize(3, 9);
+  data.target.conservativeResize(9);
+  EXPECT_EQ(constants(NormalisationMethod::kAuto).input_shift[1], 1) << "3 values are the root of 9";
+  data.target.setConstant(0.1);
+  EXPECT_EQ(constants(NormalisationMethod::kZscore).target_scale, 1);
+  data.inputs.row(1).setConstant(0.1);
+  EXPECT_EQ(normalise(data, NormalisationMethod::kZscore).error().text(),
+            "few: the input is constant, expected one that changes");
+  data.inputs(0, 0) = std::nan("");
+  EXPECT_FALSE(normalise(data, NormalisationMethod::kNone));
+  data.inputs.conservativeResize(3, 1);
+  EXPECT_FALSE(normalise(data, NormalisationMethod::kNone));
+}
+
+TEST(Trainer, FoldsAreTwoToOnePerSampleWhereTheyAreUsed) {
+  const TrainingData data = drift(10, false);
+  const auto error = [&](const char* method, Tuning tuning, int folds, std::optional<double> given = {}) {
+    TrainingSettings settings = settings_of(method, given, given);
+    settings.tuning = tuning;
+    settings.folds = folds;
+    return training_error(data, settings);
+  };
+  const std::string needs = "folds: found 1, expected 2 to the number of samples, 10";
+  for (const char* method : {"composite", "ir-lssvm", "svr"}) {
+    for (const Tuning tuning : {Tuning::kBlocked, Tuning::kShuffled})
+      EXPECT_EQ(error(method, tuning, 1), needs) << method;
+  }
+  EXPECT_EQ(error("svr", Tuning::kBlocked, 11), "folds: found 11, expected 2 to the number of samples, 10");
+  EXPECT_EQ(error("svr", Tuning::kBlocked, 10), "");
+  EXPECT_EQ(error("svr", Tuning::kShuffled, 2), "");
+  EXPECT_EQ(error("lssvm", Tuning::kBlocked, 1, 3), "") << "c and sigma2 are given";
+  for (const Tuning tuning : {Tuning::kLoo, Tuning::kReml})
+    EXPECT_EQ(error("svr", tuning, 1),
+              "tuning: found leave-one-out or reml for svr, expected folds: blocked or shuffled");
+}
+
+TEST(Trainer, ASparseModelSaysThatItsCentresAreTooFew) {
+  const TrainingData data = drift(200, false);
+  const TrainingSettings settings = settings_of("lssvm", 300, 0.5);
+  const auto notes = [&](Eigen::Index centres) {
+    compensation::ModelInfo info;
+    info.inputs = data.names;
+    const auto made = train_kernel({data, info, settings, {0, 0, true, centres}, runs_of(data)});
+    EXPECT_EQ(made->model->info().kind, "sparse_lssvm");
+    return fmt::format("{}", fmt::join(made->notes, "; "));
+  };
+  EXPECT_EQ(notes(5), "5 centres do not represent 0.68 of the kernel: use a wider kernel or more memory");
+  EXPECT_EQ(notes(150), "");
+}
+
+TEST(Trainer, AnErrorOfTheSearchForACompositeKernelIsReported) {
+  TrainingData data = drift(40, false);
+  data.inputs *= 1e160;  // the quadratic kernel overflows
+  TrainingSettings settings = settings_of("composite");
+  settings.scaling = NormalisationMethod::kNone;
+  EXPECT_EQ(training_error(data, settings), "composite kernel: the search found no finite likelihood");
+}
+
 TEST(Methods, AreFoundAndListedByWhatTheyUse) {
   for (const Method& method : methods()) EXPECT_EQ(find_method(method.name), &method);
   EXPECT_EQ(find_method("unknown"), nullptr);
@@ -191,6 +316,20 @@ TEST(GrossOutliers, AreFoundExactlyAndNamedAsRanges) {
   EXPECT_EQ(rows_text({2}), "3");
   EXPECT_EQ(rows_text({2, 7, 8, 9}), "3, 8 to 10");
   EXPECT_EQ(rows_text({0, 2, 4, 6, 8, 10, 12, 14}), "1, 3, 5, 7, 9, 11 and 2 others");
+}
+
+TEST(RobustScale, IsThatOfHazensQuartilesOrOfWhatIsNotZero) {
+  const auto iqr = [](std::vector<double> r) {
+    const Eigen::VectorXd residuals = Eigen::VectorXd::Map(r.data(), std::ssize(r));
+    return robust_scale(residuals, ScaleKind::kIqr) * 2 * 0.6745;
+  };
+  EXPECT_DOUBLE_EQ(iqr({10, 0, 2, 1}), 6 - 0.5);  // quartiles at 0.5 and 2.5
+  EXPECT_DOUBLE_EQ(iqr({4, 1}), 3);               // at 0 and 1
+  EXPECT_DOUBLE_EQ(iqr({0, 1, 2, 10, 20}), 12.5 - 0.75);
+  EXPECT_EQ(iqr({7}), 0);
+  EXPECT_EQ(iqr({0, 0, 0, 0, 0, 0, 0, 0, 0, 8}), 1.2533 * 0.8 * 2 * 0.6745) << "the mean distance";
+  const Eigen::Vector4d steps(0, 0, 0, 1);
+  EXPECT_EQ(robust_scale(steps, ScaleKind::kMad), robust_scale(steps, ScaleKind::kIqr)) << "its median distance is 0";
 }
 
 class Breakdown : public testing::TestWithParam<std::pair<const char*, Tuning>> {};
@@ -335,6 +474,9 @@ TEST(BetweenRunError, IsPartOfTheFileAndOfTheIdAndAShortRecordHasNone) {
   data.inputs = data.inputs.leftCols(30).eval();
   data.target = data.target.head(30).eval();
   const auto brief = trained(data, fixed_settings("ls")).model;
+  TrainingData late = run(7);  // without the last block the temperature is constant
+  late.inputs.leftCols(kRows - 30).setZero();
+  EXPECT_FALSE(trained(late, fixed_settings("ls")).model->info().spread);
   EXPECT_FALSE(brief->info().spread);
   EXPECT_TRUE(std::isnan(brief->predict(std::vector{1.0}).sd_mean_deg_per_h));
 }

@@ -20,7 +20,11 @@ namespace prism::training {
 namespace {
 
 TEST(Simplex, FindsTheMinimumOfRosenbrockAndStaysInItsBox) {
-  const auto f = [](const Eigen::VectorXd& x) { return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2); };
+  int evaluations = 0;
+  const auto f = [&](const Eigen::VectorXd& x) {
+    ++evaluations;
+    return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2);
+  };
   SimplexSettings settings;
   settings.lower = Eigen::Vector2d(-3, -3);
   settings.upper = Eigen::Vector2d(3, 3);
@@ -30,6 +34,7 @@ TEST(Simplex, FindsTheMinimumOfRosenbrockAndStaysInItsBox) {
   const Minimum end = minimise(f, Eigen::Vector2d(-1.2, 1), settings, [] { return false; });
   EXPECT_NEAR(end.x[0], 1, 1e-4);
   EXPECT_NEAR(end.x[1], 1, 1e-4);
+  EXPECT_EQ(evaluations, 329) << "as ever";
   SimplexSettings narrow;
   narrow.lower = Eigen::VectorXd::Constant(1, 0.0);
   narrow.upper = Eigen::VectorXd::Constant(1, 2.0);
@@ -39,6 +44,70 @@ TEST(Simplex, FindsTheMinimumOfRosenbrockAndStaysInItsBox) {
     return -x[0];
   };
   EXPECT_NEAR(minimise(falling, Eigen::VectorXd::Constant(1, 0.5), narrow, [] { return false; }).x[0], 2, 1e-6);
+}
+
+/// Minimises a function of one or two variables from `start`; counts the evaluations.
+struct Bfgs {
+  SmoothFunction f;
+  Eigen::VectorXd start;
+  Eigen::MatrixXd inverse_hessian;
+  int most = 100, evaluations = 0;
+
+  Minimum operator()() {
+    evaluations = 0;
+    const auto counted = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+      ++evaluations;
+      return f(x, gradient);
+    };
+    return minimise_smooth(counted, start, most, inverse_hessian, [] { return false; });
+  }
+};
+
+double bowl(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+  gradient = Eigen::Vector2d(x[0], 10 * x[1]);
+  return (x[0] * x[0] + 10 * x[1] * x[1]) / 2;
+}
+
+double with_edge(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+  gradient = Eigen::VectorXd::Constant(1, 5 - 1 / x[0]);
+  return x[0] > 0 ? 5 * x[0] - std::log(x[0]) : std::numeric_limits<double>::infinity();
+}
+
+TEST(MinimiseSmooth, AKnownHessianLeadsToTheMinimumInStepsOfAtMostOne) {
+  const Eigen::MatrixXd inverse = Eigen::Vector2d(1, 0.1).asDiagonal();
+  Bfgs search{bowl, Eigen::Vector2d(0.5, -0.5), inverse};
+  EXPECT_LT(search().x.norm(), 1e-12);
+  EXPECT_EQ(search.evaluations, 2);
+  search.start = Eigen::Vector2d(3, -1);
+  EXPECT_LT(search().x.norm(), 1e-12);
+  EXPECT_EQ(search.evaluations, 4) << "2, 1, 0";
+  search.most = 2;
+  EXPECT_NEAR(search().x[0], 2, 1e-12);
+  EXPECT_EQ(search.evaluations, 2);
+}
+
+TEST(MinimiseSmooth, AWrongHessianIsReplaced) {
+  for (const double scale : {0.0, -1.0, 100.0}) {
+    Bfgs search{bowl, Eigen::Vector2d(3, -2), scale * Eigen::MatrixXd::Identity(2, 2)};
+    const Minimum end = search();
+    EXPECT_LT(end.x.norm(), 0.01) << scale;
+    EXPECT_LT(search.evaluations, 20) << scale;
+  }
+}
+
+TEST(MinimiseSmooth, FindsTheHessianAndStepsBackFromWhereTheFunctionIsNotFinite) {
+  Bfgs search{bowl, Eigen::Vector2d(3, -2), {}};
+  const Minimum end = search();
+  EXPECT_LT(end.x.norm(), 0.01);
+  EXPECT_NEAR(end.inverse_hessian(0, 0), 1, 0.1);
+  EXPECT_NEAR(end.inverse_hessian(1, 1), 0.1, 0.01);
+  EXPECT_EQ(search.evaluations, 9) << "as ever";
+  Bfgs edge{with_edge, Eigen::VectorXd::Ones(1), {}};
+  EXPECT_NEAR(edge().x[0], 0.2, 0.002);
+  EXPECT_EQ(edge.evaluations, 14) << "as ever";
+  edge.start[0] = -1;
+  EXPECT_EQ(edge().x[0], -1) << "a start that is not finite is the end";
+  EXPECT_EQ(edge.evaluations, 1);
 }
 
 // The cost of the reference's long search on its own folds (tune_reference.json). The motorcycle has few samples and
