@@ -7,11 +7,17 @@
 #include <map>
 
 #include "compensation/training/composite.hpp"
+#include "compensation/training/held_out.hpp"
 
 namespace prism::training {
 namespace {
 
 constexpr Eigen::Index kMostSamples = 200;
+
+/// A time constant: minus the log likelihood, and the sum of squares of the held-out errors.
+struct Tried {
+  double loss = std::numeric_limits<double>::infinity(), held_out = loss;
+};
 
 /// The samples as if the temperature had passed a first-order response, steady at the start of each run and after gaps.
 TrainingData responded(const TrainingData& data, double tau_s, double length_s) {
@@ -71,9 +77,11 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
                                             double length_s) {
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
   constexpr double kClear = 4;  // of the log likelihood: a careless time constant costs more than it can gain
-  // Without U, chance finds time constants of a thermometer in the body: they gain little, and are known worse than
-  // within this factor.
-  constexpr double kCertain = 8, kFactor = 2;
+  // Without U, chance finds time constants of a thermometer in the body: they gain little, are known worse than within
+  // this factor, and leave more than this part of the held-out variance.
+  constexpr double kCertain = 8, kFactor = 2, kLeft = 0.4;
+  constexpr double kLikely = 2;     // where the held-out variance falls below that part
+  constexpr int kBlocks = 5;        // held out; in shorter ones, neighbours tell the drift
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
   constexpr Eigen::Index kFewestRows = 50;
   constexpr double kLeast_s = 8 * 3600;  // in less, a drift looks like a slow response (docs/decisions/training.md)
@@ -87,18 +95,27 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
       static_cast<double>(raw.target.size()) * length_s < kLeast_s || one_passage(raw))
     return {};
   const TrainingData data = without_suspects(raw, settings);
-  std::map<double, double> loss;  // minus the log likelihood, by the logarithm of the time constant
-  const auto loss_at = [&](double tau_s) {
+  const auto tried_at = [&](double tau_s) {
     const TrainingData means = averaged(tau_s > 0 ? responded(data, tau_s, length_s) : data);
     const auto normal = normalise(means, settings.scaling);
-    if (!normal) return std::numeric_limits<double>::infinity();
+    if (!normal) return Tried{};
     const CompositeSamples samples{normal->x, normal->y, means.time_s / 3600, means.runs, fold_count(means.runs), 0};
-    return likely_theta(samples, drift_prior(settings.drift), settings).objective;
+    const CompositeFit fit = likely_theta(samples, drift_prior(settings.drift), settings);
+    const Eigen::VectorXd error =
+        held_out(blocked_folds(means.runs, kBlocks), [&](const Rows& rest, const Rows& members) {
+          const CompositeSamples part = samples.part(rest);  // the system refers to it
+          const auto system = CompositeSystem::make(part, fit.theta, fit.weight(rest));
+          return system ? Eigen::VectorXd(samples.y(members) - system->predict(samples.x(Eigen::all, members)))
+                        : Eigen::VectorXd();
+        });
+    return Tried{fit.objective, error.size() > 0 ? error.squaredNorm() : Tried{}.held_out};
   };
-  const double none = loss_at(0);
-  const auto search = [&](double log_tau) { loss[log_tau] = loss_at(std::exp(log_tau)); };
+  const Tried none = tried_at(0);
+  std::map<double, Tried> tried;  // by the logarithm of the time constant
+  const auto search = [&](double log_tau) { tried[log_tau] = tried_at(std::exp(log_tau)); };
   const auto best = [&] {
-    return std::min_element(loss.begin(), loss.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return std::min_element(tried.begin(), tried.end(),
+                            [](const auto& a, const auto& b) { return a.second.loss < b.second.loss; });
   };
   const double first = std::log(kShortest_s), last = std::log(kLongest_s);
   double step = (last - first) / 6;
@@ -112,32 +129,30 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   }
   if (settings.stopped()) return {};
   const auto at = best();
-  const ResponseSearch as_measured{0, 0, 0, none - at->second};
-  if (!std::isfinite(as_measured.gain)) return {};
-  if (as_measured.gain <= kClear) return as_measured;
+  const double gain = none.loss - at->second.loss, limit = at->second.loss + kWithin;
+  if (!std::isfinite(gain)) return {};
   // The parabola through the best and its neighbours.
   double peak = at->first;
-  const bool is_longest = std::next(at) == loss.end();
-  if (at != loss.begin() && !is_longest) {
-    const auto [a, fa] = *std::prev(at);
-    const auto [b, fb] = *at;
-    const auto [c, fc] = *std::next(at);
-    const double up = (fc - fb) / (c - b), down = (fb - fa) / (b - a), bend = (up - down) / (c - a);
+  const bool is_longest = std::next(at) == tried.end();
+  if (at != tried.begin() && !is_longest) {
+    const double a = std::prev(at)->first, b = at->first, c = std::next(at)->first, fb = at->second.loss;
+    const double up = (std::next(at)->second.loss - fb) / (c - b), down = (fb - std::prev(at)->second.loss) / (b - a);
+    const double bend = (up - down) / (c - a);
     if (bend > 0) peak = std::clamp((a + b) / 2 - down / (2 * bend), a, c);
   }
-  const auto crossing = [&](auto from, auto to, double edge) {
+  const auto crossing_s = [&](auto from, auto to, double edge) {
     for (auto before = from; from != to; before = from, ++from) {
-      const double limit = at->second + kWithin;
-      if (from->second > limit)
-        return before->first +
-               (from->first - before->first) * (limit - before->second) / (from->second - before->second);
+      const double loss = before->second.loss;
+      if (from->second.loss > limit)
+        return std::exp(before->first + (from->first - before->first) * (limit - loss) / (from->second.loss - loss));
     }
-    return edge;
+    return std::exp(edge);
   };
-  const double low_s = std::exp(crossing(std::make_reverse_iterator(std::next(at)), loss.rend(), first));
-  if (as_measured.gain <= kCertain && (is_longest || kFactor * low_s < std::exp(peak))) return as_measured;
-  return ResponseSearch{static_cast<int>(std::lround(std::exp(peak))), low_s, std::exp(crossing(at, loss.end(), last)),
-                        as_measured.gain};
+  const double low_s = crossing_s(std::make_reverse_iterator(std::next(at)), tried.rend(), first);
+  const bool is_known = !is_longest && kFactor * low_s >= std::exp(peak);
+  const bool predicts = at->second.held_out < kLeft * none.held_out && gain > kLikely;
+  if (!predicts && (gain <= kClear || (gain <= kCertain && !is_known))) return ResponseSearch{0, 0, 0, gain};
+  return ResponseSearch{static_cast<int>(std::lround(std::exp(peak))), low_s, crossing_s(at, tried.end(), last), gain};
 }
 
 }  // namespace prism::training
