@@ -55,8 +55,8 @@ class DriftTest {
 struct Residuals {
   std::vector<double> deg_per_h;  ///< one per `every` windows
   std::vector<int> recordings;    ///< of each; each with its own switch-on
-  int every;
-  double window_s;
+  int every = 1;
+  double window_s = 100;
 };
 
 /// The settings for one false alarm in a year at rest, by simulation: years of whole recordings of the residuals; of

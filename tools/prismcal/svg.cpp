@@ -399,7 +399,8 @@ std::string draw_svg(const Plot& plot) {
       "font-family=\"sans-serif\" font-size=\"{2}\" fill=\"#374151\">\n",
       kWidth, height * std::max(1, (count + columns - 1) / columns), kFontPx);
   for (int i = 0; i < count; ++i) {
-    const double x = cell * (i % columns), y = height * (i / columns);
+    const int row = i / columns;
+    const double x = cell * (i % columns), y = height * row;
     svg += panel_svg(plot.panels[static_cast<std::size_t>(i)], x + kLeft, x + cell - kRight, y + kAbove,
                      y + height - kBottom);
   }

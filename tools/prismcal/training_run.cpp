@@ -555,7 +555,7 @@ const char* readiness_text(Readiness readiness) {
 Judgement judge(const training::TrainedModel& trained, const std::optional<Expectation>& expected,
                 const evaluation::DataQuality& quality, const std::vector<std::string>& questions,
                 const std::function<Attempts()>& attempts) {
-  const Judgement model = judge_model(trained, expected, quality, questions.empty(), attempts);
+  Judgement model = judge_model(trained, expected, quality, questions.empty(), attempts);
   if (questions.empty()) return model;
   // The fault may be the reason of the rest.
   const std::string others = questions.size() > 1 ? fmt::format(" (and {} more, see above)", questions.size() - 1) : "";
