@@ -81,7 +81,7 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   // this factor, and leave more than this part of the held-out variance.
   constexpr double kCertain = 8, kFactor = 2, kLeft = 0.4;
   constexpr double kLikely = 2;     // where the held-out variance falls below that part
-  constexpr int kBlocks = 5;        // held out; in shorter ones, neighbours tell the drift
+  constexpr int kBlocks = 5;        // held out; in shorter ones, neighbours show the drift
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
   constexpr Eigen::Index kFewestRows = 50;
   constexpr double kLeast_s = 8 * 3600;  // in less, a drift looks like a slow response (docs/decisions/training.md)
