@@ -131,7 +131,8 @@ TEST_F(File, RejectsLinksDevicesPipesAndDirectories) {
       {path("none/a"), "cannot be written: No such file or directory", {write, output, output_stream}},
   };
   for (const auto& [file, what, calls] : rows) {
-    for (const auto call : calls) EXPECT_EQ(call(file), file + ": " + what);
+    const std::string expected = Error{file, what}.text();
+    for (const auto call : calls) EXPECT_EQ(call(file), expected);
   }
   for (const auto call : {+read, +write, +output})
     EXPECT_EQ(call(std::string("a\0b", 3)), "a\\x00b: contains a NUL byte, expected the path of a file");
