@@ -203,11 +203,11 @@ def charts_of_what_is_measured(browser, world):
     browser.wait("the chart of the thermometer", lambda: shown_charts() == "rate,bias,temperature,slope,sensors.room.t,line")
     assert browser.text("[data-chart='sensors.room.t'] h3") == "room.t °C", browser.text("[data-chart='sensors.room.t'] h3")
     browser.wait("its value", lambda: float(browser.text("[data-chart='sensors.room.t'] .value").split(" ")[0].replace("–", "nan")) > 0)
-    assert not browser.one(".cell.uhfo").is_displayed() and "room.t" in browser.text(".gauges")
+    browser.wait("its gauge, none of the UHFO", lambda: not browser.one(".cell.uhfo").is_displayed() and "room.t" in browser.text(".gauges"))
     browser.picture("sensor", whole=True)
     open_gyro(browser)
     browser.wait("the UHFO", lambda: shown_charts() == "rate,bias,temperature,slope,uhfo,line")
-    assert browser.one(".cell.uhfo").is_displayed()
+    browser.wait("its gauge", lambda: browser.one(".cell.uhfo").is_displayed())
 
 
 def vertical_zoom(browser, world):
