@@ -147,7 +147,8 @@ class Replay {
     }
     if (frames_ && std::fclose(frames_.release()) != 0) fault_ = frames_fault();
     if (!fault_.empty()) return fail(fault_);
-    if (!disk_fault_.empty()) return fail(fmt::format("{}; {} rows lost", disk_fault_, device_.log->dropped.load()));
+    if (!disk_fault_.empty())
+      return fail(fmt::format("{}; {} rows lost", disk_fault_, device_.log ? device_.log->dropped.load() : 0));
     if (device_.frames() == 0 && !stopped_) return fail(no_frame());
     if (options_.check) {
       fmt::print("{}", funnel_text(device_));
@@ -276,7 +277,8 @@ class Replay {
     const drivers::ClockStatus& clock = device_.pipeline->clock().status();
     fmt::print(
         "replayed {} frames in {:.2f} s ({:.2f} million/s), {} failed their check, {} missing{}, {} bytes skipped\n",
-        line.frames, seconds, static_cast<double>(line.frames) / seconds / 1e6, line.bad_check, clock.missing_frames,
+        line.frames, seconds, static_cast<double>(line.frames) / std::max(seconds, 1e-9) / 1e6, line.bad_check,
+        clock.missing_frames,
         clock.missing_by_arrival > 0 ? fmt::format(" ({} of them by arrival times)", clock.missing_by_arrival) : "",
         line.skipped_bytes);
     if (stopped_) fmt::print("stopped before the end of the capture\n");

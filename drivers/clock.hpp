@@ -88,8 +88,7 @@ class LowerHull {
   void push(TimePoint point);
 
   bool empty() const { return hull_.empty(); }
-  /// Of x; not for an empty one.
-  double span() const { return hull_.back().x - hull_.front().x; }
+  double span() const { return hull_.empty() ? 0 : hull_.back().x - hull_.front().x; }
   /// The edge below the middle; nominal() with fewer than two points.
   StraightLine edge() const;
   /// The line of slope 1 below all points.

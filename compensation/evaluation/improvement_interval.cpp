@@ -66,7 +66,7 @@ BootstrapEstimate bootstrap(std::size_t n, std::size_t block,
 
 /// Possible distance of the next recording from this one, in standard deviations of either.
 double reach(std::size_t n, std::size_t block) {
-  const double freedom = static_cast<double>(n) / static_cast<double>(block) - 1;  // at least 3: bootstrap_block()
+  const double freedom = std::max(2.0, static_cast<double>(n) / static_cast<double>(block) - 1);
   return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
 }
 

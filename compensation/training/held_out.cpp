@@ -179,7 +179,7 @@ std::optional<compensation::BetweenRunError> between_run_error_of(const HeldOutE
   spread.samples = static_cast<int>(held.error.size());
   if (reach(held, spread) <= 2) return spread;
   double low = 0, high = held.error.cwiseAbs().maxCoeff() + 1e-300;
-  while (high - low > 1e-6 * high) {
+  for (int i = 0; i < 60 && high - low > 1e-6 * high; ++i) {
     spread.nuisance_deg_per_h = (low + high) / 2;
     (reach(held, spread) > 2 ? low : high) = spread.nuisance_deg_per_h;
   }

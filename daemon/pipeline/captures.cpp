@@ -22,7 +22,7 @@ namespace {
 // The pace is that of the longest frames; no time of the gyro's follows from it.
 drivers::RawByteStream raw_stream_of(const wire::FrameDescription& frames) {
   drivers::RawByteStream stream;
-  stream.bytes_per_second = frames.rate_hz * static_cast<double>(frames.max_frame_bytes);
+  stream.bytes_per_second = std::max(frames.rate_hz * frames.max_frame_bytes, 1.0);
   return stream;
 }
 

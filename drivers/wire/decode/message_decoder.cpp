@@ -101,8 +101,9 @@ void MessageDecoder::reset() {
 void MessageDecoder::read_counter(const MessageFields& roles, const FrameView& view, bool contiguous,
                                   DecodedMessage& reading) {
   for (const int field : roles.counter) {
-    if (!view.present(field)) continue;
-    reading.counter = view.count(field);  // 0: perhaps not a number, then the counter check rejects it
+    const std::uint64_t counter = view.count(field);  // 0: perhaps not a number, then the counter check rejects it
+    if (counter == 0 && !view.present(field)) continue;
+    reading.counter = counter;
     reading.has_counter = true;
     break;
   }
@@ -184,7 +185,8 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
     reading.has_gyro = reading.has_gyro || reading.gyro[i].carried;
   }
   for (const int field : roles.status) {
-    if (view.present(field)) reading.status = static_cast<std::uint32_t>(view.bits(field));
+    const std::uint64_t status = view.bits(field);
+    if (status != 0 || view.present(field)) reading.status = static_cast<std::uint32_t>(status);
   }
   reading.latency_s = description_->latency_s;
   for (const int field : roles.latency) {
@@ -201,7 +203,7 @@ bool MessageDecoder::make(std::int32_t kind, const FrameView& view, bool contigu
   };
   read_role(ChannelRole::kTemperature, reading.temperature_degc, reading.out_of_bounds.temperature);
   read_role(ChannelRole::kUhfo, reading.uhfo_v, reading.out_of_bounds.uhfo);
-  read_sensors(roles, view, reading);
+  if (channels_.size() > kRoleChannels) read_sensors(roles, view, reading);
   return true;
 }
 
