@@ -168,7 +168,8 @@ kill -TERM "$web"; wait "$web" || fail "exit code $?"
 
 # A Unix socket needs no token, but an allowed host.
 start unix prismweb --page page --socket "$dir/web.sock" --instance "$PRISM_SOCKET"
-wait_for 5 test -S web.sock
+opened() { [ -S web.sock ] && [ "$(stat -c %a web.sock)" != 0 ]; }  # no client may connect before its group is set
+wait_for 5 opened
 same "mode of the Unix socket" "$(stat -c %a web.sock)" 660
 same "a Unix socket" "$(curl -s --unix-socket web.sock http://localhost/api/instances | jq -r '.[0].name')" gyro
 same "another host on the Unix socket" "$(status --unix-socket web.sock http://evil.example/)" 421
