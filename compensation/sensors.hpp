@@ -114,7 +114,8 @@ struct TextColumns {
   bool operator==(const TextColumns&) const = default;
 };
 
-/// Why these characters cannot be separators; empty: they can. The word "semicolon" would be nine of them.
+/// Why these characters cannot be separators; empty: they can. The word "semicolon" would be nine of them, and a sign
+/// would be lost.
 std::string separators_problem(const std::string& separators);
 
 }  // namespace prism

@@ -19,6 +19,7 @@ namespace {
 constexpr int kSureBits = 32;  // known bits, in one frame or several in a row, required to accept a frame
 constexpr int kWeakBits = 16;
 constexpr int kMostConfirmations = 16;
+constexpr std::uint16_t kMaxBlockBytes = 0xFFFF;
 constexpr std::uint32_t kEarlyBytes = 8;                   // a check that ends within them can belong to the header
 constexpr Range kOffset{-kMaxFrameBytes, kMaxFrameBytes};  // of a byte, from the start or the end
 constexpr Range kStart{0, kMaxFrameBytes}, kLength{1, kMaxFrameBytes}, kEarly{0, 255};
@@ -456,12 +457,15 @@ JsonTable<BlockRule> block_keys() {
           {{"type", "array"},
            {"minItems", 1},
            {"maxItems", FrameView::kMaxElements},
-           {"items", limits_schema("integer", {0, 65535})}},
+           {"items", limits_schema("integer", {0, kMaxBlockBytes})}},
           &B::sizes, "",
           [](const Section& s, const std::string& key) {
             std::vector<std::uint32_t> sizes;
-            for (const std::uint64_t bytes : s.bit_list(key))
-              sizes.push_back(static_cast<std::uint32_t>(bytes & 0xFFFF));
+            for (const std::uint64_t bytes : s.bit_list(key)) {
+              if (bytes > kMaxBlockBytes)
+                s.fail(key, fmt::format("found {}, expected at most {} bytes", bytes, kMaxBlockBytes));
+              sizes.push_back(static_cast<std::uint32_t>(bytes));
+            }
             if (sizes.size() > FrameView::kMaxElements)
               s.fail(key, fmt::format("has more than {} blocks", FrameView::kMaxElements));
             return sizes;

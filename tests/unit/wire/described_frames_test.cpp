@@ -101,8 +101,14 @@ TEST(Instruments, ReportErrorsInOneLine) {
   EXPECT_EQ(refusal(gyros), "f.json:/status: only valid with \"gyro\"; use \"sensors\" instead");
   GyroChoice columns;
   columns.text.columns = {{{"t", "degC"}, 0}};
-  EXPECT_EQ(refusal(test::read_file(test::frames_dir() / "trplg.json"), columns),
-            "f.json: does not describe text lines without a gyro, as required by \"columns\"");
+  const std::string not_lines = "f.json: does not describe text lines without a gyro, as required by \"columns\"";
+  EXPECT_EQ(refusal(test::read_file(test::frames_dir() / "trplg.json"), columns), not_lines);
+  for (const char* kinds :
+       {"", R"("kinds": 1)", R"("kinds": {"a": {}})", R"("kinds": [])", R"("kinds": [1])", R"("kinds": [{"text": {}}])",
+        R"("kinds": [{"text": {}, "length": 8}])", R"("kinds": [{"text": 1, "length": {}}])",
+        R"("kinds": [{"length": {}}])", R"("kinds": [{"text": {}, "length": {}}, {"text": {}, "length": {}}])",
+        R"("kinds": [{"text": {}, "length": {}}], "gyro": {})"})
+    EXPECT_EQ(refusal(fmt::format("{{{}}}", kinds), columns), not_lines) << kinds;
 }
 
 }  // namespace

@@ -17,7 +17,8 @@
 namespace prism::wire {
 namespace {
 
-// A small good description; each block of description_errors.txt breaks it in one place.
+// Small good descriptions of binary and of text frames; each block of description_errors.txt and text_errors.txt
+// changes one in one place.
 constexpr const char* kGood = R"({
   "format": "prism-frames", "version": 1, "name": "small", "line": {"baud": 9600}, "rate_hz": 10,
   "kinds": [{"name": "k", "sync": {"bytes": "AB CD"}, "length": 12,
@@ -26,9 +27,16 @@ constexpr const char* kGood = R"({
                         "t": {"at": 7, "type": "s16", "when": {"field": "low", "values": [1, 2]}}, "n": {"at": 9, "type": "u8"}}}],
   "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}},
   "counter": {"field": "n"}, "temperature": {"field": "t"}})";
+constexpr const char* kGoodText = R"({
+  "format": "prism-frames", "version": 1, "name": "small", "line": {"baud": 9600}, "rate_hz": 10,
+  "kinds": [{"name": "k", "after": "0A", "length": {"terminator": "0D 0A", "max": 40},
+             "text": {"separators": ",", "columns": 4, "write": "A,{rate:.3f},{t:.1f},{n:d}"},
+             "fields": {"rate": {"column": 1, "type": "decimal"}, "t": {"column": 2, "type": "decimal", "decimals": 1},
+                        "n": {"column": 3, "type": "decimal", "decimals": 0}}}],
+  "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}},
+  "counter": {"field": "n"}, "temperature": {"field": "t"}})";
 
-std::string refusal(const std::string& from, const std::string& to) {
-  std::string text = kGood;
+std::string refusal(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   if (at == std::string::npos) return "the test's own text has no " + from;
   text.replace(at, from.size(), to);
@@ -54,7 +62,9 @@ TEST(Description, CompilesAGoodDescription) {
 
 TEST(Description, EveryErrorReportsPositionFoundAndExpected) {
   for (const test::Block& slip : test::blocks("wire/description_errors.txt", 3))
-    EXPECT_EQ(refusal(slip[0], slip[1]), slip[2]) << slip.where;
+    EXPECT_EQ(refusal(kGood, slip[0], slip[1]), slip[2]) << slip.where;
+  for (const test::Block& slip : test::blocks("wire/text_errors.txt", 3))
+    EXPECT_EQ(refusal(kGoodText, slip[0], slip[1]), slip[2]) << slip.where;
 }
 
 TEST(Description, ReportsInvalidJsonWithItsLine) {

@@ -2,6 +2,7 @@
 // The encoder behaves like the device: it loses only those parts of an angle that a real line loses.
 #include "drivers/wire/encode/frame_encoder.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,6 +49,34 @@ TEST(FrameEncoder, EachFrameHasItsOwnStatusAndValidity) {
       else
         EXPECT_EQ(std::isnan(readings[i].temperature_degc), std::isnan(states[i].temperature_degc)) << i;
     }
+  }
+}
+
+// A temperature in two halves is held at the ends of its bits; one that is not known is 0.
+TEST(FrameEncoder, HoldsJoinedHalvesWithinTheirBits) {
+  for (const bool is_signed : {true, false}) {
+    const auto description = parse_frame_description(
+        fmt::format(
+            R"({{"format": "prism-frames", "version": 1, "name": "halves", "line": {{"baud": 9600}}, "rate_hz": 10,
+          "kinds": [{{"name": "k", "sync": {{"bytes": "AB CD"}}, "length": 9,
+                     "checks": {{"kind": "crc", "width": 16, "poly": "0x1021", "to": -2, "at": -2}},
+                     "fields": {{"rate": {{"at": 2, "type": "s24"}}, "high": {{"at": 5, "type": "u8"}}, "low": {{"at": 6, "type": "u8"}}}}}}],
+          "gyro": {{"meaning": "rate", "unit": "deg/h", "axes": {{"z": "rate"}}}},
+          "temperature": {{"high": "high", "low": "low", "low_bits": 8, "bits": 16, "signed": {}, "scale": 0.01}}}})",
+            is_signed),
+        "f.json");
+    ASSERT_TRUE(description) << description.error().text();
+    const auto halves = [&](double degc) {
+      FrameEncoder encoder(*description);
+      Bytes bytes;
+      encoder.encode({.rate_deg_per_h = {1}, .interval_s = 0.1, .temperature_degc = degc}, bytes);
+      return 256 * bytes.at(5) + bytes.at(6);
+    };
+    EXPECT_EQ(halves(25.37), 2537);
+    EXPECT_EQ(halves(1e3), is_signed ? 0x7FFF : 0xFFFF);
+    EXPECT_EQ(halves(-0.01), is_signed ? 0xFFFF : 0);
+    EXPECT_EQ(halves(-1e3), is_signed ? 0x8000 : 0);
+    EXPECT_EQ(halves(kUnknown), 0);
   }
 }
 

@@ -49,6 +49,8 @@ TEST(Sniffer, RecognisesEveryShippedDescription) {
   }
 }
 
+TEST(Sniffer, NoBytesAreInNoFrame) { EXPECT_EQ(SniffScore{}.share(), 0); }
+
 TEST(Sniffer, MatchesNothingInGarbage) {
   std::mt19937 random(8);
   std::vector<std::uint8_t> bytes(50'000);
