@@ -54,6 +54,7 @@ TEST(ShownBytes, AreNotInTables) {
 TEST(ShownBytes, AreNotInSentencesOfADevice) {
   EXPECT_EQ(kind_of("$GYRO,1.25,20.0*5A\r\n$GYRO,1.26,20.0*5B\r\n$GYRO,1.25,20.0*5A\r\n"), "sentences");
   EXPECT_EQ(kind_of("$GYRO,1.25,20.0*5A\n$GYRO,1.26,20.0*5B\n$GYRO,1.25,20.0*5A\n"), "sentences");
+  EXPECT_EQ(kind_of("$GYRO,1.25,20.0*ZA\n$GYRO,1.26,20.0*ZB\n$GYRO,1.25,20.0*ZA\n"), "");
 }
 
 }  // namespace

@@ -160,5 +160,13 @@ TEST_F(AxesTest, AReloadThatIsRefusedLeavesEveryAxisAsItWas) {
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(parts.device.pipeline->axes()[axis].engine.model(), nullptr);
 }
 
+TEST_F(AxesTest, SystemdsStatusHasTheQualityOfEachAxis) {
+  test::DaemonParts parts(good(kThree));
+  const Sources sources{parts.device, parts.events, parts.publisher, parts.started_ns};
+  EXPECT_EQ(summary(sources), "/dev/null: waiting");
+  parts.begin_session(kBegin_ns);
+  EXPECT_EQ(summary(sources), "receiving from /dev/null, 0 frames, quality x no_data, y no_data, z no_data");
+}
+
 }  // namespace
 }  // namespace prism::socket

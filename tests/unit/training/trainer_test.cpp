@@ -399,15 +399,17 @@ TEST(Trainer, RefusesUnusableRecordsInOneLine) {
               "training data: the target is 0.25 in all 100 rows, expected one that changes")
         << method;
   }
-  TrainingData cold = clean(100), hole = clean(100), twice = clean(100), torn = clean(100);
+  TrainingData cold = clean(100), hole = clean(100), gap = clean(100), twice = clean(100), torn = clean(100);
   cold.inputs.row(0).setConstant(25.1);
   hole.target[3] = std::nan("");
+  gap.inputs(0, 3) = std::nan("");
   for (Eigen::Index i = 0; i < 50; ++i)
     twice.inputs.col(50 + i) = twice.inputs.col(i), twice.target[50 + i] = twice.target[i];
   for (Eigen::Index i = 0; i < 30; ++i) torn.target[3 * i] += 1e6;
   EXPECT_EQ(training_error(clean(9), {}), "training data: found 9 rows, expected at least 10");
   EXPECT_EQ(training_error(cold, {}), "T: the input is constant, expected one that changes");
-  EXPECT_EQ(training_error(hole, {}), "training data: found a number that is not finite");
+  for (const TrainingData& bad : {hole, gap})
+    EXPECT_EQ(training_error(bad, {}), "training data: found a number that is not finite");
   EXPECT_EQ(training_error(twice, {}), "training data: 50 of 100 rows repeat an earlier row, expected different rows");
   EXPECT_EQ(training_error(torn, {}).substr(0, 96),
             "training data: found 30 of 100 rows far from all others, expected at most a quarter: rows 1, 4, ");
