@@ -76,11 +76,9 @@ TrainingData without_suspects(const TrainingData& data, const TrainingSettings& 
 std::optional<ResponseSearch> find_response(const TrainingData& raw, const TrainingSettings& settings,
                                             double length_s) {
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
-  constexpr double kClear = 4;  // of the log likelihood: a careless time constant costs more than it can gain
-  // Without U, chance finds time constants of a thermometer in the body: they gain little, are known worse than within
-  // this factor, and leave more than this part of the held-out variance.
-  constexpr double kCertain = 8, kFactor = 2, kLeft = 0.4;
-  constexpr double kLikely = 2;     // where the held-out variance falls below that part
+  // Of the log likelihoods of all samples and of the errors in held-out blocks, one value each: a body of hours gains
+  // little and predicts far better; by chance, without U, a likely time constant of a thermometer in it predicts worse.
+  constexpr double kClear = 4;
   constexpr int kBlocks = 5;        // held out; in shorter ones, neighbours show the drift
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
   constexpr Eigen::Index kFewestRows = 50;
@@ -131,10 +129,11 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   const auto at = best();
   const double gain = none.loss - at->second.loss, limit = at->second.loss + kWithin;
   if (!std::isfinite(gain)) return {};
+  const double predicted = kBlocks * std::log(none.held_out / at->second.held_out) / 2;
+  if (!(gain + predicted > kClear)) return ResponseSearch{0, 0, 0, gain};
   // The parabola through the best and its neighbours.
   double peak = at->first;
-  const bool is_longest = std::next(at) == tried.end();
-  if (at != tried.begin() && !is_longest) {
+  if (at != tried.begin() && std::next(at) != tried.end()) {
     const double a = std::prev(at)->first, b = at->first, c = std::next(at)->first, fb = at->second.loss;
     const double up = (std::next(at)->second.loss - fb) / (c - b), down = (fb - std::prev(at)->second.loss) / (b - a);
     const double bend = (up - down) / (c - a);
@@ -149,9 +148,6 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
     return std::exp(edge);
   };
   const double low_s = crossing_s(std::make_reverse_iterator(std::next(at)), tried.rend(), first);
-  const bool is_known = !is_longest && kFactor * low_s >= std::exp(peak);
-  const bool predicts = at->second.held_out < kLeft * none.held_out && gain > kLikely;
-  if (!predicts && (gain <= kClear || (gain <= kCertain && !is_known))) return ResponseSearch{0, 0, 0, gain};
   return ResponseSearch{static_cast<int>(std::lround(std::exp(peak))), low_s, crossing_s(at, tried.end(), last), gain};
 }
 

@@ -15,11 +15,10 @@ struct ResponseSearch {
 };
 
 /// The time constant, up to 4 h, with which samples of the temperature as measured have the largest restricted
-/// likelihood of the composite kernel; 0 if no other is clearly better, or one that is a little better is not known
-/// within a factor of two. Nullopt if the samples cannot tell: of less than 8 h, of one passage through the
-/// temperatures, without T or dTdt (for whose lack the response would stand), or with other inputs that depend on it.
-/// Uses means of neighbouring samples, about 200: it costs about as much as training on 1000 samples. `length_s`: of
-/// the blocks.
+/// likelihood of the composite kernel; 0 if it is not clearly better, by this likelihood and that of held-out blocks.
+/// Nullopt if the samples cannot tell: of less than 8 h, of one passage through the temperatures, without T or dTdt
+/// (for whose lack the response would stand), or with other inputs that depend on it. Uses means of neighbouring
+/// samples, about 200: it costs about as much as training on 1000 samples. `length_s`: of the blocks.
 std::optional<ResponseSearch> find_response(const TrainingData& data, const TrainingSettings& settings,
                                             double length_s);
 
