@@ -27,6 +27,8 @@ std::span<const RemovedKey> removed_keys() {
        "it has no effect; run clients/python/examples/plotjuggler.py (clients.md)"},
       {KeyFile::kCampaign, "slurm", false, "write the options of sbatch into the script of docs/campaign.md"},
       {KeyFile::kCampaign, "level", true, "run the printed lines with GLIBC_TUNABLES (docs/campaign.md)"},
+      {KeyFile::kCampaign, "limits/data_quality/findings", true, "the verdict pass rejects every warning"},
+      {KeyFile::kCampaign, "previous", false, "compare report/tables/gyros.csv of both lots"},
       {KeyFile::kFrames, "stuffing", true, "no description of prism is of stuffed frames"},
       {KeyFile::kFrames, "vectors/*/stuffed", true, "give the bytes of the frame as \"hex\""},
       {KeyFile::kFrames, "kinds/*/length/multiply", true, "a length field counts bytes"},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# A lot with missing, changed and damaged recordings, plans, results and models.
+# A lot with missing and damaged recordings, results and models.
 lot
 sed 's/"70-1"/""/' g.json >none.json && prismd none.json --replay x.pcap --out rec/4/cycle1 >/dev/null 2>&1
 mkdir -p rec/5/cycle1 rec/6/cycle1
@@ -14,12 +14,10 @@ run() { echo "== $*" && prismcal campaign lot.json "$@" 2>&1 || echo "exit $?"; 
 each() { while read -r task; do bash -c "$task" 2>&1 || echo "exit $?"; done; }
 for action in --status --collect --task=0123 --plan; do run "$action"; done
 run --engine print >tasks
-sed -E 's|^.*/prismcal (.*) --task .*|prismcal \1 --task ID|' tasks
-cp rec/2/cycle2/*.csv kept && sed -i '2000s/7/8/' rec/2/cycle2/*.csv
-cat tasks tasks | grep campaign | each
+sed -E 's|^.*/prismcal (.*) --task|prismcal \1 --task|' tasks
+mv rec/2/cycle2 kept && cat tasks tasks | grep campaign | each
 run --status
-cp kept "$(echo rec/2/cycle2/*.csv)" && cp kept rec/2/cycle2/more.csv && grep campaign tasks | each
-rm rec/2/cycle2/more.csv && run --engine print | grep campaign | each
+mv kept rec/2/cycle2 && grep campaign tasks | each
 run --status
 run --task ../x
 run --collect
@@ -31,8 +29,7 @@ for damage in 's/prism-manifest/x/' 's/"models"/"m"/' '1s/{/[/'; do
 done
 rm models/manifest.json && run --install models
 cp m.json models/manifest.json && run --install models
-model() { echo "out/tasks/$(sed -n 's/^{"task":"\([0-9a-f]*\)","serial":"'"$1"'","axis":"z","model":"line".*/\1/p' out/tasks.jsonl)/model.json"; }
+model() { echo "$(dirname "$(grep -l '"model": "line"' $(grep -l '"serial": "'"$1"'"' out/tasks/*/result.json))")/model.json"; }
 cp "$(model 70-1)" m.json && sed 's/"70-1"/"70-2"/' m.json >"$(model 70-1)" && run --install models
 cp "$(model 70-2)" "$(model 70-1)" && run --install models
 rm "$(model 70-1)" && run --install models
-echo 'a b' >>out/tasks.jsonl && run --status

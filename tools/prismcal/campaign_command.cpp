@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
 #include "base/file.hpp"
-#include "compensation/kernels/kernels.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/evaluation_run.hpp"
@@ -43,7 +40,7 @@ Result<Choice> parse_options(std::vector<std::string> words, void (*add)(CLI::Ap
   return choice;
 }
 
-/// Errors: options that contradict each other, or that name files, which are not inputs of a task.
+/// Errors: unknown options, and those that contradict each other.
 Result<void> check_options(const LotFile& file) {
   for (const campaign::ModelChoice& model : file.models) {
     const std::string where = fmt::format("{}:/models/{}", file.path, model.name);
@@ -54,37 +51,14 @@ Result<void> check_options(const LotFile& file) {
     const auto names = tables::list_items(choice->inputs);
     const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
     if (!terms) return make_error(where, terms.error().text());
-    if (!choice->prior.empty() || !choice->recordings.source.config.empty())
-      return make_error(where, "found prior or config, expected neither: their files are not inputs of a task");
-    if (!choice->serial.empty())
-      return make_error(where, "found serial, expected none: a model is bound to the serial number in its recordings");
   }
-  const std::string where = file.path + ":/judging";
-  const auto choice = parse_options(file.judging, add_common_options);
-  if (!choice) return make_error(where, choice.error().what);
-  if (!choice->fallback.empty() || !choice->source.config.empty())
-    return make_error(where, "found fallback or config, expected neither: their files are not inputs of a task");
+  if (const auto choice = parse_options(file.judging, add_common_options); !choice)
+    return make_error(file.path + ":/judging", choice.error().what);
   return {};
 }
 
-/// "x86-64-v4", "x86-64-v3" or "baseline": the processor level for which the loaded libprism-kernels was compiled.
-std::string loaded_level() {
-  Dl_info found{};
-  if (::dladdr(reinterpret_cast<const void*>(&kernels::rbf_row), &found) == 0 || !found.dli_fname) return "baseline";
-  const std::string path = found.dli_fname;
-  for (const char* level : {"x86-64-v4", "x86-64-v3"}) {
-    if (path.find(fmt::format("/glibc-hwcaps/{}/", level)) != std::string::npos) return level;
-  }
-  return "baseline";
-}
-
 Result<Json> run_work(const Task& task, const std::string& folder) {
-  Json result = {{"level", loaded_level()}, {"outcome", "trained"}};
-  const auto refused = [&result](const Error& error) {
-    result["outcome"] = "refused";
-    result["why"] = error.text();
-    return result;
-  };
+  const auto refused = [](const Error& error) { return Json{{"outcome", "refused"}, {"why", error.text()}}; };
   auto choice = parse_options(task.words("train"), add_train_options);
   if (!choice) return tl::unexpected<Error>(choice.error());
   choice->files = task.paths(campaign::kTrain);
@@ -109,12 +83,14 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   if (!evaluated) return refused(evaluated.error());
   evaluation.common.out = task.json.at("report") ? folder + "/report" : "";
   if (auto done = write_report(evaluated->report, evaluation.common); !done) return tl::unexpected<Error>(done.error());
-  result.update({{"id", trained->trained.model->info().id},
+  Json result = {{"outcome", "trained"},
+                 {"id", trained->trained.model->info().id},
                  {"simulated", evaluated->report.simulated},
                  {"data_quality", Json::array()},
                  {"training", {{"mean_deg_per_h", trained->set.data.target.mean()}}},
-                 {"judged", Json::array()}});
-  for (const auto& facts : trained->set.facts) result["data_quality"].push_back(facts["data_quality"]);
+                 {"judged", Json::array()}};
+  for (const auto& quality : trained->set.qualities)
+    result["data_quality"].push_back(analysis::data_quality_words(quality));
   for (const RecordingEvaluation& one : evaluated->cases) {
     Json measured = Json::object();
     for (const analysis::Measured& m : one.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
@@ -139,90 +115,70 @@ void print_commands(const Lot& lot, const LotFile& file) {
   std::error_code error;
   const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
   for (const Task& task : lot.tasks) {
-    if (!task.done()) fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), task.id());
+    if (!task.done())
+      fmt::print("{} campaign {} --task {}\n", shell_word(program), shell_word(file.path), shell_word(task.name()));
   }
 }
 
-/// How many tasks are done, those that were refused or failed, or `all`, and what is left out.
-int print_status(const Lot& lot, bool all) {
-  std::map<std::string_view, std::size_t> counts;
-  std::string lines;
+/// How many tasks are done, those that were refused, or `all`, and what is left out.
+void print_status(const Lot& lot, bool all) {
+  fmt::print("{} of {} tasks done\n", std::ranges::count_if(lot.tasks, &Task::done), lot.tasks.size());
   for (const Task& task : lot.tasks) {
-    const std::string_view state = task.state();
-    ++counts[state];
-    const std::string why = state == "refused" || state == "failed" ? ": " + task.violations.front() : "";
-    if (all || !why.empty())
-      lines += fmt::format("{}: {}, {}{}\n", state, printable(task.gyro()), printable(task.model()), printable(why));
+    const std::string state = task.state(), why = state == "refused" ? ": " + task.violations.front() : "";
+    if (all || !why.empty()) fmt::print("{}: {}{}\n", state, printable(task.name()), printable(why));
   }
-  for (const auto& [what, why] : lot.left_out)
-    lines += fmt::format("left out: {}: {}\n", printable(what), printable(why));
-  const std::size_t failed = counts["failed"], to_do = counts["to do"];
-  fmt::print("{} of {} tasks done, {} failed, {} without a result yet\n{}", lot.tasks.size() - failed - to_do,
-             lot.tasks.size(), failed, to_do, lines);
-  return failed == 0 || all ? 0 : 1;
+  for (const auto& [what, why] : lot.left_out) fmt::print("left out: {}: {}\n", printable(what), printable(why));
 }
 
 Result<int> collect(const LotFile& file, const Lot& lot) {
-  std::optional<Lot> previous;
-  if (!file.previous.empty()) {
-    auto read = campaign::read_lot(file.previous, file.limits);
-    if (!read) return make_error(file.path + ":/previous", read.error().text());
-    previous = std::move(*read);
-  }
   CommonOptions options;
   options.out = file.folder + "/report";
-  const auto report = campaign::lot_report(file, lot, previous ? &*previous : nullptr);
-  const std::string folder = file.folder + "/accepted";
-  const auto accepted =
-      write_report(report, options).and_then([&] { return campaign::install_models(file, lot, folder, false); });
-  if (!accepted) return tl::unexpected<Error>(accepted.error());
-  fmt::print("{}\naccepted models: {} in {}\n", printable(report.subtitle), accepted->models, folder);
+  const auto report = campaign::lot_report(file, lot);
+  if (auto done = write_report(report, options); !done) return tl::unexpected<Error>(done.error());
+  fmt::print("{}\n", printable(report.subtitle));
   if (!report.warning.empty()) fmt::print(stderr, "prismcal: {}\n", printable(report.warning));
   return std::ranges::all_of(lot.tasks, &Task::done) ? 0 : 1;
 }
 
 Result<int> run_campaign(const CampaignChoice& choice) {
-  const auto file = campaign::load_lot_file(choice.file);
+  const auto file = read_text_file(choice.file).and_then([&](const std::string& text) {
+    return campaign::parse_lot_file(text, choice.file);
+  });
   if (!file) {
     constexpr int kExitConfig = 78;  // as the other programs with a file that they cannot use
     fmt::print(stderr, "prismcal: {}\n", printable(file.error().text()));
     return kExitConfig;
   }
   for (const std::string& warning : file->warnings) fmt::print(stderr, "prismcal: warning: {}\n", warning);
+  if (auto good = check_options(*file); !good) return tl::unexpected<Error>(good.error());
   if (!choice.task.empty()) {
-    return campaign::read_plan(file->folder, choice.task)
+    return campaign::make_plan(*file, choice.task)
         .and_then([&](const Lot& plan) { return campaign::run_task(*file, plan.tasks.front(), run_work); })
         .map([] { return 0; });
   }
-  if (choice.plan || !choice.engine.empty()) {
-    const auto written =
-        check_options(*file).and_then([&] { return campaign::make_plan(*file); }).and_then([&](const Lot& plan) {
-          return campaign::write_plan(file->folder, plan);
-        });
-    if (!written) return tl::unexpected<Error>(written.error());
-  } else if (!choice.status && !choice.collect && choice.install.empty()) {
+  if (!choice.plan && choice.engine.empty() && !choice.status && !choice.collect && choice.install.empty())
     return make_error("campaign",
                       "found no action, expected --engine print and a program that runs its lines "
                       "(docs/campaign.md), --plan, --status, --collect or --install");
-  }
-  const auto lot = campaign::read_lot(file->folder, file->limits);
+  const auto lot = campaign::read_lot(*file);
   if (!lot) return tl::unexpected<Error>(lot.error());
   if (!choice.engine.empty()) return print_commands(*lot, *file), 0;
-  if (choice.plan || choice.status) return print_status(*lot, choice.plan);
+  if (choice.plan || choice.status) return print_status(*lot, choice.plan), 0;
   if (choice.collect) return collect(*file, *lot);
-  const auto installed = campaign::install_models(*file, *lot, choice.install, true);
+  const auto installed = campaign::install_models(*file, *lot, choice.install);
   if (!installed) return tl::unexpected<Error>(installed.error());
   fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
              choice.install, installed->kept, lot->tasks.size() - std::ranges::count_if(lot->tasks, &Task::done));
   return 0;
 }
 
-/// The engines of versions up to 0.3 name their replacement.
+/// The engines of versions up to 0.3 have a replacement.
 std::string check_engine(const std::string& engine) {
   if (engine == "print") return {};
-  const bool removed = engine == "local" || engine == "slurm";
-  return fmt::format("found \"{}\", expected print{}", engine,
-                     removed ? "; GNU parallel or a job array of Slurm runs its lines (docs/campaign.md)" : "");
+  return fmt::format(
+      "found \"{}\", expected print; GNU parallel or a job array of Slurm runs its lines "
+      "(docs/campaign.md)",
+      engine);
 }
 
 }  // namespace
@@ -236,10 +192,9 @@ void add_campaign_command(CLI::App& app, int& code) {
   const auto actions = add_options(
       *command,
       {{"--plan", &choice->plan, "print the tasks"},
-       {"--status", &choice->status, "print the numbers of finished and failed tasks, and the reasons"},
+       {"--status", &choice->status, "print the number of finished tasks, and those that were refused"},
        {"--task", &choice->task, "run this task, as the printed commands do"},
-       {"--collect", &choice->collect,
-        "write the campaign's report (HTML, CSV, JSON) and the folder of accepted models"},
+       {"--collect", &choice->collect, "write the campaign's report (HTML, CSV, JSON)"},
        {"--install", &choice->install, "install the accepted models in this folder, atomically"},
        {"--engine", &choice->engine, "print: one shell command per task without a result, for GNU parallel or Slurm",
         CLI::Validator(check_engine, "print", "engine")}});

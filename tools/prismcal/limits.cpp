@@ -18,7 +18,8 @@ std::string range_text(const Limit& limit) {
   return limit.min ? fmt::format("at least {:g}", *limit.min) : fmt::format("at most {:g}", *limit.max);
 }
 
-std::vector<Limit> limits_in(const Section& section, const std::vector<std::string>& names) {
+std::vector<Limit> limits_in(const Section& section) {
+  const std::vector<std::string>& names = measured_names();
   std::vector<Limit> limits;
   for (const std::string& quantity : section.names(TextRule::kName)) {
     if (std::find(names.begin(), names.end(), quantity) == names.end())
@@ -41,7 +42,7 @@ Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string
   const auto document = parse_json_object(text, where);
   if (!document) return tl::unexpected<Error>(document.error());
   const Section root(*document);
-  auto limits = limits_in(root, measured_names());
+  auto limits = limits_in(root);
   return root.finish().map([&] { return std::move(limits); });
 }
 

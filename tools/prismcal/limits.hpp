@@ -18,10 +18,10 @@ struct Limit {
   std::optional<double> min, max;
 };
 
-/// Reads an object { "QUANTITY": {"min": a, "max": b}, … }. Errors: a quantity that is not one of `names`, a limit
-/// without min and max, no limit.
-std::vector<Limit> limits_in(const Section& section, const std::vector<std::string>& names);
-/// The same of the quantities of a recording, from JSON text; comments are allowed.
+/// Reads an object { "QUANTITY": {"min": a, "max": b}, … }. Errors: an unknown quantity, a limit without min and max,
+/// no limit.
+std::vector<Limit> limits_in(const Section& section);
+/// The same from JSON text; comments are allowed.
 Result<std::vector<Limit>> parse_limits(std::string_view text, const std::string& where);
 
 /// "at least 30", "at most 1", "30 to 50".

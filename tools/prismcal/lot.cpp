@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <pwd.h>
 #include <stdio.h>
 #include <unistd.h>
 
@@ -49,20 +48,6 @@ void add_violations(const std::string& where, const std::vector<Limit>& limits, 
                                        value ? fmt::format("{:.4g}", *value) : "not measured",
                                        analysis::range_text(check.limit)));
   }
-}
-
-void add_quality_violations(const Json& quality, const LotLimits& limits, std::vector<std::string>& violations) {
-  const std::string grade = quality.at("verdict");
-  Json values = {{"quantised", 0}};  // it is listed only if the rate has steps
-  std::vector<std::string> names;
-  for (const auto& finding : quality.at("findings")) {
-    values[finding.at("name").get<std::string>()] = finding.at("value");
-    if (finding.at("verdict") != "pass") names.push_back(finding.at("name"));
-  }
-  if (grade == "refuse" || (grade == "warn" && !limits.warnings_pass))
-    violations.push_back(fmt::format("data quality: {} ({}), expected {}", grade, fmt::join(names, ", "),
-                                     limits.warnings_pass ? "warn" : "pass"));
-  add_violations("data quality", limits.quality, values, violations);
 }
 
 std::string limits_text(const std::vector<Limit>& limits) {
@@ -121,8 +106,7 @@ Table models_table(const LotFile& file, const Lot& lot) {
     for (const auto& [gyro, result] : installed) counts["installed"] += result->model() == model.name;
     std::vector<Cell>& row = table.rows.emplace_back();
     row = {model.name, fmt::format("{}", fmt::join(model.words, " "))};
-    counts["without"] = counts["failed"] + counts["to do"];
-    for (const char* state : {"accepted", "rejected", "refused", "without", "installed"})
+    for (const char* state : {"accepted", "rejected", "refused", "to do", "installed"})
       row.push_back(count_cell(counts[state]));
   }
   table.meaning = fmt::format("Gyros with an accepted model: {}.", installed.size());
@@ -134,7 +118,7 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
               "Means over the repeat runs; 1 sigma of block means. Each run must meet the limits; a value that could "
               "not be measured fails its limit.",
               columns("gyro: | model: | verdict: | repeats | before [deg/h] | after [deg/h] | improvement [%] | "
-                      "hysteresis [deg/h] | within 2 sd [%] | by which limit: | id:")};
+                      "hysteresis [deg/h] | within 2 sd [%] | mean of training [deg/h] | by which limit: | id:")};
   std::size_t accepted = 0;
   for (const Task& task : lot.tasks) {
     const std::string state = task.state();
@@ -145,7 +129,7 @@ Table gyros_table(const LotFile& file, const Lot& lot) {
     std::size_t repeats = 0;
     for (const Json& run : task.json.value("judged", Json::array())) repeats += run.at("role") == kRepeat;
     row.push_back(task.done() ? count_cell(repeats) : Cell(report::kNothing));
-    for (std::size_t i = 0; i < 5; ++i) row.push_back(general_cell(value_of(task, kQuantities[i].first), 4));
+    for (const auto& [quantity, unit] : kQuantities) row.push_back(general_cell(value_of(task, quantity), 4));
     row.emplace_back(fmt::format("{}", fmt::join(task.violations, "; ")));
     row.emplace_back(task.json.value("id", report::kNothing).substr(0, 12), Emphasis::kMuted);
   }
@@ -192,30 +176,6 @@ Table spread_table(const LotFile& file, const Lot& lot) {
   return table;
 }
 
-Table drift_table(const LotFile& file, const Lot& lot, const Lot& previous) {
-  constexpr const char* kStability = "bias_stability_deg_per_h";
-  Table table{"drift", "Drift since the earlier campaign", "Same gyro and model: this campaign minus the earlier one.",
-              columns("gyro: | model: | mean [deg/h] | after, then [deg/h] | after, now [deg/h]")};
-  double largest = -1;
-  table.meaning = "No gyro is in both campaigns.";
-  for (const Task& now : lot.tasks) {
-    const auto then = std::find_if(previous.tasks.begin(), previous.tasks.end(), [&](const Task& other) {
-      return other.trained() && other.gyro() == now.gyro() && other.model() == now.model();
-    });
-    if (!now.trained() || then == previous.tasks.end()) continue;
-    std::optional<double> change;
-    const auto mean = value_of(now, kMean), before = value_of(*then, kMean);
-    if (mean && before) change = *mean - *before;
-    table.rows.push_back({gyro_cell(file, now), now.model(), general_cell(change, 4),
-                          general_cell(value_of(*then, kStability), 4), general_cell(value_of(now, kStability), 4)});
-    if (std::abs(change.value_or(0)) <= largest) continue;
-    largest = std::abs(change.value_or(0));
-    table.meaning =
-        fmt::format("The mean changed most for gyro {}, by {} deg/h.", now.gyro(), table.rows.back()[2].text);
-  }
-  return table;
-}
-
 // Installation.
 
 constexpr const char* kManifest = "manifest.json";
@@ -231,7 +191,7 @@ std::string file_name_of(const Task& task) {
 
 /// Reads the model of a result. Errors: it is not the model that was evaluated, or belongs to another gyro.
 Result<std::string> model_text_of(const LotFile& file, const Task& result) {
-  const std::string path = task_folder(file.folder, result.id()) + "/model.json";
+  const std::string path = task_folder(file, result) + "/model.json";
   auto text = read_text_file(path, kMaxModelBytes);
   if (!text) return text;
   const auto model = compensation::parse_model(*text, path);
@@ -265,9 +225,13 @@ Result<Json> old_entries(const std::string& folder) {
 }  // namespace
 
 std::vector<std::string> find_violations(const Task& result, const LotLimits& limits) {
-  if (!result.trained()) return {"refused: " + result.json.at("why").get<std::string>()};
+  if (!result.trained()) return {result.json.at("why").get<std::string>()};
   std::vector<std::string> violations;
-  for (const Json& quality : result.json.at("data_quality")) add_quality_violations(quality, limits, violations);
+  for (const Json& words : result.json.at("data_quality")) {
+    const std::string quality = words, worst = limits.warnings_pass ? "warn" : "pass";
+    if (!quality.starts_with("pass") && !quality.starts_with(worst))
+      violations.push_back(fmt::format("data quality: {}, expected {}", quality, worst));
+  }
   for (const Json& run : result.json.at("judged")) {
     const std::string where =
         fmt::format("{} {}", run.at("role").get<std::string>(), run.at("recording").get<std::string>());
@@ -289,36 +253,22 @@ std::map<std::string, const Task*> chosen(const Lot& lot, const std::vector<Mode
   return chosen;
 }
 
-namespace {
-
-/// Throws if a key that the report needs is missing or has another type.
-void check_keys(const Task& result) {
-  for (const char* key : {"level", "outcome", result.trained() ? "id" : "why"}) result.json.at(key).get<std::string>();
-  if (!result.trained()) return;
-  result.json.at("simulated").get<bool>();
-  for (const auto& [quantity, unit] : kQuantities) value_of(result, quantity);
-}
-
-}  // namespace
-
-Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
-  auto lot = read_plan(folder);
+Result<Lot> read_lot(const LotFile& file) {
+  auto lot = make_plan(file);
   if (!lot) return lot;
   for (Task& task : lot->tasks) {
-    if (!has_result(folder, task.id())) {
-      if (std::string why = failure(folder, task.id()); !why.empty()) task.violations = {std::move(why)};
-      continue;
-    }
-    const std::string path = task_folder(folder, task.id()) + "/result.json";
+    if (!has_result(file, task)) continue;
+    const std::string path = task_folder(file, task) + "/result.json";
     const auto text = read_text_file(path, kMaxModelBytes);
     if (!text) return tl::unexpected<Error>(text.error());
-    try {
+    try {  // throws if a key that the report needs is missing or has another type
       Json result = Json::parse(*text);
-      // The stored model's name may be older, since the id does not contain it.
-      for (const char* key : {"task", "serial", "axis", "model"}) result[key] = task.json.at(key);
+      result.update(task.json);  // the model's name and the directories may be others now
       task.json = std::move(result);
-      check_keys(task);
-      task.violations = find_violations(task, limits);
+      for (const char* key : {"outcome", task.trained() ? "id" : "why"}) task.json.at(key).get<std::string>();
+      if (task.trained()) task.json.at("simulated").get<bool>();
+      for (const auto& [quantity, unit] : kQuantities) value_of(task, quantity);
+      task.violations = find_violations(task, file.limits);
     } catch (const Json::exception& error) {
       return make_error(path, fmt::format("found {}, expected a result of this version; remove its directory to repeat "
                                           "the task",
@@ -328,15 +278,14 @@ Result<Lot> read_lot(const std::string& folder, const LotLimits& limits) {
   return lot;
 }
 
-report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous) {
+report::Report lot_report(const LotFile& file, const Lot& lot) {
   report::Report report;
-  std::set<std::string> gyros, levels;
+  std::set<std::string> gyros;
   std::size_t missing = 0;
   for (const Task& task : lot.tasks) {
     missing += !task.done();
     if (!task.done()) continue;
     gyros.insert(task.gyro());
-    levels.insert(task.json.at("level"));
     report.simulated = report.simulated || task.json.value("simulated", false);
   }
   report.title = "Campaign " + file.name;
@@ -344,26 +293,18 @@ report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previo
       fmt::format("{} with a result, {} of them with an accepted model; {} without a result",
                   counted(gyros.size(), "gyro"), chosen(lot, file.models).size(), counted(missing, "task"));
   report.tool = "prismcal " + file.version;
-  report.facts = {
-      {"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
-      {"limits, data quality", fmt::format("worst grade {}; {}", file.limits.warnings_pass ? "warn" : "pass",
-                                           limits_text(file.limits.quality))},
-      {"limits, repeat", limits_text(file.limits.repeat)},
-      {"limits, other profiles", limits_text(file.limits.other)},
-      {"processor level", fmt::format("{}", fmt::join(levels, ", "))}};
-  for (const LeftOutInput& input : lot.left_out) report.facts.emplace_back("left out", input.what + ": " + input.why);
-  if (missing > 0) report.warning = fmt::format("Lot incomplete: {} without a result. ", counted(missing, "task"));
-  if (levels.size() > 1)
-    report.warning +=
-        fmt::format("Processor levels differ: {}; the last digits of models depend on them.", fmt::join(levels, ", "));
+  report.facts = {{"asked by", file.asked_by.empty() ? "not stated" : file.asked_by},
+                  {"limits, data quality", file.limits.warnings_pass ? "warn" : "pass"},
+                  {"limits, repeat", limits_text(file.limits.repeat)},
+                  {"limits, other profiles", limits_text(file.limits.other)}};
+  for (const auto& [what, why] : lot.left_out) report.facts.emplace_back("left out", what + ": " + why);
+  if (missing > 0) report.warning = fmt::format("Lot incomplete: {} without a result.", counted(missing, "task"));
   report.sections = {{"summary", "The lot", {models_table(file, lot), spread_table(file, lot)}},
                      {"verdicts", "Every gyro", {gyros_table(file, lot)}}};
-  if (previous) report.sections.push_back({"drift_section", "Drift", {drift_table(file, lot, *previous)}});
   return report;
 }
 
-Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder,
-                                       bool keep_others) {
+Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder) {
   std::error_code error;
   std::string target = fs::absolute(folder, error).lexically_normal().string();
   while (target.size() > 1 && target.back() == '/') target.pop_back();
@@ -371,8 +312,6 @@ Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, cons
   std::map<std::string, std::string> texts;  // by file name
   Json manifest = {
       {"format", kFormat}, {"version", 1}, {"made", utc_text(std::time(nullptr))}, {"models", Json::array()}};
-  const passwd* user = ::getpwuid(::getuid());
-  const std::string uid = fmt::format("user {}", ::getuid());
   for (const auto& [gyro, result] : chosen(lot, file.models)) {
     const std::string name = file_name_of(*result);
     if (texts.contains(name) || name == kManifest)
@@ -380,12 +319,8 @@ Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, cons
     const auto text = model_text_of(file, *result);
     if (!text) return tl::unexpected<Error>(text.error());
     texts[name] = *text;
-    manifest["models"].push_back({{"file", name},
-                                  {"campaign", file.name},
-                                  {"asked_by", !file.asked_by.empty() ? file.asked_by
-                                               : user                 ? user->pw_name
-                                                                      : uid},
-                                  {"limits", file.limits.stated}});
+    manifest["models"].push_back(
+        {{"file", name}, {"campaign", file.name}, {"asked_by", file.asked_by}, {"limits", file.limits.stated}});
     manifest["models"].back().update(result->json);
     manifest["models"].back()["sha256"] = sha256_hex(*text);
   }
@@ -394,7 +329,7 @@ Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, cons
   if (!others) return tl::unexpected<Error>(others.error());
   for (const Json& entry : *others) {
     const std::string name = entry.is_object() ? entry.value("file", "") : "";
-    if (!keep_others || name.empty() || name.find('/') != std::string::npos || texts.contains(name)) continue;
+    if (name.empty() || name.find('/') != std::string::npos || texts.contains(name)) continue;
     const auto text = read_text_file((fs::path(target) / name).string(), kMaxModelBytes);
     if (!text) return tl::unexpected<Error>(text.error());
     texts[name] = *text;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A lot of gyros: the lot's file (JSON), the plan of its tasks, each gyro with each model, and their results
-// (lot_file.cpp); violated limits, the report, and the installation of accepted models (lot.cpp).
+// A lot of gyros: the lot's file (JSON), its tasks, each gyro with each model, and how one runs (lot_file.cpp);
+// results, violated limits, the report, and the installation of accepted models (lot.cpp).
 #pragma once
 
 #include <functional>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/json_document.hpp"
@@ -32,11 +33,10 @@ struct ModelChoice {
 };
 
 struct LotLimits {
-  bool warnings_pass = true;             ///< accepts training recordings with data-quality warnings
-  std::vector<analysis::Limit> quality;  ///< for every training recording, of the findings of the data-quality check
-  std::vector<analysis::Limit> repeat;   ///< for every recording with role repeat
-  std::vector<analysis::Limit> other;    ///< for every recording with role other
-  Json stated = Json::object();          ///< as in the file
+  bool warnings_pass = true;            ///< accepts training recordings with data-quality warnings
+  std::vector<analysis::Limit> repeat;  ///< for every recording with role repeat
+  std::vector<analysis::Limit> other;   ///< for every recording with role other
+  Json stated = Json::object();         ///< as in the file
 };
 
 struct LotFile {
@@ -48,26 +48,21 @@ struct LotFile {
   LotLimits limits;
   std::string folder;                 ///< output directory, absolute
   bool reports = true;                ///< writes a page for each task
-  std::string previous;               ///< output directory of an earlier lot, absolute; empty: none
   std::string version = kVersion;     ///< of this program
   std::vector<std::string> warnings;  ///< one per key that has no effect any more
 };
 
-/// Paths in the file are relative to its directory. Does not check the options of models and judging. Errors, with the
-/// JSON pointer: an unknown or missing key, a value outside its range, no recording of role train or repeat, no model,
-/// a serial number "*" with a pattern that has not one * as its only wildcard.
+/// Paths in the file are relative to its directory. Does not check the options of models and judging, except that none
+/// names a file or a gyro. Errors, with the JSON pointer: an unknown or missing key, a value outside its range, no
+/// recording of role train or repeat, no model, a serial number "*" with a pattern that has not one * as its only
+/// wildcard.
 Result<LotFile> parse_lot_file(std::string_view text, const std::string& path);
-Result<LotFile> load_lot_file(const std::string& path);
 
-// Tasks.
-
-/// One gyro with one model: an object of the plan, and after it has run the object in result.json. docs/campaign.md has
-/// the keys. The result depends only on the keys of the plan.
+/// One gyro with one model, and after it has run its result: the object in result.json. docs/campaign.md has the keys.
+/// The result depends only on the keys of the task.
 struct Task {
   Json json;
-  /// Of a result: the lot's limits, one line each; without a result: why the last attempt failed, if one did. Not
-  /// stored.
-  std::vector<std::string> violations = {};
+  std::vector<std::string> violations = {};  ///< of a result: the lot's limits, one line each. Not stored.
 
   /// First 32 hex digits of the SHA-256 of the other keys, without the model's name and the directories of the files.
   std::string id() const { return json.at("task"); }
@@ -75,51 +70,37 @@ struct Task {
   std::string axis() const { return json.at("axis"); }
   std::string gyro() const { return axis().empty() ? serial() : serial() + " " + axis(); }
   std::string model() const { return json.at("model"); }
+  std::string name() const { return gyro() + ", " + model(); }
   std::vector<std::string> words(const char* key) const { return json.at(key); }  ///< of "train", "judging"
   std::vector<std::string> paths(std::string_view role) const;
   bool done() const { return json.contains("outcome"); }
   bool trained() const { return done() && json["outcome"] != "refused"; }
-  /// "accepted", "rejected" (by a limit), "refused" (by the training), "failed" or "to do".
+  /// "accepted", "rejected" (by a limit), "refused" (by the training) or "to do".
   const char* state() const;
 };
 
-/// A recording or gyro without a task, and the reason.
-struct LeftOutInput {
-  std::string what, why;
-};
-
-/// The tasks of a plan, and with read_lot() their results.
 struct Lot {
-  std::vector<Task> tasks;  ///< sorted by gyro; models in the order of the file
-  std::vector<LeftOutInput> left_out;
+  std::vector<Task> tasks;                                      ///< sorted by gyro; models in the order of the file
+  std::vector<std::pair<std::string, std::string>> left_out{};  ///< recordings and gyros without a task, and the reason
 };
 
-/// Groups the recordings by serial number and axis. Gyros without a train or repeat recording are listed in
-/// Lot::left_out. Errors: a file cannot be read, a pattern matches no file, no gyro is left.
-Result<Lot> make_plan(const LotFile& file);
+/// Groups the recordings by serial number and axis, and reads them for their SHA-256. Gyros without a train or repeat
+/// recording are listed in Lot::left_out. `only`: the name of the only task to plan. Errors: a file cannot be read, a
+/// pattern matches no file, no task is left.
+Result<Lot> make_plan(const LotFile& file, const std::string& only = {});
 
-// The folder of a lot. tasks.jsonl: the plan, one line per task or input that is left out. tasks/ID/: a complete
-// result, renamed into place; tasks/.ID.HOST.PID/: an unfinished one. failed/ID: why the last attempt failed. Several
-// processes, also on several machines, can use it at the same time.
-
-std::string task_folder(const std::string& folder, const std::string& id);
-bool has_result(const std::string& folder, const std::string& id);
-/// Why the last attempt failed; empty: it did not.
-std::string failure(const std::string& folder, const std::string& id);
-
-/// Creates the folder and replaces the plan.
-Result<void> write_plan(const std::string& folder, const Lot& plan);
-/// Reads also plans of version 0.3. `id`: reads this task only. Errors: no plan, or no task with this id.
-Result<Lot> read_plan(const std::string& folder, const std::string& id = {});
+/// FOLDER/tasks/ID: a complete result, renamed into place. Beside it .ID.HOST.PID: an unfinished one. Several
+/// processes, also on several machines, can use the folder of a lot at the same time.
+std::string task_folder(const LotFile& file, const Task& task);
+bool has_result(const LotFile& file, const Task& task);
 
 /// Trains and evaluates; writes the model and the report into `folder`. Returns what result.json has besides the task.
 /// Data that training rejects are a result (refused), not an error. Errors: problems of the machine; the task can be
 /// retried.
 using Work = std::function<Result<Json>(const Task&, const std::string& folder)>;
 
-/// Checks that the inputs are unchanged since the plan, does the work in a temporary directory and renames it into
-/// place: result.json and the files of `work`. Returns at once if the task has a result. Errors, also stored in
-/// failed/: changed inputs, a plan of another version than `file.version`, I/O errors, errors of `work`.
+/// Does the work in a temporary directory and renames it into place: result.json and the files of `work`. Returns at
+/// once if the task has a result. Errors: I/O errors, and those of `work`.
 Result<void> run_task(const LotFile& file, const Task& task, const Work& work);
 
 // Results.
@@ -131,13 +112,13 @@ std::vector<std::string> find_violations(const Task& result, const LotLimits& li
 /// For each gyro the result of the first accepted model in the order of `models`. Gyros without one are omitted.
 std::map<std::string, const Task*> chosen(const Lot& lot, const std::vector<ModelChoice>& models);
 
-/// Reads the plan in `folder` and its results so far. Errors: no plan, a result that cannot be read, or one of another
+/// The plan with its results so far. Errors: those of make_plan(), a result that cannot be read, or one of another
 /// version.
-Result<Lot> read_lot(const std::string& folder, const LotLimits& limits);
+Result<Lot> read_lot(const LotFile& file);
 
-/// The lot by model, distributions with outliers, and every gyro with every model. `previous`: an earlier lot, for the
-/// drift since then, or null. Links to tasks' pages are relative to FOLDER/report.
-report::Report lot_report(const LotFile& file, const Lot& lot, const Lot* previous);
+/// The lot by model, distributions with outliers, and every gyro with every model. Links to tasks' pages are relative
+/// to FOLDER/report.
+report::Report lot_report(const LotFile& file, const Lot& lot);
 
 struct InstalledModels {
   std::size_t models = 0;  ///< from this lot
@@ -145,11 +126,10 @@ struct InstalledModels {
 };
 
 /// Writes the chosen model of each gyro to `folder` as SERIAL.json or SERIAL-AXIS.json, and manifest.json with their
-/// SHA-256, results, limits and "asked_by". Prepares a new folder and exchanges it atomically, so that readers see
-/// either all old or all new files. `keep_others`: keeps the models of gyros that are not chosen. Errors: a model is
-/// not the evaluated one or belongs to another gyro, two gyros have the same file name, `folder` has files but no
-/// manifest, or the file system cannot exchange folders.
-Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder,
-                                       bool keep_others);
+/// SHA-256, results, limits and "asked_by"; keeps the models of other gyros. Prepares a new folder and exchanges it
+/// atomically, so that readers see either all old or all new files. Errors: a model is not the evaluated one or belongs
+/// to another gyro, two gyros have the same file name, `folder` has files but no manifest, or the file system cannot
+/// exchange folders.
+Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder);
 
 }  // namespace prism::campaign

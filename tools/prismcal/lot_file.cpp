@@ -9,7 +9,6 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
-#include <new>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -25,11 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kFindings = {"temperature_span", "length", "explainable", "moved",
-                                            "disturbed",        "noise",  "quantised"};
-
 std::string absolute_in(const fs::path& base, const std::string& path) {
-  return path.empty() ? path : (base / path).lexically_normal().string();
+  return (base / path).lexically_normal().string();
 }
 
 /// One option with its value, as on a command line; empty for a flag that is false.
@@ -49,6 +45,9 @@ std::string word_of(const std::string& key, const Json& value, const Section& se
 
 std::vector<std::string> words_of(const Section& section, std::vector<std::string> words = {}) {
   for (const std::string& key : section.names(TextRule::kName)) {
+    if (key == "prior" || key == "config" || key == "fallback")
+      section.fail(key, "found it, expected no option of a file that is not an input of a task");
+    if (key == "serial") section.fail(key, "found it, expected none: a model is bound to its recordings");
     std::string word = word_of(key, section.any(key), section);
     if (!word.empty()) words.push_back(std::move(word));
   }
@@ -76,9 +75,8 @@ std::vector<RecordingPattern> read_patterns(const Section& root, const fs::path&
   return recordings;
 }
 
-std::vector<analysis::Limit> read_limits(const Section& limits, const char* key,
-                                         const std::vector<std::string>& names = analysis::measured_names()) {
-  return limits.has(key) ? analysis::limits_in(limits.object(key), names) : std::vector<analysis::Limit>();
+std::vector<analysis::Limit> read_limits(const Section& limits, const char* key) {
+  return limits.has(key) ? analysis::limits_in(limits.object(key)) : std::vector<analysis::Limit>();
 }
 
 }  // namespace
@@ -102,29 +100,21 @@ Result<LotFile> parse_lot_file(std::string_view text, const std::string& path) {
     file.models.push_back({name, words_of(models.object(name), reading)});
   if (root.good() && file.models.empty()) root.fail("models", "found none, expected one or more");
   file.judging = words_of(root.object("judging"), reading);
-  const Section limits = root.object("limits"), quality = limits.object("data_quality");
-  file.limits.warnings_pass = quality.choice("verdict", {"pass", "warn"}, 1) == 1;
-  file.limits.quality = read_limits(quality, "findings", kFindings);
+  const Section limits = root.object("limits");
+  file.limits.warnings_pass = limits.object("data_quality").choice("verdict", {"pass", "warn"}, 1) == 1;
   file.limits.repeat = read_limits(limits, "repeat");
   file.limits.other = read_limits(limits, "other");
   if (root.has("limits")) file.limits.stated = root.any("limits");
   const Section output = root.object("output");
   file.folder = absolute_in(base, output.text("folder", file.name + ".campaign"));
   file.reports = output.boolean("reports", true);
-  file.previous = absolute_in(base, root.text("previous", ""));
   if (auto done = root.finish(); !done) return tl::unexpected<Error>(done.error());
   return file;
-}
-
-Result<LotFile> load_lot_file(const std::string& path) {
-  return read_text_file(path).and_then([&](const std::string& text) { return parse_lot_file(text, path); });
 }
 
 // Tasks.
 
 namespace {
-
-constexpr std::size_t kIdChars = 32;
 
 std::string last_name(const std::string& path) {
   const fs::path name(path);
@@ -132,6 +122,7 @@ std::string last_name(const std::string& path) {
 }
 
 std::string id_of(Json task) {
+  constexpr std::size_t kIdChars = 32;
   task["task"] = task["model"] = "";
   for (Json& input : task["inputs"]) {
     input["path"] = last_name(input["path"]);
@@ -140,16 +131,12 @@ std::string id_of(Json task) {
   return sha256_hex(json_text(task)).substr(0, kIdChars);
 }
 
-/// The file itself, or the logs and their indexes of a folder, sorted by name. Errors: a file cannot be read.
+/// The file itself, or the logs of a folder, sorted by name. Errors: a file cannot be read.
 Result<Json> files_of_recording(const std::string& path) {
   std::error_code error;
-  std::vector<std::string> names = {path};
-  if (fs::is_directory(path, error)) {
-    names = recordings::files_of(path, ".csv");
-    for (std::string& index : recordings::files_of(path, ".index")) names.push_back(std::move(index));
-  }
   Json files = Json::array();
-  for (const std::string& name : names) {
+  const bool is_folder = fs::is_directory(path, error);
+  for (const std::string& name : is_folder ? recordings::files_of(path, ".csv") : std::vector<std::string>{path}) {
     const auto sha256 = sha256_of_file(name);
     if (!sha256) return tl::unexpected<Error>(sha256.error());
     files.push_back({{"path", name}, {"sha256", *sha256}});
@@ -177,72 +164,43 @@ Result<Owner> owner_of(const std::string& path, const RecordingPattern& recordin
   return Owner(known("gyro_serial"), known("axis"));
 }
 
-/// The inputs of each gyro.
-using Gyros = std::map<Owner, Json>;
-
-/// Adds the recordings of a pattern. Errors: it matches no file, or a file cannot be read.
-Result<void> add_recordings(const RecordingPattern& recording, Gyros& gyros, Lot& plan) {
+/// Adds the recordings of a pattern to the inputs of their gyros. Errors: it matches no file.
+Result<void> add_recordings(const RecordingPattern& recording, std::map<Owner, Json>& gyros, Lot& plan) {
   glob_t found{};
   const bool any = ::glob(recording.pattern.c_str(), GLOB_BRACE, nullptr, &found) == 0;
   const std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (any ? found.gl_pathc : 0));
   ::globfree(&found);
   if (!any) return make_error(recording.pattern, "matches no file, expected one or more recordings");
   for (const std::string& path : paths) {
-    const auto files = files_of_recording(path);
-    if (!files) return tl::unexpected<Error>(files.error());
     if (const auto owner = owner_of(path, recording))
-      gyros[*owner].push_back({{"role", recording.role}, {"path", path}, {"files", *files}});
+      gyros[*owner].push_back({{"role", recording.role}, {"path", path}});
     else
-      plan.left_out.push_back({path, owner.error().what});
+      plan.left_out.emplace_back(path, owner.error().what);
   }
   return {};
 }
 
-// Running a task.
-
 /// Renames the result into place, and removes what killed processes left of this task. Keeps a result that another
 /// process has finished meanwhile.
-Result<void> publish(const std::string& unfinished, const std::string& folder, const std::string& id) {
+Result<void> publish(const std::string& unfinished, const LotFile& file, const Task& task) {
   sync_directory(unfinished);
-  const std::string target = task_folder(folder, id);
+  const std::string target = task_folder(file, task);
   if (::rename(unfinished.c_str(), target.c_str()) != 0 && errno != ENOTEMPTY && errno != EEXIST)
     return make_error(target, std::strerror(errno));
   std::error_code error;
   std::vector<fs::path> left;
-  for (fs::directory_iterator at(folder + "/tasks", error), end; !error && at != end; at.increment(error)) {
-    if (at->path().filename().string().starts_with("." + id + ".")) left.push_back(at->path());
+  for (fs::directory_iterator at(file.folder + "/tasks", error), end; !error && at != end; at.increment(error)) {
+    if (at->path().filename().string().starts_with("." + task.id() + ".")) left.push_back(at->path());
   }
   for (const fs::path& path : left) fs::remove_all(path, error);
-  sync_directory(folder + "/tasks");
+  sync_directory(file.folder + "/tasks");
   return {};
-}
-
-Result<void> run_in(const std::string& unfinished, const LotFile& file, const Task& task, const Work& work) {
-  std::error_code error;
-  fs::remove_all(unfinished, error);
-  if (!fs::create_directories(unfinished, error)) return make_error(unfinished, error.message());
-  if (const std::string planned = task.json.at("version"); file.version != planned)
-    return make_error(task.id(),
-                      fmt::format("planned with version {}, this is version {}; plan again", planned, file.version));
-  for (const Json& input : task.json.at("inputs")) {
-    const std::string path = input.at("path");
-    const auto files = files_of_recording(path);
-    if (!files) return tl::unexpected<Error>(files.error());
-    if (*files != input.at("files")) return make_error(path, "changed since the plan; plan again");
-  }
-  const auto outcome = work(task, unfinished);
-  if (!outcome) return tl::unexpected<Error>(outcome.error());
-  Json json = task.json;
-  json.update(*outcome);
-  if (auto done = write_text_file(unfinished + "/result.json", json_text(json, 1) + "\n"); !done) return done;
-  return publish(unfinished, file.folder, task.id());
 }
 
 }  // namespace
 
 const char* Task::state() const {
-  if (!done()) return violations.empty() ? "to do" : "failed";
-  return !trained() ? "refused" : violations.empty() ? "accepted" : "rejected";
+  return !done() ? "to do" : !trained() ? "refused" : violations.empty() ? "accepted" : "rejected";
 }
 
 std::vector<std::string> Task::paths(std::string_view role) const {
@@ -253,117 +211,77 @@ std::vector<std::string> Task::paths(std::string_view role) const {
   return found;
 }
 
-Result<Lot> make_plan(const LotFile& file) {
+Result<Lot> make_plan(const LotFile& file, const std::string& only) {
   Lot plan;
-  Gyros gyros;
+  std::map<Owner, Json> gyros;
   for (const RecordingPattern& recording : file.recordings) {
     if (auto done = add_recordings(recording, gyros, plan); !done) return tl::unexpected<Error>(done.error());
   }
   for (const auto& [owner, inputs] : gyros) {
-    Task task;
-    task.json = {{"task", ""},
-                 {"serial", owner.first},
-                 {"axis", owner.second},
-                 {"model", ""},
-                 {"train", Json::array()},
-                 {"judging", file.judging},
-                 {"version", file.version},
-                 {"report", file.reports},
-                 {"inputs", inputs}};
+    Task task{{{"task", ""},
+               {"serial", owner.first},
+               {"axis", owner.second},
+               {"model", ""},
+               {"train", Json::array()},
+               {"judging", file.judging},
+               {"version", file.version},
+               {"report", file.reports},
+               {"inputs", inputs}}};
     const bool trains = !task.paths(kTrain).empty();
     if (!trains || task.paths(kRepeat).empty()) {
-      plan.left_out.push_back({task.gyro(), fmt::format("found no recording with role {}, expected one or more",
-                                                        trains ? kRepeat : kTrain)});
+      plan.left_out.emplace_back(
+          task.gyro(), fmt::format("found no recording with role {}, expected one or more", trains ? kRepeat : kTrain));
       continue;
     }
+    std::vector<Task> tasks;
     for (const ModelChoice& model : file.models) {
       task.json["train"] = model.words;
-      task.json["task"] = id_of(task.json);
       task.json["model"] = model.name;
-      plan.tasks.push_back(task);
+      if (only.empty() || task.name() == only) tasks.push_back(task);
+    }
+    if (tasks.empty()) continue;
+    Json read = inputs;
+    for (Json& input : read) {
+      auto files = files_of_recording(input["path"]);
+      if (!files) return tl::unexpected<Error>(files.error());
+      input["files"] = std::move(*files);
+    }
+    for (Task& one : tasks) {
+      one.json["inputs"] = read;
+      one.json["task"] = id_of(one.json);
+      plan.tasks.push_back(std::move(one));
     }
   }
-  if (plan.tasks.empty())
-    return make_error(file.path,
-                      plan.left_out.empty()
-                          ? std::string("found no gyro, expected one or more")
-                          : fmt::format("found no gyro with train and repeat recordings; first of {} left out: {}: {}",
-                                        plan.left_out.size(), plan.left_out[0].what, plan.left_out[0].why));
-  return plan;
+  if (!plan.tasks.empty()) return plan;
+  if (!only.empty()) return make_error(only, fmt::format("not a task of {}; --plan names them, and what is left out", file.path));
+  return make_error(file.path,
+                    plan.left_out.empty()
+                        ? std::string("found no gyro, expected one or more")
+                        : fmt::format("found no gyro with train and repeat recordings; first of {} left out: {}: {}",
+                                      plan.left_out.size(), plan.left_out[0].first, plan.left_out[0].second));
 }
 
-std::string task_folder(const std::string& folder, const std::string& id) { return folder + "/tasks/" + id; }
+std::string task_folder(const LotFile& file, const Task& task) { return file.folder + "/tasks/" + task.id(); }
 
-bool has_result(const std::string& folder, const std::string& id) {
-  return ::access(task_folder(folder, id).c_str(), F_OK) == 0;
-}
-
-std::string failure(const std::string& folder, const std::string& id) {
-  std::string why;
-  if (auto in = FileReader::open(folder + "/failed/" + id)) in->read_line(why);
-  return why;
-}
-
-Result<void> write_plan(const std::string& folder, const Lot& plan) {
-  std::error_code error;
-  for (const char* name : {"/tasks", "/failed"}) {
-    fs::create_directories(folder + name, error);
-    if (error) return make_error(folder + name, error.message());
-  }
-  std::string lines;
-  for (const Task& task : plan.tasks) lines += json_text(task.json) + "\n";
-  for (const LeftOutInput& input : plan.left_out)
-    lines += json_text(Json{{"left_out", input.what}, {"why", input.why}}) + "\n";
-  return write_text_file(folder + "/tasks.jsonl", lines);
-}
-
-Result<Lot> read_plan(const std::string& folder, const std::string& id) {
-  const std::string path = folder + "/tasks.jsonl";
-  auto in = FileReader::open(path);
-  if (!in) return make_error(path, "no plan yet; run `prismcal campaign FILE --engine print`");
-  Lot plan;
-  for (std::string line; in->read_line(line);) {
-    if (!id.empty() && !line.starts_with("{\"task\":\"" + id + "\"")) continue;
-    try {
-      Json json = Json::parse(line);
-      if (json.contains("left_out")) {
-        plan.left_out.push_back({json["left_out"], json.at("why")});
-        continue;
-      }
-      if (!json.contains("task")) json["task"] = Json(json.at("id"));  // version 0.3
-      const Task& task = plan.tasks.emplace_back(Task{std::move(json)});
-      if (task.id().find_first_not_of("0123456789abcdef") != std::string::npos)  // a part of paths and shell scripts
-        return make_error(path, fmt::format("found the task \"{}\", expected hex digits", task.id()));
-      for (const char* key : {"train", "judging"}) task.words(key);
-      for (const char* const role : {kTrain, kRepeat, kOther}) task.paths(role);
-      task.json.at("version").get<std::string>(), task.json.at("report").get<bool>(), task.gyro(), task.model();
-    } catch (const Json::exception& error) {
-      return make_error(path, fmt::format("found {}, expected a line of a plan; plan again", error.what()));
-    }
-  }
-  if (!id.empty() && plan.tasks.empty()) return make_error(id, fmt::format("not found in {}; plan changed?", path));
-  return plan;
-}
+bool has_result(const LotFile& file, const Task& task) { return ::access(task_folder(file, task).c_str(), F_OK) == 0; }
 
 Result<void> run_task(const LotFile& file, const Task& task, const Work& work) {
-  if (has_result(file.folder, task.id())) return {};
+  if (has_result(file, task)) return {};
   char host[256] = {};
   ::gethostname(host, sizeof host - 1);
   const std::string unfinished = fmt::format("{}/tasks/.{}.{}.{}", file.folder, task.id(), host, ::getpid());
-  const std::string failed = file.folder + "/failed/" + task.id();
-  Result<void> done;
-  try {
-    done = run_in(unfinished, file, task, work);
-  } catch (const std::bad_alloc&) {
-    done = make_error(task.id(), "out of memory");
-  }
   std::error_code error;
-  if (done || has_result(file.folder, task.id())) {  // or another process has finished it meanwhile
-    fs::remove(failed, error);
-    return {};
-  }
   fs::remove_all(unfinished, error);
-  if (auto stored = write_text_file(failed, done.error().text() + "\n"); !stored) return stored;
+  if (!fs::create_directories(unfinished, error)) return make_error(unfinished, error.message());
+  const auto done = work(task, unfinished).and_then([&](const Json& outcome) {
+    Json json = task.json;
+    json.update(outcome);
+    return write_text_file(unfinished + "/result.json", json_text(json, 1) + "\n").and_then([&] {
+      return publish(unfinished, file, task);
+    });
+  });
+  if (done || has_result(file, task)) return {};  // or another process has finished it meanwhile
+  fs::remove_all(unfinished, error);
   return done;
 }
 

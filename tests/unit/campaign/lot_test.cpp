@@ -35,15 +35,13 @@ Task result(const std::string& serial, const std::string& model, double improvem
                {"serial", serial},
                {"axis", ""},
                {"model", model},
-               {"level", "baseline"},
                {"outcome", "trained"},
                {"id", ""},
                {"simulated", false},
                {"data_quality", Json::array()},
                {"training", {{"mean_deg_per_h", 1}}},
                {"judged", Json::array({run("repeat", "cycle2", improvement)})}};
-  made.json["data_quality"].push_back(
-      {{"verdict", "warn"}, {"findings", Json::array({{{"name", "noise"}, {"verdict", "warn"}, {"value", 4}}})}});
+  made.json["data_quality"].push_back("warn (noise 4)");
   return made;
 }
 
@@ -61,8 +59,8 @@ TEST(Violations, NameTheLimitAndTheValue) {
   unmeasured.json["judged"][0]["measured"].clear();
   EXPECT_THAT(find_violations(unmeasured, limits(30)), ElementsAre(HasSubstr("not measured")));
   Task refused = result("S1", "a", 50);
-  refused.json = {{"level", "baseline"}, {"outcome", "refused"}, {"why", "no thermometer"}};
-  EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("refused: no thermometer"));
+  refused.json = {{"outcome", "refused"}, {"why", "no thermometer"}};
+  EXPECT_THAT(find_violations(refused, limits(30)), ElementsAre("no thermometer"));
   Task same = result("S1", "a", 50);
   same.json["judged"][0]["trained_on"] = "the model was trained on this file";
   EXPECT_THAT(find_violations(same, limits(30)), ElementsAre(HasSubstr("not a test: the model was trained on this")));
@@ -71,11 +69,11 @@ TEST(Violations, NameTheLimitAndTheValue) {
 TEST(Violations, IncludeDataQuality) {
   LotLimits strict;
   strict.warnings_pass = false;
-  EXPECT_THAT(find_violations(result("S1", "a", 50), strict), ElementsAre("data quality: warn (noise), expected pass"));
-  LotLimits noise;
-  noise.quality = {{"noise", {}, 3.5}, {"quantised", {}, 1}};
-  EXPECT_THAT(find_violations(result("S1", "a", 50), noise),
-              ElementsAre("data quality: noise 4, expected at most 3.5"));
+  EXPECT_THAT(find_violations(result("S1", "a", 50), strict),
+              ElementsAre("data quality: warn (noise 4), expected pass"));
+  Task forced = result("S1", "a", 50);
+  forced.json["data_quality"][0] = "refuse (moved 1)";
+  EXPECT_THAT(find_violations(forced, LotLimits()), ElementsAre("data quality: refuse (moved 1), expected warn"));
 }
 
 TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
@@ -91,9 +89,9 @@ TEST(Lot, ChoosesTheFirstAcceptedModelInTheOrderOfTheFile) {
   EXPECT_EQ(best.at("S2")->model(), "b");
 }
 
-Json tables_of(const Lot& lot, const Lot* previous = nullptr) {
+Json tables_of(const Lot& lot) {
   test::Lot files;
-  return Json::parse(report::json_text(lot_report(files.file(), lot, previous)))["tables"];
+  return Json::parse(report::json_text(lot_report(files.file(), lot)))["tables"];
 }
 
 TEST(LotReport, FindsAnOutlier) {
@@ -105,36 +103,6 @@ TEST(LotReport, FindsAnOutlier) {
   EXPECT_EQ(rows[0][1]["text"], "improvement_percent");
   EXPECT_EQ(rows[0][10]["text"], "S7");
   EXPECT_EQ(rows[1][10]["text"], "");
-}
-
-TEST(LotReport, FindsDrift) {
-  Lot lot;
-  lot.tasks = {result("S1", "a", 50), result("S2", "a", 50)};
-  Lot later = lot;
-  later.tasks[0].json["training"]["mean_deg_per_h"] = 1.25;
-  const Json drift = tables_of(later, &lot)["drift"]["rows"];
-  ASSERT_EQ(drift.size(), 2u);
-  EXPECT_EQ(drift[0][2]["value"], 0.25);
-  EXPECT_EQ(drift[1][2]["value"], 0);
-  EXPECT_EQ(tables_of(later, &lot)["drift"]["meaning"], "The mean changed most for gyro S1, by 0.25 deg/h.");
-}
-
-TEST(LotReport, ComparesWhatBothCampaignsTrainedAndMeasured) {
-  Lot before;
-  for (const char* gyro : {"S1", "S2", "S3", "S4"}) before.tasks.push_back(result(gyro, "a", 50));
-  Lot now = before;
-  now.tasks.push_back(result("S1", "b", 50));  // not trained before
-  now.tasks[0].json["training"]["mean_deg_per_h"] = nullptr;
-  before.tasks[1].json["training"]["mean_deg_per_h"] = nullptr;
-  const Json refused = {{"task", ""},          {"serial", "S3"},       {"axis", ""},        {"model", "a"},
-                        {"level", "baseline"}, {"outcome", "refused"}, {"why", "too short"}};
-  now.tasks[2].json = refused;
-  before.tasks[3].json = refused;
-  before.tasks[3].json["serial"] = "S4";
-  const Json drift = tables_of(now, &before)["drift"];
-  ASSERT_EQ(drift["rows"].size(), 2u);
-  for (const Json& row : drift["rows"]) EXPECT_EQ(row[2].value("value", Json()), nullptr) << row;
-  EXPECT_EQ(tables_of({}, &before)["drift"]["meaning"], "No gyro is in both campaigns.");
 }
 
 TEST(LotReport, HasTheMeanOfAllRepeatRuns) {
@@ -154,27 +122,17 @@ TEST(LotReport, HasEveryGyroWithItsLimitAndItsPage) {
   Lot lot;
   lot.tasks = {result("S1", "a", 50), result("S2", "a", 20)};
   lot.tasks[1].violations = {"repeat cycle2: improvement_percent 20, expected at least 30"};
-  lot.tasks.push_back({{{"task", ""}, {"serial", "S3"}, {"axis", ""}, {"model", "a"}}, {"out of memory"}});
-  const report::Report report = lot_report(files.file(), lot, &lot);
+  lot.tasks.push_back({{{"task", ""}, {"serial", "S3"}, {"axis", ""}, {"model", "a"}}});
+  const report::Report report = lot_report(files.file(), lot);
   const auto json = Json::parse(report::json_text(report));
   const Json& rows = json["tables"]["gyros"]["rows"];
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0][0]["link"], "../tasks/S1a/report/report.html");
   EXPECT_EQ(rows[0][2]["text"], "accepted");
-  EXPECT_EQ(rows[1][9]["text"], lot.tasks[1].violations[0]);
-  EXPECT_EQ(rows[2][9]["text"], "out of memory");
-  EXPECT_EQ(json["tables"]["drift"]["rows"].size(), 2u);
+  EXPECT_EQ(rows[0][9]["value"], 1);
+  EXPECT_EQ(rows[1][10]["text"], lot.tasks[1].violations[0]);
+  EXPECT_EQ(rows[2][2]["text"], "to do");
   EXPECT_THAT(report.warning, HasSubstr("incomplete"));
-  EXPECT_THAT(report.warning, Not(HasSubstr("levels differ")));
-}
-
-TEST(LotReport, NamesALotWhoseProcessorLevelsDiffer) {
-  test::Lot files;
-  Lot lot;
-  lot.tasks = {result("S1", "a", 50), result("S2", "a", 20)};
-  lot.tasks[0].json["level"] = "x86-64-v3";
-  EXPECT_THAT(lot_report(files.file(), lot, nullptr).warning,
-              HasSubstr("Processor levels differ: baseline, x86-64-v3"));
 }
 
 class InstalledLot : public testing::Test {
@@ -190,7 +148,7 @@ class InstalledLot : public testing::Test {
     } else {
       text.insert(text.find('{') + 1, "\"gyro\": {\"serial\": \"" + serial + "\"},");
     }
-    const std::string folder = task_folder(files_.path("out"), made.id());
+    const std::string folder = task_folder(files_.file(), made);
     fs::create_directories(folder);
     ASSERT_TRUE(write_text_file(folder + "/model.json", text));
     const auto model = compensation::parse_model(text, "model");
@@ -198,8 +156,8 @@ class InstalledLot : public testing::Test {
     made.json["id"] = (*model)->info().id;
     lot_.tasks.push_back(std::move(made));
   }
-  Result<InstalledModels> install(const char* folder = "dest", bool keep_others = true) {
-    return install_models(files_.file(), lot_, files_.path(folder), keep_others);
+  Result<InstalledModels> install(const char* folder = "dest") {
+    return install_models(files_.file(), lot_, files_.path(folder));
   }
 
   test::Lot files_;
@@ -208,7 +166,7 @@ class InstalledLot : public testing::Test {
 
 TEST_F(InstalledLot, HasAManifestOfChecksumsAndKeepsOtherGyros) {
   store("S1");
-  ASSERT_EQ(install()->models, 1u);
+  ASSERT_EQ(install("dest//")->models, 1u);
   lot_.tasks.clear();
   store("S 2/x");
   const auto second = install();
@@ -221,20 +179,6 @@ TEST_F(InstalledLot, HasAManifestOfChecksumsAndKeepsOtherGyros) {
     EXPECT_EQ(entry["sha256"], sha256_hex(test::read_file(files_.path("dest/" + entry["file"].get<std::string>()))));
   for (const auto& entry : fs::directory_iterator(files_.path("")))
     EXPECT_FALSE(entry.path().string().ends_with(".new")) << entry.path();
-}
-
-TEST_F(InstalledLot, HasOtherGyrosOnlyIfTheyAreKept) {
-  store("S1");
-  ASSERT_TRUE(install("dest//"));
-  lot_.tasks.clear();
-  store("S2");
-  const auto second = install("dest/", false);
-  ASSERT_TRUE(second) << second.error().text();
-  EXPECT_EQ(second->models, 1u);
-  EXPECT_EQ(second->kept, 0u);
-  EXPECT_FALSE(fs::exists(files_.path("dest/S1.json")));
-  EXPECT_TRUE(fs::exists(files_.path("dest/S2.json")));
-  EXPECT_EQ(Json::parse(test::read_file(files_.path("dest/manifest.json")))["models"].size(), 1u);
 }
 
 TEST_F(InstalledLot, IsUnchangedIfAModelIsNotTheEvaluatedOne) {
