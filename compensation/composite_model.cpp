@@ -73,12 +73,9 @@ std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
         return fmt::format("model {:.12} of the prior has different inputs or features", other.id);
     }
   }
-  if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
-  if (p.variances.kernel.length2.size() != d || p.normalisation.input_shift.size() != d ||
-      p.normalisation.input_scale.size() != d) {
-    return fmt::format("found {} lengths and {} input scales, expected {}", p.variances.kernel.length2.size(),
-                       p.normalisation.input_scale.size(), d);
-  }
+  if (std::string wrong = wrong_centres(info, p.normalisation, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
+  if (const Eigen::Index lengths = p.variances.kernel.length2.size(); lengths != d)
+    return fmt::format("found {} lengths, expected {}", lengths, d);
   if (!p.trust.relevance.empty() && p.trust.relevance.size() != info.inputs.size())
     return fmt::format("found {} shares in relevance, expected {}", p.trust.relevance.size(), d);
   if (p.gram.size() > 0) {

@@ -86,8 +86,16 @@ class CompositeCentres {
 /// The numbers in storage order, exact (model.hpp).
 std::string exact_numbers(const Eigen::MatrixXd& matrix);
 
-/// Returns the error in `centres` [inputs x n] for a model with these inputs and this number of alphas; empty if valid.
-std::string wrong_centres(const ModelInfo& info, const Eigen::MatrixXd& centres, Eigen::Index alphas);
+/// Shift and scale between engineering units and the kernel's normalised units: n = (x − shift) / scale.
+struct Normalisation {
+  Eigen::VectorXd input_shift, input_scale;  ///< d each; scale > 0
+  double target_shift = 0, target_scale = 1;
+};
+
+/// Returns the error in `centres` [inputs x n] or the normalisation of a model with these inputs and this number of
+/// alphas; empty if valid.
+std::string wrong_centres(const ModelInfo& info, const Normalisation& normalisation, const Eigen::MatrixXd& centres,
+                          Eigen::Index alphas);
 
 // Cholesky factors for published values: the same bits on every x86-64 processor.
 

@@ -35,11 +35,7 @@ ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
 
 std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
-  if (std::string wrong = wrong_centres(info, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
-  if (p.normalisation.input_shift.size() != d || p.normalisation.input_scale.size() != d) {
-    return fmt::format("found {} input shifts and {} input scales, expected {}", p.normalisation.input_shift.size(),
-                       p.normalisation.input_scale.size(), d);
-  }
+  if (std::string wrong = wrong_centres(info, p.normalisation, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
   if (p.weight.size() != 0 && p.weight.size() != n)
     return fmt::format("found {} weights, expected {}", p.weight.size(), n);
   if (p.linear.size() != 0 && p.linear.size() != d)

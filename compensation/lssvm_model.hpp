@@ -12,12 +12,6 @@
 
 namespace prism::compensation {
 
-/// Shift and scale between engineering units and the kernel's normalised units: n = (x − shift) / scale.
-struct Normalisation {
-  Eigen::VectorXd input_shift, input_scale;  ///< d each; scale > 0
-  double target_shift = 0, target_scale = 1;
-};
-
 /// Parameters of the standard deviation and of the guard; variances in units of the normalised target.
 struct LssvmUncertainty {
   double prior_variance = 1;  ///< s_f² of the Gaussian-process reading of the same matrices, > 0
