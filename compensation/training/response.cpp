@@ -76,9 +76,9 @@ TrainingData without_suspects(const TrainingData& data, const TrainingSettings& 
 std::optional<ResponseSearch> find_response(const TrainingData& raw, const TrainingSettings& settings,
                                             double length_s) {
   constexpr double kShortest_s = 150, kLongest_s = 4 * 3600;
-  // Of the log likelihoods of all samples and of the errors in held-out blocks, one value each: a body of hours gains
-  // little and predicts far better; by chance, without U, a likely time constant of a thermometer in it predicts worse.
-  constexpr double kClear = 4;
+  // Of the log likelihood of all samples and that of held-out blocks, two values each, a level and a slope: a body of
+  // hours gains little and predicts far better; of a thermometer in it, without U, a likely one by chance does not.
+  constexpr double kClear = 6;
   constexpr int kBlocks = 5;        // held out; in shorter ones, neighbours show the drift
   constexpr double kWithin = 1.92;  // half of the 95 % quantile of chi-square, one degree of freedom
   constexpr Eigen::Index kFewestRows = 50;
@@ -129,7 +129,7 @@ std::optional<ResponseSearch> find_response(const TrainingData& raw, const Train
   const auto at = best();
   const double gain = none.loss - at->second.loss, limit = at->second.loss + kWithin;
   if (!std::isfinite(gain)) return {};
-  const double predicted = kBlocks * std::log(none.held_out / at->second.held_out) / 2;
+  const double predicted = kBlocks * std::log(none.held_out / at->second.held_out);
   if (!(gain + predicted > kClear)) return ResponseSearch{0, 0, 0, gain};
   // The parabola through the best and its neighbours.
   double peak = at->first;
