@@ -36,7 +36,7 @@ _prismcal() {
     inspect) words='-h --help --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --json --window --slope --end-mean --max-gap' ;;
     allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet --out --pdf --paper --test' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
-    design) words='-h --help --out --domain --chamber --hours --prior --bias-sd --noise --start --thermal-lag --self-heating --report --json --quiet' ;;
+    design) words='-h --help --out --domain --coldest --hottest --rate --start --hours --prior --thermal-lag --self-heating' ;;
     export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;
     verify) words='-h --help --json' ;;
     campaign) words='-h --help --plan --status --task --collect --install --engine' ;;

@@ -23,16 +23,11 @@ struct KnownGyro {
   compensation::BetweenRunError spread;
   std::vector<RecordedInputs> recordings;  ///< empty: none, or a long record of which only `gram` is left
   Eigen::MatrixXd centres, gram;           ///< of a long record (CompositeParameters)
-  compensation::ModelPtr model;            ///< nullptr: a stated prior
+  compensation::ModelPtr model;
 };
 
 /// Errors: not a composite model, a model of a table.
 Result<KnownGyro> known_gyro(const compensation::ModelPtr& model);
-
-/// `bias_sd_deg_per_h`: spread of the bias over the domain, > 0; `noise_deg_per_h`: of the mean rate of a window of 100
-/// s, > 0. Variances are those of the simulated gyros of docs/benchmarks.md, rounded; lengths are in standard
-/// deviations of each range of the domain.
-KnownGyro stated_gyro(const std::vector<InputRange>& domain, double bias_sd_deg_per_h, double noise_deg_per_h);
 
 /// Gaussian process: the posterior variance depends on the inputs and the covariance, not on the measured bias, so that
 /// a recording can be judged before it is made (I-optimality; Cohn, Ghahramani and Jordan 1996). The bias is expressed
@@ -93,10 +88,9 @@ struct Worth {
 
 struct Plan {
   simulation::ChamberProfile profile;
-  std::vector<Worth> made;     ///< each recording with those before it; first: no recording
-  double after_deg_per_h = 0;  ///< sd after the designed profile
-  std::vector<Worth> others;   ///< instead of it: the paper's cycle, simple profiles, the last recording once more
-  int evaluations = 0;
+  std::vector<Worth> made;          ///< each recording with those before it; first: no recording
+  double after_deg_per_h = 0;       ///< sd after the designed profile
+  std::vector<Worth> others;        ///< instead of it: the paper's cycle, simple profiles, the last recording once more
   RecordedInputs expected;          ///< on the designed profile
   Eigen::VectorXd expected_t_degc;  ///< T of its rows
   std::string assumed;              ///< what the plan takes for granted; for the user

@@ -23,44 +23,6 @@ namespace prism::design {
 namespace {
 
 constexpr double kHour_s = 3600, kMinute_s = 60;
-constexpr const char* kRate = "rate";
-
-/// "NAME=LOW:HIGH UNIT" or "rate<=HIGH UNIT", separated by commas. `slope_s`: slopes become degC in this time.
-Result<std::vector<InputRange>> parse_ranges(const std::string& text, double slope_s, const char* where,
-                                             const char* expected) {
-  constexpr std::size_t kMostChars = 64;
-  constexpr double kColdest_degc = -200, kHottest_degc = 300;  // a gyro that meets others has a wrong unit
-  std::vector<InputRange> ranges;
-  for (const std::string& part : tables::list_items(text)) {
-    std::array<char, kMostChars> name{}, unit{};
-    double low = 0, high = 0;
-    int end = 0, missing = 1;
-    const bool is_limit = part.find("<=") != std::string::npos;
-    if (part.size() < kMostChars && is_limit)
-      missing = 2 - std::sscanf(part.c_str(), "%[^=< ] <=%lf%n%s%n", name.data(), &high, &end, unit.data(), &end);
-    else if (part.size() < kMostChars)
-      missing =
-          3 - std::sscanf(part.c_str(), "%[^=< ] =%lf:%lf%n%s%n", name.data(), &low, &high, &end, unit.data(), &end);
-    const std::string input = name.data(), stated = unit.data();
-    if (missing > 0 || part.find_first_not_of(' ', static_cast<std::size_t>(end)) != std::string::npos ||
-        is_limit != (input == kRate) || !std::isfinite(low) || !std::isfinite(high))
-      return make_error(where, fmt::format("found \"{}\", expected {}", shortened(part), expected));
-    const auto wrong = [&](const std::string& what) { return make_error(where, shortened(input) + ": found " + what); };
-    if (!(low < high)) return wrong(fmt::format("{}:{}, expected the lower limit first", low, high));
-    const bool is_slope = is_limit || compensation::is_slope(input), is_t = input == compensation::kInputTemperature;
-    if (is_slope && stated != "degC/min" && stated != "degC/s" && !(is_limit && stated.empty()))
-      return wrong(fmt::format("unit \"{}\", expected degC/min or degC/s", shortened(stated)));
-    if (is_t && !stated.empty() && stated != "degC")
-      return wrong(fmt::format("unit \"{}\", expected degC", shortened(stated)));
-    if (is_t && (low < kColdest_degc || high > kHottest_degc))
-      return wrong(fmt::format("{}:{}, expected limits within {} to {} degC", low, high, kColdest_degc, kHottest_degc));
-    if (std::ranges::count(ranges, input, &InputRange::input) > 0)
-      return make_error(where, fmt::format("found {} twice, expected it once", shortened(input)));
-    const double factor = !is_slope ? 1 : stated == "degC/s" ? slope_s : slope_s / kMinute_s;
-    ranges.push_back({input, low * factor, high * factor});
-  }
-  return ranges;
-}
 
 /// A ramp to each temperature at this rate, then a soak there: degC and s.
 simulation::ChamberProfile visiting(const char* name, const ChamberLimits& limits, double degc_per_min,
@@ -144,29 +106,39 @@ Visits family_member(const ChamberLimits& limits, double total_min, std::size_t 
 }  // namespace
 
 Result<std::vector<InputRange>> parse_domain(const std::string& text) {
-  return parse_ranges(text, 1, "--domain", "NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 degC/min\"");
-}
-
-Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc) {
-  constexpr const char *kWhere = "--chamber", *kExpected = "\"rate<=2 degC/min\" or \"T=-45:65\"";
-  const auto ranges = parse_ranges(text, kMinute_s, kWhere, kExpected);
-  if (!ranges) return tl::unexpected<Error>(ranges.error());
-  ChamberLimits limits;
-  limits.start_degc = start_degc;
-  for (const auto& [name, low, high] : *ranges) {
-    if (name == kRate) {
-      limits.rate_degc_per_min = high;
-    } else if (name == compensation::kInputTemperature) {
-      limits.low_degc = low;
-      limits.high_degc = high;
-    } else {
-      return make_error(kWhere, fmt::format("found \"{}\", expected {}", shortened(name), kExpected));
-    }
+  constexpr std::size_t kMostChars = 64;
+  constexpr double kColdest_degc = -200, kHottest_degc = 300;  // a gyro that meets others has a wrong unit
+  constexpr const char* kWhere = "--domain";
+  std::vector<InputRange> ranges;
+  for (const std::string& part : tables::list_items(text)) {
+    std::array<char, kMostChars> name{}, unit{};
+    double low = 0, high = 0;
+    int end = 0, read = 0;
+    if (part.size() < kMostChars)
+      read = std::sscanf(part.c_str(), "%[^=< ] =%lf:%lf%n%s%n", name.data(), &low, &high, &end, unit.data(), &end);
+    const std::string input = name.data(), stated = unit.data();
+    if (read < 3 || part.find_first_not_of(' ', static_cast<std::size_t>(end)) != std::string::npos ||
+        !std::isfinite(low) || !std::isfinite(high))
+      return make_error(kWhere, fmt::format("found \"{}\", expected NAME=LOW:HIGH, for example \"T=-40:60, dTdt=-1:1 "
+                                            "degC/min\"",
+                                            shortened(part)));
+    const auto wrong = [&](const std::string& what) {
+      return make_error(kWhere, shortened(input) + ": found " + what);
+    };
+    if (!(low < high)) return wrong(fmt::format("{}:{}, expected the lower limit first", low, high));
+    const bool is_slope = compensation::is_slope(input), is_t = input == compensation::kInputTemperature;
+    if (is_slope && stated != "degC/min" && stated != "degC/s")
+      return wrong(fmt::format("unit \"{}\", expected degC/min or degC/s", shortened(stated)));
+    if (is_t && !stated.empty() && stated != "degC")
+      return wrong(fmt::format("unit \"{}\", expected degC", shortened(stated)));
+    if (is_t && (low < kColdest_degc || high > kHottest_degc))
+      return wrong(fmt::format("{}:{}, expected limits within {} to {} degC", low, high, kColdest_degc, kHottest_degc));
+    if (std::ranges::count(ranges, input, &InputRange::input) > 0)
+      return make_error(kWhere, fmt::format("found {} twice, expected it once", shortened(input)));
+    const double factor = is_slope && stated == "degC/min" ? 1 / kMinute_s : 1;
+    ranges.push_back({input, low * factor, high * factor});
   }
-  if (start_degc < limits.low_degc || start_degc > limits.high_degc)
-    return make_error("--start", fmt::format("found {} degC, expected {} to {}, the limits of the chamber", start_degc,
-                                             limits.low_degc, limits.high_degc));
-  return limits;
+  return ranges;
 }
 
 std::string set_points_csv(const simulation::ChamberProfile& profile) {
@@ -262,7 +234,7 @@ FoundProfile find_profile(const ChamberLimits& limits, double hours, const Profi
     if (start.cost < best.cost) best = std::move(start);
   }
   polish(best, {0.125, 0.0625});
-  return {profile_of(best.visits, limits), best.cost, evaluations};
+  return {profile_of(best.visits, limits), best.cost};
 }
 
 // Inputs on a profile.

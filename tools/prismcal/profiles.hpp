@@ -15,9 +15,9 @@
 namespace prism::design {
 
 struct ChamberLimits {
-  double low_degc = -40, high_degc = 70;  ///< low < high
+  double low_degc = -40, high_degc = 70;  ///< low <= start <= high, low < high
   double rate_degc_per_min = 1;           ///< > 0, of a ramp
-  double start_degc = 25;                 ///< of the profile; within the limits
+  double start_degc = 25;                 ///< of the profile
 };
 
 /// A closed range of one input, in the input's unit (features.hpp).
@@ -29,10 +29,6 @@ struct InputRange {
 /// "T=-40:60, dTdt=-1:1 degC/min": NAME=LOW:HIGH and a unit, which slopes need (degC/min or degC/s). Errors: another
 /// unit, a range whose limits are not in order, a T beyond −200 to 300 degC, a name twice.
 Result<std::vector<InputRange>> parse_domain(const std::string& text);
-
-/// "rate<=2 degC/min, T=-45:65"; a missing part keeps its default. Errors: as above, another name, a start outside the
-/// range.
-Result<ChamberLimits> parse_chamber(const std::string& text, double start_degc);
 
 /// The set-points of a profile, "time_s,temperature_degc": one row per end of a segment, the chamber goes from one to
 /// the next in a straight line.
@@ -49,7 +45,6 @@ using ProfileCost = std::function<double(const simulation::ChamberProfile&)>;
 struct FoundProfile {
   simulation::ChamberProfile profile;
   double cost = 0;
-  int evaluations = 0;
 };
 
 /// Visits of temperatures, each a ramp and a soak: one to four of them, up to eight segments, `hours` in all. Tries a

@@ -19,7 +19,7 @@ namespace {
 constexpr int kSiblings = 2;
 constexpr double kHours = 8;
 constexpr const char* kDomain = "T=-30:70, dTdt=-0.5:0.5 degC/min";
-constexpr const char* kChamber = "rate<=2 degC/min, T=-40:70";
+constexpr design::ChamberLimits kChamber{-40, 70, 2, 25};
 
 template <class T>
 T checked(Result<T> result) {
@@ -67,7 +67,7 @@ void predict_sd(const std::vector<design::KnownGyro>& gyros, std::vector<Way>& w
 /// The designed profile first, then the paper's cycle, then the simple ones.
 std::vector<Way> ways_of(const std::vector<design::KnownGyro>& gyros) {
   design::PlanSettings settings;
-  settings.chamber = checked(design::parse_chamber(kChamber, 25));
+  settings.chamber = kChamber;
   settings.domain = checked(design::parse_domain(kDomain));
   settings.hours = kHours;
   const design::Plan plan = checked(design::plan_recording(gyros, settings));

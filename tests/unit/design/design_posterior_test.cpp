@@ -10,59 +10,12 @@
 #include "compensation/training/composite.hpp"
 #include "compensation/training/held_out.hpp"
 #include "compensation/training/trainer.hpp"
+#include "tests/unit/design/stated_gyro.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/plan.hpp"
 
 namespace prism::design {
 namespace {
-
-constexpr double kScale_deg_per_h = 0.02;
-
-/// T and dT/dt of a cycle of eight hours.
-RecordedInputs cycle(double phase) {
-  RecordedInputs recorded;
-  recorded.inputs.resize(2, 120);
-  recorded.time_h = Eigen::VectorXd::LinSpaced(120, 0.07, 8);
-  for (Eigen::Index i = 0; i < 120; ++i) {
-    const double angle = recorded.time_h[i] + phase;
-    recorded.inputs.col(i) << 10 + 40 * std::sin(angle), 0.01 * std::cos(angle);
-  }
-  return recorded;
-}
-
-Eigen::MatrixXd domain() { return cycle(0.3).inputs; }
-
-KnownGyro gyro() {
-  KnownGyro known = stated_gyro({{"T", -30, 50}, {"dTdt", -0.01, 0.01}}, kScale_deg_per_h, 0.006);
-  known.variances.offset = 0;
-  return known;
-}
-
-/// A model of this recording whose bias is constant: its sd is that of the design's stated prior if the mean is the
-/// bias.
-compensation::ModelPtr model_of(const KnownGyro& known, const RecordedInputs& recorded) {
-  compensation::CompositeParameters p;
-  p.variances = known.variances;
-  p.normalisation = known.normalisation;
-  p.centres = (recorded.inputs.colwise() - known.normalisation.input_shift).array().colwise() /
-              known.normalisation.input_scale.array();
-  const Eigen::Index n = p.centres.cols();
-  p.alpha = Eigen::VectorXd::Zero(n);
-  p.beta = 1;  // one scale from the mean, as the design assumes without a model
-  p.weight = Eigen::VectorXd::Ones(n);
-  p.time_h = recorded.time_h;
-  p.recording.assign(static_cast<std::size_t>(n), 0);
-  p.trust.level = compensation::nuisance_level(p.variances, p.time_h, p.recording);
-  const double drift = p.variances.nuisance - p.trust.level;
-  compensation::ModelInfo info;
-  info.kind = "composite";
-  info.inputs = known.inputs;
-  info.spread = known.spread;
-  info.spread->nuisance_deg_per_h = kScale_deg_per_h * std::sqrt(drift);
-  info.spread->offset_deg_per_h =
-      kScale_deg_per_h * std::sqrt(std::pow(compensation::kAssumedOffset, 2) + training::kDaysDiffer * drift);
-  return compensation::CompositeModel::make(info, p).value();
-}
 
 TEST(DesignPosterior, ExpectsTheSdThatTheModelStates) {
   const KnownGyro known = gyro();

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "tests/support/blocks.hpp"
+#include "tests/unit/design/stated_gyro.hpp"
 #include "tools/prismcal/plan.hpp"
 #include "tools/prismcal/profiles.hpp"
 #include "tools/prismsim/simulation/simulated_gyro.hpp"
@@ -70,16 +71,6 @@ TEST(Plan, IsBetterThanSimpleProfilesOfTheSameLength) {
   EXPECT_LT(next->others.back().sd_deg_per_h, next->before_deg_per_h());
 }
 
-TEST(ChamberLimits, AreReadFromText) {
-  const auto limits = parse_chamber("rate<=2 degC/min, T=-45:65", 25);
-  ASSERT_TRUE(limits) << limits.error().text();
-  EXPECT_EQ(limits->rate_degc_per_min, 2);
-  EXPECT_EQ(limits->low_degc, -45);
-  EXPECT_EQ(limits->high_degc, 65);
-  EXPECT_EQ(parse_chamber("rate<=0.05 degC/s", 25)->rate_degc_per_min, 3);
-  EXPECT_EQ(parse_chamber("", 25)->high_degc, 70);
-}
-
 TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
   const auto domain = parse_domain("T=-40:60, dTdt=-1.2:0.6 degC/min");
   ASSERT_TRUE(domain) << domain.error().text();
@@ -90,12 +81,9 @@ TEST(Domain, ConvertsSlopesToTheUnitOfTheInputs) {
   EXPECT_DOUBLE_EQ((*domain)[1].high, 0.01);
 }
 
-TEST(ChamberLimits, AndDomainsNameWhatIsWrong) {
-  for (const test::Block& row : test::blocks("design/option_errors.txt", 2)) {
-    const std::string text = row.text(0);
-    const Error error = row[1].starts_with("--domain") ? parse_domain(text).error() : parse_chamber(text, 25).error();
-    EXPECT_EQ(error.text(), row[1]) << row.where;
-  }
+TEST(Domain, NamesWhatIsWrong) {
+  for (const test::Block& row : test::blocks("design/option_errors.txt", 2))
+    EXPECT_EQ(parse_domain(row.text(0)).error().text(), row[1]) << row.where;
   EXPECT_EQ(parse_domain("T=nan:60").error().text().substr(0, 28), "--domain: found \"T=nan:60\", ");
 }
 
