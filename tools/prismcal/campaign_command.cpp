@@ -46,11 +46,11 @@ Result<void> check_options(const LotFile& file) {
     const std::string where = fmt::format("{}:/models/{}", file.path, model.name);
     const auto choice = parse_options(model.words, add_train_options);
     if (!choice) return make_error(where, choice.error().what);
-    auto settings = settings_of(choice->method);
-    if (!settings) return make_error(where, settings.error().text());
     const auto names = tables::list_items(choice->inputs);
-    const auto terms = set_terms(choice->method, names, training::second_order_terms(names.size()), {}, *settings);
-    if (!terms) return make_error(where, terms.error().text());
+    const auto good = settings_of(choice->method).and_then([&](training::TrainingSettings settings) {
+      return set_terms(choice->method, names, training::second_order_terms(names.size()), {}, settings);
+    });
+    if (!good) return make_error(where, good.error().text());
   }
   if (const auto choice = parse_options(file.judging, add_common_options); !choice)
     return make_error(file.path + ":/judging", choice.error().what);
@@ -64,7 +64,7 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   choice->files = task.paths(campaign::kTrain);
   choice->serial = task.serial();
   choice->method.quiet = true;
-  choice->method.threads = 1;  // one task per core
+  choice->method.settings.threads = 1;  // one task per core
   if (choice->name.empty()) choice->name = task.model();
   const auto trained = train_on_recordings(*choice);
   if (!trained) return refused(trained.error());
@@ -167,8 +167,8 @@ Result<int> run_campaign(const CampaignChoice& choice) {
   if (choice.collect) return collect(*file, *lot);
   const auto installed = campaign::install_models(*file, *lot, choice.install);
   if (!installed) return tl::unexpected<Error>(installed.error());
-  fmt::print("{} models installed in {}, {} models of other gyros kept; {} tasks without a result\n", installed->models,
-             choice.install, installed->kept, lot->tasks.size() - std::ranges::count_if(lot->tasks, &Task::done));
+  fmt::print("{} models installed in {}; {} tasks without a result\n", *installed, choice.install,
+             lot->tasks.size() - std::ranges::count_if(lot->tasks, &Task::done));
   return 0;
 }
 

@@ -2,7 +2,6 @@
 #include "tools/prismcal/commands.hpp"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,21 +22,7 @@ void interrupt(int) {
   std::signal(SIGINT, SIG_DFL);
 }
 
-std::atomic<bool> bar_drawn{false};
-
-/// Draws one line that fits the terminal: a longer one would add a line with each drawing.
-void draw(double share, std::string text) {
-  winsize size{};
-  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-  const int columns = known ? size.ws_col - 1 : 79;
-  const int width = std::min(30, columns - static_cast<int>(text.size()) - 3);  // of the bar without its brackets
-  if (width >= 5) {
-    const int filled = static_cast<int>(width * std::clamp(share, 0.0, 1.0));
-    text = fmt::format("[{:#<{}}{:{}}] {}", "", filled, "", width - filled, text);
-  }
-  fmt::print(stderr, "\r{}\033[K", text.substr(0, static_cast<std::size_t>(columns)));
-  bar_drawn = true;
-}
+std::atomic<bool> line_drawn{false};
 
 }  // namespace
 
@@ -86,17 +71,19 @@ const std::atomic<bool>* stop_on_interrupt() {
   return &interrupted;
 }
 
-training::TuningProgress progress_bar(bool quiet) {
+training::TuningProgress progress_line(bool quiet) {
   if (quiet || isatty(STDERR_FILENO) == 0) return {};
   return [](int done, int expected, const training::TuningPoint& best) {
-    draw(static_cast<double>(done) / std::max(1, expected),
-         fmt::format("{} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}", done, expected, best.cost, best.c,
-                     best.sigma2));
+    constexpr std::size_t kColumns = 79;  // a longer line would add a line to most terminals with each drawing
+    const std::string text = fmt::format("{} of about {}, best cost {:.6g} at c {:.4g}, sigma2 {:.4g}", done, expected,
+                                         best.cost, best.c, best.sigma2);
+    fmt::print(stderr, "\r{}\033[K", text.substr(0, kColumns));
+    line_drawn = true;
   };
 }
 
 void end_progress() {
-  if (bar_drawn.exchange(false)) fmt::print(stderr, "\n");
+  if (line_drawn.exchange(false)) fmt::print(stderr, "\n");
 }
 
 }  // namespace prism::commands

@@ -52,10 +52,10 @@ inline constexpr const char* kStoppedEarly = "stopped early by Ctrl-C, before th
 /// Exit code of `evaluate` if a recording was used in training.
 inline constexpr int kNotATest = 3;
 
-/// A progress bar of a tuning on stderr, if it is a terminal, with the best cost so far.
-training::TuningProgress progress_bar(bool quiet);
+/// The progress of a tuning as one line on stderr, if it is a terminal, with the best cost so far.
+training::TuningProgress progress_line(bool quiet);
 
-/// Ends the line of a bar.
+/// Ends that line.
 void end_progress();
 
 }  // namespace prism::commands

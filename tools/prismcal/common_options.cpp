@@ -103,11 +103,6 @@ std::string dates_text(const std::string& name, std::optional<std::int64_t> begi
   return fmt::format("{}: {}{:.2f} h", name, begin, length_s / 3600);
 }
 
-std::string dates_text(const recordings::BlockTable& table) {
-  return dates_text(table.name, table.is_date ? std::optional(table.first_s) : std::nullopt,
-                    static_cast<double>(table.last_s - table.first_s + 1));
-}
-
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options) {
   analysis::CorrectionSettings settings;
   std::string fallback = options.fallback;
@@ -131,11 +126,6 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
   if (!model) return tl::unexpected(model.error());
   settings.fallback = std::move(*model);
   return settings;
-}
-
-bool is_simulated(const recordings::Recording& recording, const CommonOptions& options) {
-  return options.simulated || begins_with_sim(recording.value("gyro_serial")) ||
-         begins_with_sim(recording.value("instance"));
 }
 
 Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,
@@ -169,34 +159,35 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
       });
 }
 
-void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
-                            const std::string& role) {
-  const recordings::Recording& recording = loaded.recording;
-  for (const recordings::SourceFile& file : recording.files) {
-    facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
-  }
-  for (const std::string& note : recording.remarks()) facts.emplace_back(role + ", left out", note);
-  for (const std::string& question : recording.questions()) facts.emplace_back(role + ", question", question);
+void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap) {
+  report.warning += fmt::format("{}Not a test on {}: {}.", report.warning.empty() ? "" : " ", recording, overlap);
+}
+
+void add_recording(report::Report& report, const Loaded& loaded, const std::vector<std::string>& doubts,
+                   std::string& dates) {
+  const auto& [recording, table] = loaded;
+  const std::string role = "recording " + table.name;
+  if (!doubts.empty())
+    report.warning += fmt::format("{}Judge the recording {} before the model: {}{}", report.warning.empty() ? "" : " ",
+                                  table.name, fmt::join(doubts, "; "), doubts.back().ends_with('?') ? "" : ".");
   const std::string serial = recording.value("gyro_serial"), site = recording.value("site");
+  report.simulated = report.simulated || begins_with_sim(serial) || begins_with_sim(recording.value("instance"));
+  dates +=
+      (dates.empty() ? "" : "; ") + dates_text(table.name, table.is_date ? std::optional(table.first_s) : std::nullopt,
+                                               static_cast<double>(table.last_s - table.first_s + 1));
+  for (const recordings::SourceFile& file : recording.files)
+    report.facts.emplace_back(role, fmt::format("{} ({} rows, SHA-256 {})", file.path, file.rows, file.sha256));
+  for (const std::string& note : recording.remarks()) report.facts.emplace_back(role + ", left out", note);
+  for (const std::string& question : recording.questions()) report.facts.emplace_back(role + ", question", question);
   std::string gyro = "serial " + (serial.empty() ? "not stated" : serial);
   for (const char* key : {"frames", "axis"}) {
     if (const std::string value = recording.value(key); !value.empty() && value != "-")
       gyro += fmt::format(", {} {}", key, value);
   }
-  facts.emplace_back(role + ", gyro", gyro);
-  facts.emplace_back(role + ", site",
-                     fmt::format("{}; Earth rate on the axis, {:.6f} deg/h, subtracted",
-                                 site.empty() ? "not stated" : site, loaded.table.earth_rate_deg_per_h));
-}
-
-void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap) {
-  report.warning += fmt::format("{}Not a test on {}: {}.", report.warning.empty() ? "" : " ", recording, overlap);
-}
-
-void add_doubts(report::Report& report, const std::string& recording, const std::vector<std::string>& doubts) {
-  if (doubts.empty()) return;
-  report.warning += fmt::format("{}Judge the recording {} before the model: {}{}", report.warning.empty() ? "" : " ",
-                                recording, fmt::join(doubts, "; "), doubts.back().ends_with('?') ? "" : ".");
+  report.facts.emplace_back(role + ", gyro", gyro);
+  report.facts.emplace_back(role + ", site",
+                            fmt::format("{}; Earth rate on the axis, {:.6f} deg/h, subtracted",
+                                        site.empty() ? "not stated" : site, table.earth_rate_deg_per_h));
 }
 
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {

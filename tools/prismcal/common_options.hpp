@@ -56,13 +56,9 @@ void fill_cover(report::Report& report, const std::vector<std::pair<std::string,
 
 /// "cycle1: 2026-11-21 10:15 UTC, 25.67 h".
 std::string dates_text(const std::string& name, std::optional<std::int64_t> begin_s, double length_s);
-std::string dates_text(const recordings::BlockTable& table);
 
 /// Correction settings from --max-bias, --extrapolation and --fallback, else from --config, else the defaults.
 Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& options);
-
-/// Returns true with --simulated, or if the gyro serial number or instance name begins with "sim".
-bool is_simulated(const recordings::Recording& recording, const CommonOptions& options);
 
 using recordings::Loaded;
 
@@ -74,15 +70,14 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureD
 Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,
                         const compensation::ModelInfo& model, const CommonOptions& options);
 
-/// Appends metadata of a recording to the header of a report: files, SHA-256, notes, serial number, site, Earth rate.
-void append_recording_facts(std::vector<std::pair<std::string, std::string>>& facts, const Loaded& loaded,
-                            const std::string& role);
-
 /// Adds a warning to the report that the evaluation on this recording is not a test, and why.
 void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap);
 
-/// Adds a warning to the report that the recording may be the reason of its result (recording_doubts()).
-void add_doubts(report::Report& report, const std::string& recording, const std::vector<std::string>& doubts);
+/// Adds a recording to the header of a report: files, SHA-256, notes, serial number, site, Earth rate; a warning that
+/// it may be the reason of its result (recording_doubts()); marks the report as simulated if the serial number or
+/// instance name begins with "sim". Appends its dates_text() to `dates`.
+void add_recording(report::Report& report, const Loaded& loaded, const std::vector<std::string>& doubts,
+                   std::string& dates);
 
 /// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);

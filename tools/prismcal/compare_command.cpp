@@ -142,7 +142,7 @@ Result<void> leave_one_out(const CompareChoice& choice, const analysis::Correcti
     const auto terms = training::second_order_terms(inputs.size());
     if (auto good = set_terms(options, inputs, terms, {"T", "T^2", "dTdt"}, *settings); !good) return good;
     settings->stop = stop_on_interrupt();
-    settings->progress = progress_bar(choice.common.quiet);
+    settings->progress = progress_line(choice.common.quiet);
     methods.push_back(std::move(*settings));
     comparison.candidates.push_back({name, nullptr});
   }
@@ -187,19 +187,17 @@ Result<void> leave_one_out(const CompareChoice& choice, const analysis::Correcti
   return {};
 }
 
-/// How much better `best` is than `other`, in points; kGood: certainly. Over the recordings, or in one of them.
-Cell gain_of(const Candidate& best, const Candidate& other, const Comparison& comparison) {
+/// How much better `best` is than `other`, in points, with its 95 % interval; over the recordings, or in the only one.
+std::optional<evaluation::Estimate> gain_of(const Candidate& best, const Candidate& other,
+                                            const Comparison& comparison) {
   if (comparison.recordings.size() == 1)
-    return analysis::difference_cell(other.evaluations[0], best.evaluations[0], comparison.recordings[0].table);
+    return analysis::gain_of(other.evaluations[0], best.evaluations[0], comparison.recordings[0].table);
   std::vector<double> points;
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const auto &one = best.evaluations[r].stability.improvement, &two = other.evaluations[r].stability.improvement;
     if (one && two) points.push_back(100 * (*one - *two));
   }
-  if (points.size() < 2) return report::kNothing;
-  const evaluation::Estimate mean = evaluation::mean_with_interval(points);
-  return {fmt::format("{:.1f} to {:.1f}:", mean.low, mean.high), mean.value,
-          mean.low > 0 ? Emphasis::kGood : Emphasis::kNone};
+  return points.size() < 2 ? std::nullopt : std::optional(evaluation::mean_with_interval(points));
 }
 
 /// The best candidate against each other: "composite is better than stepwise by 4.1 points (1.2 to 7.0) over 12
@@ -209,10 +207,10 @@ std::string verdict(const Comparison& comparison) {
   std::vector<std::string> better, alike;
   for (const Candidate& other : comparison.candidates) {
     if (&other == &best) continue;
-    const Cell gain = gain_of(best, other, comparison);
-    if (gain.emphasis == Emphasis::kGood)
+    const auto gain = gain_of(best, other, comparison);
+    if (gain && gain->low > 0)
       better.push_back(
-          fmt::format("{} by {:.1f} points ({})", other.name, *gain.value, gain.text.substr(0, gain.text.find(':'))));
+          fmt::format("{} by {:.1f} points ({:.1f} to {:.1f})", other.name, gain->value, gain->low, gain->high));
     else
       alike.push_back(other.name);
   }
@@ -264,41 +262,6 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
   return table;
 }
 
-/// One row per candidate and recording. "Against the first": the first candidate.
-report::Table pairs_table(const Comparison& comparison) {
-  report::Table table{"pairs", "Each model on each recording", "",
-                      report::columns("recording: | model: | before [deg/h] | after [deg/h] | improvement [%] | "
-                                      "95 % of further [%] | against the first [points] | off [%]")};
-  table.caption =
-      "95 % of further: 95 % prediction interval of the improvement in another recording of the same profile. Against "
-      "the first: the same interval for the difference to the first model. Off: blocks outside the training range.";
-  std::size_t better = 0;
-  for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
-    const recordings::BlockTable& blocks = comparison.recordings[r].table;
-    const analysis::ModelEvaluation& first = comparison.candidates[0].evaluations[r];
-    for (const Candidate& candidate : comparison.candidates) {
-      const analysis::ModelEvaluation& evaluated = candidate.evaluations[r];
-      const evaluation::BiasStability& s = evaluated.stability;
-      better += s.improvement && *s.improvement > 0;
-      table.rows.push_back(
-          {blocks.name, candidate.name, report::fixed_cell(s.before.sd, 5), report::fixed_cell(s.after.sd, 5),
-           report::percent_cell(s.improvement), analysis::interval_text(evaluated.improvement_interval),
-           &evaluated == &first ? Cell(report::kNothing) : analysis::difference_cell(first, evaluated, blocks),
-           report::fixed_cell(evaluated.extrapolated_percent(), 1)});
-    }
-  }
-  table.meaning = fmt::format("{} of {} improve the recording.", better, counted(table.rows.size(), "pair"));
-  return table;
-}
-
-report::Table left_out_table(const Comparison& comparison) {
-  report::Table table{"left_out", "Recordings that were left out", "", report::columns("recording: | reason:")};
-  for (const auto& [path, reason] : comparison.left_out) table.rows.push_back({path, reason});
-  table.meaning = fmt::format("{} of {}.", table.rows.size(),
-                              counted(table.rows.size() + comparison.recordings.size(), "recording"));
-  return table;
-}
-
 Result<int> compare(const CompareChoice& choice) {
   const auto test = test_statement(choice.common);
   if (!test) return tl::unexpected(test.error());
@@ -314,6 +277,7 @@ Result<int> compare(const CompareChoice& choice) {
       fmt::format("{} on {}", counted(comparison.candidates.size(), choice.leave_one_out ? "method" : "model"),
                   counted(comparison.recordings.size(), "recording"));
   report.tool = std::string("prismcal ") + kVersion;
+  report.simulated = choice.common.simulated;
   for (const Candidate& each : comparison.candidates) {
     if (each.model)
       report.facts.emplace_back("model " + each.name,
@@ -325,23 +289,18 @@ Result<int> compare(const CompareChoice& choice) {
   std::string dates;
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const auto& [recording, table] = comparison.recordings[r];
-    append_recording_facts(report.facts, comparison.recordings[r], "recording " + table.name);
-    add_doubts(report, table.name,
-               analysis::recording_doubts(table, comparison.candidates[0].evaluations[r], recording.questions()));
-    report.simulated = report.simulated || is_simulated(recording, choice.common);
+    add_recording(report, comparison.recordings[r],
+                  analysis::recording_doubts(table, comparison.candidates[0].evaluations[r], recording.questions()),
+                  dates);
     all.emplace_back("evaluated", &comparison.recordings[r]);
-    dates += (dates.empty() ? "" : "; ") + dates_text(table);
   }
-  const report::Table table = comparison_table(comparison, choice.common.used_divisor()),
-                      pairs = pairs_table(comparison);
-  report.sections = {{"comparison", "Comparison", {table, pairs}},
-                     {"recordings", "Recordings", {recordings_table(all)}}};
-  if (!comparison.left_out.empty()) report.sections.back().blocks.emplace_back(left_out_table(comparison));
+  const report::Table table = comparison_table(comparison, choice.common.used_divisor());
+  report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};
+  for (const auto& [path, reason] : comparison.left_out) report.facts.emplace_back("left out", reason);
   if (!choice.common.json) {
     for (const auto& [path, reason] : comparison.left_out) fmt::print(stderr, "left out: {}\n", printable(reason));
     if (!report.warning.empty()) fmt::print("{}\n\n", printable(report.warning));
-    // Only of one recording the intervals are not in the verdict.
-    fmt::print("{}{}", report::plain_text(table), all.size() > 1 ? "" : "\n" + report::plain_text(pairs));
+    fmt::print("{}", report::plain_text(table));
   }
   fill_cover(report, {{"recordings", dates}}, *test);
   if (auto written = write_report(report, choice.common); !written) return tl::unexpected(written.error());

@@ -29,15 +29,14 @@ namespace {
 using Case = RecordingEvaluation;
 
 report::Report begin_report(const compensation::Model& model, const std::string& path, const std::vector<Case>& cases,
-                            const CommonOptions& options) {
+                            const CommonOptions& options, std::string& dates) {
   const compensation::ModelInfo& info = model.info();
   report::Report report;
   const std::string serial = cases.front().loaded.recording.value("gyro_serial");
   report.title = "Evaluation of gyro " + (serial.empty() ? std::string("without a serial number") : serial);
   report.subtitle = fmt::format("Model \"{}\" ({}) on {}", info.name, info.kind, counted(cases.size(), "recording"));
   report.tool = std::string("prismcal ") + kVersion;
-  report.simulated =
-      std::any_of(cases.begin(), cases.end(), [&](const Case& c) { return is_simulated(c.loaded.recording, options); });
+  report.simulated = options.simulated;
   report.facts = {
       {"model", fmt::format("{}, type {}, id {}", info.name, info.kind, info.id)},
       {"model, file", fmt::format("{} (SHA-256 {})", std::filesystem::path(path).filename().string(),
@@ -47,9 +46,8 @@ report::Report begin_report(const compensation::Model& model, const std::string&
       {"divisor", fmt::format("{} in all standard deviations", evaluation::divisor_text(options.used_divisor()))}};
   for (const Case& c : cases) {
     if (!c.overlap.empty()) add_overlap(report, c.loaded.table.name, c.overlap);
-    add_doubts(report, c.loaded.table.name, c.doubts);
+    add_recording(report, c.loaded, c.doubts, dates);
   }
-  for (const Case& c : cases) append_recording_facts(report.facts, c.loaded, "recording " + c.loaded.table.name);
   return report;
 }
 
@@ -104,10 +102,8 @@ report::Section conclusion(const std::vector<Case>& cases, const std::vector<ana
 }
 
 std::vector<std::pair<std::string, std::string>> cover_of(const compensation::Model& model,
-                                                          const std::vector<Case>& cases) {
-  const recordings::Recording& first = cases.front().loaded.recording;
-  std::string dates;
-  for (const Case& c : cases) dates += (dates.empty() ? "" : "; ") + dates_text(c.loaded.table);
+                                                          const recordings::Recording& first,
+                                                          const std::string& dates) {
   return {{"gyro", first.value("gyro_serial")},
           {"axis", first.value("axis")},
           {"model", fmt::format("{}, id {}", model.info().name, model.info().id.substr(0, 16))},
@@ -166,12 +162,13 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
 
-  report::Report report = begin_report(**model, choice.model, cases, choice.common);
+  std::string dates;
+  report::Report report = begin_report(**model, choice.model, cases, choice.common, dates);
   report.facts.emplace(report.facts.begin() + 4, "correction", correction->text());
   std::vector<std::pair<std::string, const Loaded*>> all;
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
   if (training) all.emplace_back("training", &*training);
-  fill_cover(report, cover_of(**model, cases), *test);
+  fill_cover(report, cover_of(**model, cases.front().loaded.recording, dates), *test);
   Evaluation evaluation;
   std::vector<analysis::EvaluatedRecording> recordings;
   for (std::size_t i = 0; i < cases.size(); ++i) {

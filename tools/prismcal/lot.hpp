@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A lot of gyros: the lot's file (JSON), its tasks, each gyro with each model, and how one runs (lot_file.cpp);
-// results, violated limits, the report, and the installation of accepted models (lot.cpp).
+// A lot of gyros: the lot's file (JSON), its tasks, each gyro with each model, and how one runs; results, violated
+// limits, the report, and the installation of accepted models.
 #pragma once
 
 #include <functional>
@@ -89,7 +89,7 @@ struct Lot {
 /// pattern matches no file, no task is left.
 Result<Lot> make_plan(const LotFile& file, const std::string& only = {});
 
-/// FOLDER/tasks/ID: a complete result, renamed into place. Beside it .ID.HOST.PID: an unfinished one. Several
+/// FOLDER/tasks/ID: a complete result, renamed into place; FOLDER/tasks/.ID.HOST.PID: an unfinished one. Several
 /// processes, also on several machines, can use the folder of a lot at the same time.
 std::string task_folder(const LotFile& file, const Task& task);
 bool has_result(const LotFile& file, const Task& task);
@@ -120,16 +120,11 @@ Result<Lot> read_lot(const LotFile& file);
 /// to FOLDER/report.
 report::Report lot_report(const LotFile& file, const Lot& lot);
 
-struct InstalledModels {
-  std::size_t models = 0;  ///< from this lot
-  std::size_t kept = 0;    ///< models of other gyros that were in the folder before
-};
-
 /// Writes the chosen model of each gyro to `folder` as SERIAL.json or SERIAL-AXIS.json, and manifest.json with their
 /// SHA-256, results, limits and "asked_by"; keeps the models of other gyros. Prepares a new folder and exchanges it
 /// atomically, so that readers see either all old or all new files. Errors: a model is not the evaluated one or belongs
 /// to another gyro, two gyros have the same file name, `folder` has files but no manifest, or the file system cannot
-/// exchange folders.
-Result<InstalledModels> install_models(const LotFile& file, const Lot& lot, const std::string& folder);
+/// exchange folders. Returns the number of models of the lot.
+Result<std::size_t> install_models(const LotFile& file, const Lot& lot, const std::string& folder);
 
 }  // namespace prism::campaign

@@ -49,44 +49,46 @@ void add_method_options(CLI::App& command, MethodOptions& o) {
       command,
       {{"--weight", &o.weight, method_names(training::kWeights) + ": huber, hampel, logistic or myriad (default)",
         one_of({"huber", "hampel", "logistic", "myriad"})},
-       {"--c", &o.c, "regularisation, normalised units; with --sigma2: no tuning", tools::positive()},
-       {"--sigma2", &o.sigma2, "kernel width squared, normalised units", tools::positive()},
+       {"--c", &o.settings.c, "regularisation, normalised units; with --sigma2: no tuning", tools::positive()},
+       {"--sigma2", &o.settings.sigma2, "kernel width squared, normalised units", tools::positive()},
        {"--beta", &o.beta, "Huber's parameter", tools::positive()},
        {"--delta", &o.delta, "myriad's parameter", tools::positive()},
-       {"--epsilon", &o.epsilon, method_names(training::kTube) + ": half width of the tube, in sd of the target",
-        tools::not_negative()},
+       {"--epsilon", &o.settings.epsilon,
+        method_names(training::kTube) + ": half width of the tube, in sd of the target", tools::not_negative()},
        {"--tune", &o.tune,
         method_names(training::kTuning) + (o.tune.empty() ? ": blocked (folds; default), shuffled (folds), loo or reml"
                                                           : ": blocked (folds), shuffled (folds), loo or reml"),
         one_of({"blocked", "shuffled", "loo", "reml"})},
-       {"--folds", &o.folds, "number of folds", tools::within(2, 1000000)},
+       {"--folds", &o.settings.folds, "number of folds", tools::within(2, 1000000)},
        {"--reweight", &o.reweight, "1 (the paper) or converge", one_of({"1", "converge"})},
        {"--scale", &o.scale, "scale estimate of the residuals: mad or iqr", one_of({"mad", "iqr"})},
-       {"--hampel-floor", &o.hampel_floor, "Hampel's weight of far outliers; 0 drops the sample", tools::within(0, 1)},
+       {"--hampel-floor", &o.settings.reweight.weight.hampel_floor,
+        "Hampel's weight of far outliers; 0 drops the sample", tools::within(0, 1)},
        {"--drift", &o.drift,
         method_names(training::kDrift) + ": thermal (default: what one passage cannot decide is mostly thermal), open "
                                          "(the record decides) or none (no drift in time)",
         one_of({"thermal", "open", "none"})},
        {"--normalise", &o.normalise, "zscore, auto (by column, as LS-SVMlab) or none",
         one_of({"zscore", "auto", "none"})},
-       {"--seed", &o.seed, "seed of the random generator", tools::within(0, 1e15)},
-       {"--threads", &o.threads, "maximum number of threads", tools::within(1, 64)},
+       {"--seed", &o.settings.seed, "seed of the random generator", tools::within(0, 1e15)},
+       {"--threads", &o.settings.threads, "maximum number of threads", tools::within(1, 64)},
        {"--start", &o.start, terms + "initial terms, or none"},
-       {"--p-enter", &o.p_enter, terms + "p below which a term is added", tools::within(0, 1)},
-       {"--p-remove", &o.p_remove, terms + "p above which a term is removed", tools::within(0, 1)},
+       {"--p-enter", &o.settings.stepwise.p_enter, terms + "p below which a term is added", tools::within(0, 1)},
+       {"--p-remove", &o.settings.stepwise.p_remove, terms + "p above which a term is removed", tools::within(0, 1)},
        {"--memory", &o.memory_mb, "memory limit of training, MB", tools::positive()}},
       Need::kFew);
 }
 
 std::string method_name_of(const MethodOptions& options) {
   if (!options.method.empty()) return options.method;
-  return options.c || options.sigma2 || !options.tune.empty() ? kDefaultTuned : default_method();
+  const training::TrainingSettings& s = options.settings;
+  return s.c || s.sigma2 || !options.tune.empty() ? kDefaultTuned : default_method();
 }
 
 Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
-  training::TrainingSettings s;
+  training::TrainingSettings s = o.settings;
   s.method = training::find_method(method_name_of(o));
-  if (s.method->has(training::kOwnSearch) && (o.c || o.sigma2 || !o.tune.empty()))
+  if (s.method->has(training::kOwnSearch) && (s.c || s.sigma2 || !o.tune.empty()))
     return make_error("--method", fmt::format("found {} with --c, --sigma2 or --tune, which need {}", s.method->name,
                                               training::method_names(training::kTuning, " and ")));
   s.reweight.weight.kind = training::WeightKind::kNone;
@@ -107,21 +109,12 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
             : o.drift == "none" ? training::Drift::kNone
                                 : training::Drift::kThermal;
   s.parameter = o.beta ? o.beta : o.delta;
-  s.reweight.weight.hampel_floor = o.hampel_floor;
   s.reweight.scale = o.scale == "mad" ? training::ScaleKind::kMad : training::ScaleKind::kIqr;
   if (o.reweight == "1") s.reweight.limit = 1;
   s.scaling = o.normalise == "zscore" ? training::NormalisationMethod::kZscore
               : o.normalise == "auto" ? training::NormalisationMethod::kAuto
                                       : training::NormalisationMethod::kNone;
-  s.c = o.c;
-  s.sigma2 = o.sigma2;
-  s.epsilon = o.epsilon;
   s.tuning = training::tuning_by_name(o.tune.empty() ? "blocked" : o.tune);
-  s.folds = o.folds;
-  s.seed = o.seed;
-  s.threads = o.threads;
-  s.stepwise.p_enter = o.p_enter;
-  s.stepwise.p_remove = o.p_remove;
   s.memory_limit_bytes = o.memory_mb * 1e6;
   return s;
 }

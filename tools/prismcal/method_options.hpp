@@ -19,13 +19,10 @@ struct MethodOptions {
   std::string method, tune;  ///< empty: method_name_of(), blocked
   std::string drift;         ///< empty: thermal
   std::string weight, reweight = "converge", scale = "mad", normalise = "zscore";
-  std::optional<double> c, sigma2, beta, delta;
-  double epsilon = 0.1, hampel_floor = 1e-7;
-  int folds = 10, threads = 2;
-  std::uint64_t seed = 1;
-  double p_enter = 0.05, p_remove = 0.10;
+  std::optional<double> beta, delta;
   std::string start;
   double memory_mb = 1000;
+  training::TrainingSettings settings;  ///< the numbers that it has itself: c, sigma2, folds, …
   bool json = false, quiet = false;
 };
 

@@ -181,8 +181,8 @@ std::string interval_text(const std::optional<evaluation::PredictionInterval>& i
   return interval ? fmt::format("{:.1f} to {:.1f}", 100 * interval->low, 100 * interval->high) : report::kNothing;
 }
 
-report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
-                             const recordings::BlockTable& table) {
+std::optional<evaluation::Estimate> gain_of(const ModelEvaluation& first, const ModelEvaluation& other,
+                                            const recordings::BlockTable& table) {
   std::vector<double> before, one, two;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!std::isfinite(first.corrected_deg_per_h[i]) || !std::isfinite(other.corrected_deg_per_h[i])) continue;
@@ -190,14 +190,9 @@ report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation
     one.push_back(first.corrected_deg_per_h[i]);
     two.push_back(other.corrected_deg_per_h[i]);
   }
-  const auto difference = evaluation::next_difference(before, one, two, table.name);
-  if (!difference) return report::kNothing;
-  const std::string range = fmt::format("{:+.1f} to {:+.1f}", 100 * difference->low, 100 * difference->high);
-  using report::Emphasis;
-  if (difference->holds_zero()) return {range + ": not distinguishable", 100 * difference->value, Emphasis::kMuted};
-  const bool better = difference->low > 0;
-  return {range + (better ? ": better" : ": worse"), 100 * difference->value,
-          better ? Emphasis::kGood : Emphasis::kBad};
+  const auto gain = evaluation::next_difference(before, one, two, table.name);
+  if (!gain) return std::nullopt;
+  return evaluation::Estimate{100 * gain->value, 100 * gain->low, 100 * gain->high};
 }
 
 namespace {

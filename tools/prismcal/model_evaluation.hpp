@@ -11,6 +11,7 @@
 #include "compensation/compensation_engine.hpp"
 #include "compensation/evaluation/bias_change.hpp"
 #include "compensation/evaluation/data_quality.hpp"
+#include "compensation/evaluation/drift_fit.hpp"
 #include "compensation/evaluation/improvement_interval.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "tools/prismcal/block_table.hpp"
@@ -75,11 +76,10 @@ struct ModelEvaluation {
 /// "44.1 to 61.3", in percent; "—" without an interval.
 std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval);
 
-/// 95 % prediction interval, in another recording, of the improvement of `other` minus that of `first`, in points, over
-/// the blocks of `table` that both correct. Text: "+1.2 to +4.0: better", "-0.3 to +0.5: not distinguishable"; "—" if
-/// these blocks do not determine it.
-report::Cell difference_cell(const ModelEvaluation& first, const ModelEvaluation& other,
-                             const recordings::BlockTable& table);
+/// The improvement of `other` minus that of `first`, in points, over the blocks of `table` that both correct, and its
+/// 95 % prediction interval in another recording. Nullopt if these blocks do not determine it.
+std::optional<evaluation::Estimate> gain_of(const ModelEvaluation& first, const ModelEvaluation& other,
+                                            const recordings::BlockTable& table);
 
 /// Applies the engine's correction to each block of `table`. Between consecutive blocks the slew limit allows the
 /// change of all seconds between them. Errors: the features of model and table differ, fewer than two blocks with a

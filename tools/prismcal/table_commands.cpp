@@ -198,7 +198,7 @@ Result<int> fit(const TableChoice& choice) {
   if (!choice.method.quiet && !choice.method.json && plan->seconds > 0.5) fmt::print(stderr, "{}\n", plan->text());
   compensation::ModelInfo info;
   info.table = true;
-  settings->progress = progress_bar(choice.method.quiet);
+  settings->progress = progress_line(choice.method.quiet);
   settings->stop = stop_on_interrupt();
   auto trained = training::train(data, std::move(info), *settings);
   end_progress();

@@ -155,7 +155,7 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
   for (const char* const name : {"stepwise", "ir-lssvm"}) {
     MethodOptions options;
     options.method = name;
-    options.threads = choice.method.threads;
+    options.settings.threads = choice.method.settings.threads;
     options.memory_mb = choice.method.memory_mb;
     auto other = settings_of(options);
     if (!other || !set_terms(options, set.data.names, training::second_order_terms(set.data.names.size()),
@@ -277,7 +277,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   info.features = set->features;
   if (info.gyro_serial.empty() && !choice.method.quiet)
     fmt::print(stderr, "the recordings name no gyro: the model is for any; --serial NAME binds it to one\n");
-  settings->progress = progress_bar(choice.method.quiet);
+  settings->progress = progress_line(choice.method.quiet);
   auto trained = training::train(set->data, std::move(info), *settings);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
