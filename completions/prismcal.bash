@@ -19,7 +19,6 @@ _prismcal() {
     'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
     'evaluate --paper'|'compare --paper'|'allan --paper') words='A4 letter' ;;
     'allan --unit') words='deg/h deg/s rad/s arcsec/s' ;;
-    'allan --grid') words='octave decade' ;;
     'convert --frames') words=$(for file in ./frames/*.json /etc/prism/frames/*.json /usr/share/prism/frames/*.json ${PRISM_DATA-.}/frames/*.json; do [ -e "$file" ] && file=${file##*/} && case $file in *.schema.json) ;; *) echo "${file%.*}" ;; esac; done) ;;
     'export --extrapolation') words='flag clamp' ;;
   esac
@@ -34,7 +33,7 @@ _prismcal() {
     monitor) words='-h --help --training --out --instance --any-gyro --json --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit' ;;
     history) words='-h --help --axis' ;;
     inspect) words='-h --help --map --interval --decimal --time-unit --config --axis --leave-out --latitude --elevation --azimuth --no-earth-rate --accept-unit --json --window --slope --end-mean --max-gap' ;;
-    allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --grid --json --quiet --out --pdf --paper --test' ;;
+    allan) words='-h --help --column --axis --unit --time --interval --decimal --time-unit --json --quiet --out --pdf --paper --test' ;;
     convert) words='-h --help --out --frames --map --interval --decimal --time-unit --config --axis --leave-out --quiet' ;;
     design) words='-h --help --out --domain --coldest --hottest --rate --start --hours --prior --thermal-lag --self-heating' ;;
     export) words='-h --help --c --float --extrapolation --max-bytes --on --map --interval --decimal --time-unit --config --axis --leave-out' ;;

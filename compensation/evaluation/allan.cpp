@@ -104,21 +104,10 @@ AllanVariance variance_at(const Phase& phase, std::size_t m) {
   return found;
 }
 
-std::vector<std::size_t> cluster_sizes(AllanGrid grid, std::size_t values) {
-  std::vector<std::size_t> sizes;
-  const std::size_t base = grid == AllanGrid::kOctave ? 2 : 10, largest = values / kFewestClusters;
-  for (std::size_t decade = 1; decade <= largest; decade *= base) {
-    for (const std::size_t digit : {1, 2, 4}) {
-      if (digit * decade <= largest && (digit == 1 || grid == AllanGrid::kDecade)) sizes.push_back(digit * decade);
-    }
-  }
-  return sizes;
-}
-
-/// The variances that have enough pairs of clusters.
-std::vector<AllanVariance> measure(const Phase& phase, AllanGrid grid) {
+/// The variances that have enough pairs of clusters, of octaves.
+std::vector<AllanVariance> measure(const Phase& phase) {
   std::vector<AllanVariance> all;
-  for (const std::size_t m : cluster_sizes(grid, phase.size)) {
+  for (std::size_t m = 1; m <= phase.size / kFewestClusters; m *= 2) {
     const AllanVariance found = variance_at(phase, m);
     if (found.share * allan_edf(phase.size, m, {0, 0, 0, 1}) >= kLeastEdf) all.push_back(found);
   }
@@ -172,11 +161,11 @@ const AllanPoint& AllanAnalysis::minimum() const {
                            [](const AllanPoint& a, const AllanPoint& b) { return a.deviation < b.deviation; });
 }
 
-Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, AllanGrid grid, const std::string& where) {
+Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, const std::string& where) {
   if (!(tau0_s > 0) || !std::isfinite(tau0_s))
     return make_error(where, fmt::format("found a sample interval of {} s, expected a positive number", tau0_s));
   const Phase phase(std::move(rate));
-  const std::vector<AllanVariance> octaves = measure(phase, AllanGrid::kOctave);
+  const std::vector<AllanVariance> octaves = measure(phase);
   if (octaves.empty()) {
     return make_error(where, fmt::format("found {} values with {} gaps, expected at least {} without a gap",
                                          phase.values, phase.holes, kFewestClusters));
@@ -209,7 +198,7 @@ Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, All
         result.unexplained_s.push_back(static_cast<double>(octaves[i].m) * tau0_s);
     }
   }
-  for (const AllanVariance& found : grid == AllanGrid::kOctave ? octaves : measure(phase, grid))
+  for (const AllanVariance& found : octaves)
     result.points.push_back(
         point_of(found, phase, tau0_s, fit.noise, coefficient(fit.strengths, NoiseType::kRateRamp).value.has_value()));
   return result;

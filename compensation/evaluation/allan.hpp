@@ -19,12 +19,6 @@ namespace prism::evaluation {
 /// In a series of rates, a missing value is NaN; this value separates two records.
 inline constexpr double kAllanBreak = std::numeric_limits<double>::infinity();
 
-/// Averaging times, in samples per cluster.
-enum class AllanGrid {
-  kOctave,  ///< 1, 2, 4, 8, …
-  kDecade,  ///< 1, 2, 4, 10, 20, 40, 100, …: round numbers for tables
-};
-
 /// Noises of a rate, in the order of IEEE Std 952. σ²(tau) = 3 Q²/tau² + N²/tau_h + B² (2 ln 2 / pi) + K² tau_h/3 +
 /// R² tau_h²/2, for a rate in deg/h, tau in s and tau_h in hours.
 enum class NoiseType { kQuantisation, kAngleRandomWalk, kBiasInstability, kRateRandomWalk, kRateRamp };
@@ -82,7 +76,8 @@ struct AllanAnalysis {
   const AllanPoint& minimum() const;  ///< the point with the least deviation
 };
 
-/// The overlapping Allan deviation of a rate in deg/h (NIST SP 1065, 2008, eq. 11) up to an eighth of the series,
+/// The overlapping Allan deviation of a rate in deg/h (NIST SP 1065, 2008, eq. 11) at octaves up to an eighth of the
+/// series,
 ///   σ²(m) = Σ_j (x_{j+2m} − 2 x_{j+m} + x_j)² / (2 m² n),  x_j = Σ_{i<j} y_i,
 /// and the coefficients that fit the octaves (allan_fit.hpp). Not detrended; records between breaks are pooled.
 ///
@@ -92,7 +87,7 @@ struct AllanAnalysis {
 ///
 /// Memory: the series itself. Coefficients need three octaves: 32 values. Errors: tau0 not positive; no point; a rate
 /// that does not vary.
-Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, AllanGrid grid, const std::string& where);
+Result<AllanAnalysis> analyse_allan(std::vector<double> rate, double tau0_s, const std::string& where);
 
 /// The deviation at one averaging time; 0 if no pair of clusters counts.
 double allan_deviation(std::vector<double> rate, std::size_t m);

@@ -49,9 +49,7 @@ int run() {
     }
   });
   double shortest = 0;
-  const double took = best_s([&] {
-    shortest = evaluation::analyse_allan(rate, 1, evaluation::AllanGrid::kOctave, "bench")->points.front().deviation;
-  });
+  const double took = best_s([&] { shortest = evaluation::analyse_allan(rate, 1, "bench")->points.front().deviation; });
   // White noise of sd 1: the deviation at one value is 1 within 1/sqrt(values).
   if (std::fabs(shortest - 1) > 2e-3)
     return fmt::print("found an Allan deviation of {}, expected 1 (white noise of sd 1)\n", shortest), 1;

@@ -96,7 +96,7 @@ void run(const Kind& kind, std::size_t n, int count, const char* missing) {
   for (int i = 0; i < count; ++i) {
     std::vector<double> rate = series(truth, n, flicker, normal);
     remove_values(rate, missing, normal);
-    const AllanAnalysis found = analyse_allan(std::move(rate), 1, AllanGrid::kOctave, "bench").value();
+    const AllanAnalysis found = analyse_allan(std::move(rate), 1, "bench").value();
     unexplained += !found.unexplained_s.empty();
     for (std::size_t k = 0; k < kNoiseTypes; ++k) {
       const AllanCoefficient& c = (*found.coefficients)[k];

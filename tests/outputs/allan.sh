@@ -7,7 +7,7 @@ summary() {  # jq 1.7 keeps the digits of a number with which it does not calcul
 }
 prismcal allan a --json | summary
 awk 'BEGIN {srand(1); print "time_s,rate_dps"; for (i = 0; i < 3000; ++i) if (i < 900 || i > 1100) printf "%.2f,%.6f\n", i / 50, 0.004 + 0.0001 * ((i * 7919) % 101 - 50) / 50}' >t.csv
-prismcal allan t.csv --column rate_dps --unit deg/s --grid decade
+prismcal allan t.csv --column rate_dps --unit deg/s
 prismcal allan t.csv --column rate_dps --unit deg/s --json | summary
 head -60 t.csv >short.csv
 prismcal allan short.csv --column rate_dps --unit deg/s

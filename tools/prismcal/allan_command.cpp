@@ -26,7 +26,6 @@ namespace {
 struct AllanChoice {
   std::string file;
   recordings::RateSeriesChoice series;
-  std::string grid;
   CommonOptions report;
 };
 
@@ -83,9 +82,7 @@ Result<int> allan(const AllanChoice& choice) {
   if (!series) return tl::unexpected(series.error());
   const double length_s = static_cast<double>(series->rate_deg_per_h.size()) * series->interval_s;
   const auto spectrum = evaluation::power_spectrum(series->rate_deg_per_h, series->interval_s, choice.file);
-  const auto analysis = evaluation::analyse_allan(
-      std::move(series->rate_deg_per_h), series->interval_s,
-      choice.grid == "decade" ? evaluation::AllanGrid::kDecade : evaluation::AllanGrid::kOctave, choice.file);
+  const auto analysis = evaluation::analyse_allan(std::move(series->rate_deg_per_h), series->interval_s, choice.file);
   if (!analysis) return tl::unexpected(analysis.error());
   for (const std::string& note : series->notes)
     if (!choice.report.quiet) fmt::print(stderr, "{}: {}\n", choice.file, note);
@@ -113,14 +110,12 @@ void add_allan_command(CLI::App& app, int& code) {
        {"--time", &choice->series.time_column, "time column: its name or number (default: by name and unit)"},
        {"--interval", &choice->series.interval_s, "seconds between rows, if the file has no time", tools::positive()}});
   add_table_options(*command, choice->series.table);
-  add_options(*command, {{"--grid", &choice->grid, "averaging times: octave or decade (1, 2, 4, 10, …)",
-                          one_of({"octave", "decade"})},
-                         {"--json", &choice->report.json, "print JSON"},
+  add_options(*command, {{"--json", &choice->report.json, "print JSON"},
                          {"--quiet", &choice->report.quiet, "no remarks on stderr"}});
   add_report_options(*command, choice->report);
-  tools::add_examples(*command, {"prismcal allan logs/ --out report",
-                                 "prismcal allan table.csv --column rate_x_dps --grid decade --json",
-                                 "prismcal allan rates.txt --interval 0.01 --unit deg/s"});
+  tools::add_examples(*command,
+                      {"prismcal allan logs/ --out report", "prismcal allan table.csv --column rate_x_dps --json",
+                       "prismcal allan rates.txt --interval 0.01 --unit deg/s"});
   command->callback([choice, &code] { code = exit_code(allan(*choice)); });
 }
 

@@ -187,7 +187,7 @@ Result<evaluation::AllanAnalysis> pooled_allan(const std::vector<EvaluatedRecord
     auto own = after ? recording.evaluation->corrected_seconds_deg_per_h(*recording.table) : recording.table->seconds;
     std::move(own.begin(), own.end(), std::back_inserter(all));
   }
-  return evaluation::analyse_allan(recordings::joined(std::move(all)), 1, evaluation::AllanGrid::kOctave, "");
+  return evaluation::analyse_allan(recordings::joined(std::move(all)), 1, "");
 }
 
 }  // namespace

@@ -67,8 +67,7 @@ void analyse_noise(EvaluatedRecording& recording, bool after) {
   auto seconds = after ? recording.evaluation->corrected_seconds_deg_per_h(*recording.table) : recording.table->seconds;
   std::vector<double> rate = recordings::joined(std::move(seconds));
   (after ? recording.spectrum.after : recording.spectrum.before) = evaluation::power_spectrum(rate, 1, where);
-  (after ? recording.allan.after : recording.allan.before) =
-      evaluation::analyse_allan(std::move(rate), 1, evaluation::AllanGrid::kOctave, where);
+  (after ? recording.allan.after : recording.allan.before) = evaluation::analyse_allan(std::move(rate), 1, where);
 }
 
 std::optional<double> in_percent(std::optional<double> share) {

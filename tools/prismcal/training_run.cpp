@@ -122,7 +122,7 @@ std::optional<compensation::RateNoise> rate_noise_of(const training::TrainedMode
     if (i > 0 && set.data.time_s[i] - set.data.time_s[i - 1] != length_s) left.push_back(evaluation::kAllanBreak);
     left.push_back(set.data.target[i] - trained.samples.fitted[i]);
   }
-  const auto allan = evaluation::analyse_allan(std::move(left), length_s, evaluation::AllanGrid::kOctave, "");
+  const auto allan = evaluation::analyse_allan(std::move(left), length_s, "");
   if (!allan || !allan->coefficients) return noise;
   const auto value = [&](evaluation::NoiseType type) { return coefficient(*allan->coefficients, type).value; };
   noise.n_deg_per_sqrt_h = value(evaluation::NoiseType::kAngleRandomWalk).value_or(noise.n_deg_per_sqrt_h);

@@ -202,7 +202,7 @@ TEST_F(RateSeries, ReadsARealRecord) {
   EXPECT_EQ(series.rows, 8400u);
   EXPECT_NEAR(series.interval_s, 0.505, 0.001);
   const auto analysis =
-      evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, evaluation::AllanGrid::kOctave, "x").value();
+      evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, "x").value();
   EXPECT_TRUE(analysis.coefficients);
 }
 
