@@ -21,7 +21,7 @@ mv kept rec/2/cycle2 && grep campaign tasks | each
 run --status
 run --task ../x
 run --collect
-sed -n '/^# table,models/,$p' out/report/report.csv
+cat out/report/tables/models.csv
 run --install models
 for damage in 's/prism-manifest/x/' 's/"models"/"m"/' '1s/{/[/'; do
   cp models/manifest.json m.json && sed -i "$damage" models/manifest.json && run --install models

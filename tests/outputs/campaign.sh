@@ -14,7 +14,7 @@ prismcal campaign lot.json --status
 bash tasks >/dev/null 2>&1
 prismcal campaign lot.json --status
 prismcal campaign lot.json --collect || echo "exit $?"
-show out/report/report.csv out/report/report.json | sed -E 's/(processor level[",: ]+)[-a-z0-9]+/\1LEVEL/'
+show out/report/report.json | sed -E 's/(processor level[",: ]+)[-a-z0-9]+/\1LEVEL/'
 prismcal campaign lot.json --install models && find models | sort
 mkdir tab
 for gyro in 1 2; do

@@ -91,12 +91,12 @@ same "status after the retry" "$(head -1 status.out)" "6 of 6 tasks done"
 # --collect writes the report of the lot; --install copies the accepted models. Limits may be changed afterwards.
 code=0; prismcal campaign lot.json --collect >collect.out 2>collect.err || code=$?
 same "exit code of --collect" "$code" 0
-for name in report.html report.csv report.json tables/gyros.csv; do [ -s "lot.campaign/report/$name" ] || fail "no $name"; done
+for name in report.html report.json tables/gyros.csv; do [ -s "lot.campaign/report/$name" ] || fail "no $name"; done
 same "rows of the report" "$(jq '.tables.gyros.rows | length' lot.campaign/report/report.json)" 6
 contains "links" "$(cat lot.campaign/report/report.html)" 'href="../tasks/'
 prismcal campaign lot.json --install models/bench >install.out 2>install.err || fail "install: $(cat install.err)"
 accepted=$(jq '.models | length' models/bench/manifest.json)
-[ "$accepted" -ge 1 ] || fail "no gyro was accepted: $(grep -A9 '# table,gyros' lot.campaign/report/report.csv)"
+[ "$accepted" -ge 1 ] || fail "no gyro was accepted: $(cat lot.campaign/report/tables/gyros.csv)"
 same "installed" "$(ls models/bench | grep -vc manifest)" "$accepted"
 (cd models/bench && jq -r '.models[] | "\(.sha256)  \(.file)"' manifest.json | sha256sum -c --quiet) || fail "checksums of the manifest"
 sed -i 's/"min": 15/"min": 99/' lot.json

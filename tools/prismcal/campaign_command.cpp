@@ -74,7 +74,7 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
   if (!common) return tl::unexpected<Error>(common.error());
   common->json = false;
   common->quiet = true;
-  EvaluateChoice evaluation{folder + "/model.json", "", "", task.paths(campaign::kRepeat), false, std::move(*common)};
+  EvaluateChoice evaluation{folder + "/model.json", "", task.paths(campaign::kRepeat), false, std::move(*common)};
   if (auto done = write_text_file(evaluation.model, trained->model_text()); !done)
     return tl::unexpected<Error>(done.error());
   const std::size_t repeats = evaluation.recordings.size();

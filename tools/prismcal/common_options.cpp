@@ -63,7 +63,7 @@ void add_common_options(CLI::App& command, CommonOptions& o) {
 }
 
 void add_report_options(CLI::App& command, CommonOptions& o) {
-  add_options(command, {{"--out", &o.out, "folder for report.html, report.csv and report.json"},
+  add_options(command, {{"--out", &o.out, "folder for report.html, report.json and tables/*.csv"},
                         {"--pdf", &o.pdf, "file for the printed report; needs Chromium"}});
   add_options(command,
               {{"--paper", &o.paper, "paper of the printed report: A4 or letter", one_of({"A4", "letter"})},
@@ -233,9 +233,8 @@ Result<void> write_report(const report::Report& complete, const CommonOptions& o
   const std::filesystem::path folder(options.out);
   std::filesystem::create_directories(folder / "tables", error);
   if (error) return make_error(options.out, error.message());
-  for (const auto& [name, text] : {std::pair{"report.html", report::html_page(report)},
-                                   {"report.csv", report::csv_text(report)},
-                                   {"report.json", report::json_text(report)}}) {
+  for (const auto& [name, text] :
+       {std::pair{"report.html", report::html_page(report)}, {"report.json", report::json_text(report)}}) {
     if (auto done = write_text_file((folder / name).string(), text); !done) return done;
   }
   for (const auto& [name, text] : report::csv_files(report)) {

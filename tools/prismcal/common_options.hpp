@@ -23,7 +23,7 @@ struct CommonOptions {
   std::string divisor;                       ///< "N"; else N-1
   std::optional<double> max_bias_deg_per_h;  ///< overrides the configuration
   std::string extrapolation, fallback;       ///< override the configuration; empty: from the configuration
-  std::string out;                           ///< folder for report.html, report.csv, report.json; empty: none
+  std::string out;                           ///< folder for report.html, report.json and tables/; empty: none
   std::string pdf, paper = "A4";             ///< file for a PDF, empty: none; "A4" or "letter"
   std::string test;                          ///< file of a TestStatement; empty: none
   bool simulated = false;
@@ -82,7 +82,7 @@ void add_recording(report::Report& report, const Loaded& loaded, const std::vect
 /// One table of all recordings: length, blocks, gaps, temperature range.
 report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
 
-/// Writes report.html, report.csv, report.json and tables/*.csv to options.out, and the PDF to options.pdf, if any,
+/// Writes report.html, report.json and tables/*.csv to options.out, and the PDF to options.pdf, if any,
 /// reduced (report::reduced()) without options.all_blocks, and prints the paths on stderr. Prints JSON with
 /// options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);

@@ -196,12 +196,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string csv_field(const std::string& text) { return text == kNothing ? std::string() : csv_cell(text); }
-
-std::string column_name(const Column& column) {
-  return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
-}
-
 template <class Wanted, class Visit>
 void each(const Report& report, const Visit& visit) {
   for (const Section& section : report.sections) {
@@ -212,7 +206,7 @@ void each(const Report& report, const Visit& visit) {
 }
 
 void append_row(std::string& text, const std::vector<std::string>& fields) {
-  for (std::size_t i = 0; i < fields.size(); ++i) text += (i > 0 ? "," : "") + csv_field(fields[i]);
+  for (std::size_t i = 0; i < fields.size(); ++i) text += (i > 0 ? "," : "") + csv_cell(fields[i]);
   text += '\n';
 }
 
@@ -273,34 +267,21 @@ void append_line(std::string& text, std::string line) {
 
 }  // namespace
 
-std::string csv_text(const Report& report) {
-  std::string text = report.warning.empty() ? "" : "# warning," + csv_field(report.warning) + "\n";
-  text += "# report," + csv_field(report.title) + (report.simulated ? ",SIMULATED" : "") + "\n";
-  text += "# tool," + csv_field(report.tool) + "\n";
-  for (const auto& [name, value] : report.cover) text += "# cover," + csv_field(name) + "," + csv_field(value) + "\n";
-  for (const auto& [name, value] : report.facts) text += "# fact," + csv_field(name) + "," + csv_field(value) + "\n";
-  each<Table>(report, [&text](const Table& table) {
-    text += "\n# table," + csv_field(table.id) + "," + csv_field(table.title) + "\n" + csv_text(table);
-  });
-  return text;
-}
-
-std::string csv_text(const Table& table) {
-  std::string text;
-  std::vector<std::string> fields;
-  for (const Column& column : table.columns) fields.push_back(column_name(column));
-  append_row(text, fields);
-  for (const auto& row : table.rows) {
-    fields.clear();
-    for (const Cell& cell : row) fields.push_back(cell.text);
-    append_row(text, fields);
-  }
-  return text;
-}
-
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report) {
   std::vector<std::pair<std::string, std::string>> files;
-  each<Table>(report, [&files](const Table& table) { files.emplace_back(table.id + ".csv", csv_text(table)); });
+  each<Table>(report, [&files](const Table& table) {
+    std::string text;
+    std::vector<std::string> fields;
+    for (const Column& column : table.columns)
+      fields.push_back(column.unit.empty() ? column.name : column.name + " [" + column.unit + "]");
+    append_row(text, fields);
+    for (const auto& row : table.rows) {
+      fields.clear();
+      for (const Cell& cell : row) fields.push_back(cell.text == kNothing ? "" : cell.text);
+      append_row(text, fields);
+    }
+    files.emplace_back(table.id + ".csv", std::move(text));
+  });
   return files;
 }
 

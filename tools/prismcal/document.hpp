@@ -88,7 +88,7 @@ enum class Ink {
   kGuide,      ///< limits and reference lines: thin, grey, dashed
 };
 
-enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand, kBars };
+enum class SeriesStyle { kLine, kPoints, kOpenPoints, kLinePoints, kBand };
 
 struct Series {
   std::string name;  ///< in the key; empty: not in the key
@@ -164,12 +164,8 @@ inline constexpr std::size_t kLongSeries = 1200;
 
 // The outputs of a report.
 
-/// The first page as "# cover,NAME,VALUE", facts as "# fact,NAME,VALUE", then for each table a line "# table,ID,TITLE",
-/// the column line ("name [unit]"), the rows and an empty line. Quotes fields if needed (RFC 4180).
-std::string csv_text(const Report& report);
-/// One table: the column line and the rows, for pandas.read_csv and Excel.
-std::string csv_text(const Table& table);
-/// One file per table: (ID.csv, text).
+/// One file per table, for pandas.read_csv and Excel: (ID.csv, the column line ("name [unit]") and the rows). Quotes
+/// fields if needed (RFC 4180).
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report);
 
 /// {"title":…,"simulated":…,"cover":{…},"facts":{…},"tables":{ID:{"title":…,"columns":[…],"rows":[[{"text":…,"value":…}…]…]}…}}.
@@ -184,8 +180,7 @@ std::string plain_text(const Table& table);
 std::string plain_text(const Report& report);
 
 /// Returns an SVG element without ids, 960 pixels wide in its own units. Escapes all texts of `plot`, which are of the
-/// program and short: title and names of a panel share a line. Lines and bands have at most two points per pixel column
-/// (minimum and maximum); overlapping points are drawn once. A value that cannot be drawn interrupts a line.
+/// program and short: title and names of a panel share a line. A value that cannot be drawn interrupts a line.
 std::string draw_svg(const Plot& plot);
 
 /// Numbers tables and figures in order. Escapes all texts of `report`, but not the ids.

@@ -153,13 +153,6 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
     auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions());
     cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts), {}});
   }
-  std::optional<Loaded> training;
-  if (!choice.training.empty()) {
-    auto loaded = load_blocks(choice.training, (*model)->info().features, &(*model)->info(), choice.common);
-    if (!loaded) return tl::unexpected(loaded.error());
-    unmatched.add(loaded->recording);
-    training = std::move(*loaded);
-  }
   if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
 
   std::string dates;
@@ -167,14 +160,12 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   report.facts.emplace(report.facts.begin() + 4, "correction", correction->text());
   std::vector<std::pair<std::string, const Loaded*>> all;
   for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
-  if (training) all.emplace_back("training", &*training);
   fill_cover(report, cover_of(**model, cases.front().loaded.recording, dates), *test);
   Evaluation evaluation;
   std::vector<analysis::EvaluatedRecording> recordings;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     recordings.push_back(analysis::evaluate_recording(fmt::format("r{}", i + 1), cases[i].loaded.table,
-                                                      cases[i].evaluation, training ? &training->table : nullptr,
-                                                      !cases[i].doubts.empty()));
+                                                      cases[i].evaluation, !cases[i].doubts.empty()));
     cases[i].measured = analysis::measure_all(recordings.back());
   }
   report.sections.push_back(
@@ -200,10 +191,10 @@ void add_evaluate_command(CLI::App& app, int& code) {
   add_options(*command, {{"model", &choice->model, "model file"}, {"recordings", &choice->recordings, kRecordings}},
               Need::kRequired);
   add_options(*command,
-              {{"--training", &choice->training, "recording used for training, for the figure of the training range"},
-               {"--limits", &choice->limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},
+              {{"--limits", &choice->limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},
                {"--in-sample", &choice->in_sample,
                 "exit code 0 also if the model was trained on these recordings; otherwise it is 3"}});
+  refuse_removed(*command, "--training", "the figure of the bias marks what is outside the training range");
   add_common_options(*command, choice->common);
   add_report_options(*command, choice->common);
   tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",

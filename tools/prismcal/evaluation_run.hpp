@@ -11,7 +11,7 @@
 namespace prism::commands {
 
 struct EvaluateChoice {
-  std::string model, limits, training;
+  std::string model, limits;
   std::vector<std::string> recordings;
   bool in_sample = false;  ///< the recordings may be those of the training
   CommonOptions common;

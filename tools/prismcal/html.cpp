@@ -33,12 +33,9 @@ p { margin: .5rem 0 .8rem; max-width: 52rem; }
 .simulated { display: inline-block; margin-top: .7rem; padding: .15rem .6rem; border: 1.5px solid var(--warm); color: var(--warm);
   font-weight: 600; letter-spacing: .04em; font-size: .85rem; border-radius: 3px; }
 nav { columns: 2; font-size: .92rem; margin: 1rem 0 0; } nav a { color: var(--blue); text-decoration: none; display: block; padding: .08rem 0; }
-.cover { display: grid; grid-template-columns: 1fr 1fr; column-gap: 1.6rem; font-size: .9rem; margin: .8rem 0 0; }
-.cover div { display: flex; padding: .2rem 0; border-bottom: 1px dotted var(--line); } .cover .long { grid-column: 1 / -1; }
-.cover dt { flex: 0 0 6.5rem; font-weight: 600; color: var(--soft); } .cover dd { margin: 0; overflow-wrap: anywhere; }
-.facts { width: 100%; border-collapse: collapse; font-size: .9rem; margin: 0 0 1rem; }
-.facts th { text-align: left; font-weight: 600; color: var(--soft); white-space: nowrap; padding: .2rem 1.2rem .2rem 0; vertical-align: top; width: 1%; }
-.facts td { padding: .2rem 0; overflow-wrap: anywhere; }
+dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 1.6rem; font-size: .9rem; margin: .8rem 0 0; }
+dl div { display: flex; padding: .2rem 0; border-bottom: 1px dotted var(--line); } dl .long { grid-column: 1 / -1; }
+dl dt { flex: 0 0 6.5rem; font-weight: 600; color: var(--soft); } dl dd { margin: 0; overflow-wrap: anywhere; }
 figure { max-width: 62rem; margin: 1.6rem 0 2.2rem; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; }
 figure svg text { font-family: inherit !important; }
@@ -53,7 +50,6 @@ table.data .long { white-space: normal; }
 table.data tr:last-child td { border-bottom: 2px solid var(--ink); }
 table.data .number { text-align: right; } table.data .unit { display: block; font-weight: 400; color: var(--soft); font-size: .82rem; }
 .meaning { font-weight: 600; } p.meaning { font-size: .9rem; margin: .4rem 0 0; } figcaption .meaning { display: block; margin-top: .2rem; }
-tr.group td { font-weight: 600; background: var(--pale); }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 700; } .warn { color: var(--doubt); font-weight: 600; }
 .muted { color: var(--soft); } .best { font-weight: 700; background: var(--best); }
 p.warn, p.bad, p.good { border-left: 3px solid; padding-left: .8rem; font-weight: 400; }
@@ -121,7 +117,11 @@ class Page {
       for (const Block& block : section.blocks) std::visit([this](const auto& b) { add(b); }, block);
       text_ += "</section>\n";
     }
-    facts();
+    if (!report_.facts.empty()) {  // last: the conclusion comes first
+      text_ += fmt::format("<section id=\"facts\">\n<h2>{}</h2>\n", kFactsHeading);
+      list(report_.facts);
+      text_ += "</section>\n";
+    }
     text_ += fmt::format("<footer>{}</footer>\n", html_text(report_.tool));
     text_ += "</body>\n</html>\n";
     return std::move(text_);
@@ -137,7 +137,7 @@ class Page {
         "</head>\n<body>\n<header>\n<h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n",
         kPolicy, html_text(report_.title), kStyle + fmt::format("@page {{ size: {}; }}\n", report_.paper),
         html_text(report_.title), html_text(report_.subtitle));
-    cover();
+    if (!report_.cover.empty()) list(report_.cover);
     if (!report_.warning.empty()) text_ += fmt::format("<p class=\"warning\">{}</p>\n", html_text(report_.warning));
     if (report_.simulated) text_ += "<div class=\"simulated\">SIMULATED DATA: no gyro was measured</div>\n";
     text_ += "<nav>\n";
@@ -148,23 +148,12 @@ class Page {
   }
 
   /// Two columns; a long value has a row of its own.
-  void cover() {
-    if (report_.cover.empty()) return;
-    text_ += "<dl class=\"cover\">\n";
-    for (const auto& [name, value] : report_.cover)
-      text_ += fmt::format("<div{}><dt>{}</dt><dd>{}</dd></div>\n", value.size() > 50 ? " class=\"long\"" : "",
+  void list(const std::vector<std::pair<std::string, std::string>>& pairs) {
+    text_ += "<dl>\n";
+    for (const auto& [name, value] : pairs)
+      text_ += fmt::format("<div class=\"{}\"><dt>{}</dt><dd>{}</dd></div>\n", value.size() > 50 ? "long" : "",
                            html_text(name), html_text(value));
     text_ += "</dl>\n";
-  }
-
-  /// Last: the conclusion comes first.
-  void facts() {
-    if (report_.facts.empty()) return;
-    text_ += fmt::format("<section id=\"facts\">\n<h2>{}</h2>\n<table class=\"facts\">\n", kFactsHeading);
-    for (const auto& [name, value] : report_.facts) {
-      text_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(name), html_text(value));
-    }
-    text_ += "</table>\n</section>\n";
   }
 
   /// "Table 3. Title. Caption", and "Simulated data." if it is.

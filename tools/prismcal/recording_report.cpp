@@ -5,9 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <utility>
 
 namespace prism::analysis {
@@ -23,19 +22,17 @@ constexpr const char* kBias = "bias, deg/h";
 
 // Values.
 
-struct KindDeviations {
-  std::optional<double> soak, ramp;  // rms of deviations from the mean; unknown with fewer than two values
-};
-
-// Of the blocks that have a corrected value.
-KindDeviations deviations(const std::vector<evaluation::ThermalKind>& kinds, const std::vector<double>& values,
-                          const std::vector<double>& corrected) {
-  std::vector<double> known, of_kind[2];  // soaks, ramps
+/// The rms of deviations from the mean in soaks and in ramps, of the blocks that have a corrected value; unknown with
+/// fewer than two.
+std::array<std::optional<double>, 2> deviations(const std::vector<evaluation::ThermalKind>& kinds,
+                                                const std::vector<double>& values,
+                                                const std::vector<double>& corrected) {
+  std::vector<double> known, of_kind[2];
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(corrected[i])) known.push_back(values[i]);
   }
   const double mean = evaluation::mean_of(known);
-  for (std::size_t i = 0; i < std::min(kinds.size(), values.size()); ++i) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(corrected[i]))
       of_kind[kinds[i] != evaluation::ThermalKind::kSoak].push_back((values[i] - mean) * (values[i] - mean));
   }
@@ -183,61 +180,18 @@ std::vector<Series> density_series(const evaluation::Spectrum& spectrum, const c
   return {line, lines};
 }
 
-/// The two curves at the averaging times that both have.
-std::string compared(const Series& before, const Series& after) {
-  std::vector<double> tau_s, first, second;
-  for (std::size_t i = 0; i < before.x.size(); ++i) {
-    const auto at = std::find(after.x.begin(), after.x.end(), before.x[i]);
-    if (at == after.x.end()) continue;
-    tau_s.push_back(before.x[i]), first.push_back(before.y[i]);
-    second.push_back(after.y[static_cast<std::size_t>(at - after.x.begin())]);
-  }
-  return allan_curve_meaning(tau_s, first, second);
-}
-
-Panel histogram_panel(const std::vector<double>& residual, const evaluation::SummaryStatistics& summary) {
-  constexpr int kBins = 41;
-  const double width = 8 * summary.sd / kBins, low = summary.mean - 4 * summary.sd;
-  Series bars{"residual", Ink::kCorrected, SeriesStyle::kBars}, normal{"normal", Ink::kModel, SeriesStyle::kLine};
-  for (int i = 0; i < kBins; ++i) bars.x.push_back(low + (i + 0.5) * width);
-  bars.y.resize(kBins);
-  for (const double value : residual) {
-    const double bin = std::floor((value - low) / width);
-    if (bin >= 0 && bin < kBins) bars.y[static_cast<std::size_t>(bin)] += 1;
-  }
-  for (double z = -4; z <= 4.001; z += 0.1) {
-    normal.x.push_back(summary.mean + z * summary.sd);
-    normal.y.push_back(static_cast<double>(residual.size()) * width / summary.sd * std::exp(-z * z / 2) /
-                       std::sqrt(2 * std::numbers::pi));
-  }
-  return {"(a) histogram", {"residual, deg/h"}, {"blocks"}, {bars, normal}};
-}
-
 Panel autocorrelation_panel(const evaluation::Autocorrelation& r) {
-  Series bars{"", Ink::kCorrected, SeriesStyle::kBars};
+  Series lags{"", Ink::kCorrected, SeriesStyle::kLinePoints};
   for (std::size_t lag = 1; lag < r.coefficient.size(); ++lag) {
-    bars.x.push_back(static_cast<double>(lag));
-    bars.y.push_back(r.coefficient[lag]);
+    lags.x.push_back(static_cast<double>(lag));
+    lags.y.push_back(r.coefficient[lag]);
   }
   const std::vector<double> ends = {0.5, static_cast<double>(r.coefficient.size()) - 0.5};
-  return {"(b) autocorrelation",
+  return {"",
           {"lag, blocks"},
           {"r"},
-          {bars, curve("95 % of white noise", Ink::kGuide, ends, {r.band, r.band}),
+          {lags, curve("95 % of white noise", Ink::kGuide, ends, {r.band, r.band}),
            curve("", Ink::kGuide, ends, {-r.band, -r.band})}};
-}
-
-Panel plane_panel(const char* title, const char* label, const std::string& input, const EvaluatedRecording& recording) {
-  return {
-      title,
-      {"T, °C"},
-      {label},
-      {curve("training", Ink::kRaw, recording.training->column(compensation::kInputTemperature),
-             recording.training->column(input), SeriesStyle::kPoints),
-       picked("evaluated", Ink::kCorrected, SeriesStyle::kOpenPoints, recording.temperature_degc,
-              recording.table->column(input), [&](std::size_t i) { return !recording.evaluation->extrapolating[i]; }),
-       picked("outside", Ink::kModel, SeriesStyle::kPoints, recording.temperature_degc, recording.table->column(input),
-              [&](std::size_t i) { return recording.evaluation->extrapolating[i]; })}};
 }
 
 // The report, in its order.
@@ -389,7 +343,7 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   if (before && after) lines += " " + allan_meaning(*before, *after);
   report::Plot plot = noise_plot(curves);
   const std::vector<Series>& drawn = plot.panels[0].series;  // each curve is a band and a line
-  const std::string meaning = compared(drawn[1], drawn[3]) + lines;
+  const std::string meaning = allan_curve_meaning(drawn[1], drawn[3]) + lines;
   return Figure{recording.id + "_allan_curve", "Allan deviation and power spectral density on " + recording.table->name,
                 kNoiseCaption, std::move(plot), meaning};
 }
@@ -401,22 +355,10 @@ Result<Figure> residual_figure(const EvaluatedRecording& recording) {
   return Figure{
       recording.id + "_residual",
       "Residual on " + recording.table->name,
-      fmt::format("{} s means; bins from −4 to +4 sigma. 95 % of the lags of white noise are within the dashed lines.",
+      fmt::format("Autocorrelation of {} s means. 95 % of the lags of white noise are within the dashed lines.",
                   recording.table->features.length_s),
-      {2, 290, {histogram_panel(residual, recording.evaluation->stability.after), autocorrelation_panel(*r)}},
+      {1, 230, {autocorrelation_panel(*r)}},
       residual_meaning(*r, recording.table->features.length_s)};
-}
-
-Figure domain_figure(const EvaluatedRecording& recording) {
-  Figure figure{recording.id + "_domain", "Training range of the model and this recording",
-                fmt::format("{} of {} blocks are outside the training range, by the model's extrapolation guard.",
-                            recording.evaluation->extrapolated, recording.table->size())};
-  figure.plot = {2, 320, {plane_panel("(a) slope", "dT/dt, °C/s", compensation::kInputSlope, recording)}};
-  if (has_uhfo(*recording.training) && has_uhfo(*recording.table)) {
-    figure.plot.panels.push_back(plane_panel("(b) oscillator", "UHFO, V", compensation::kInputUhfo, recording));
-  }
-  figure.meaning = domain_meaning(recording.evaluation->extrapolated, recording.table->size());
-  return figure;
 }
 
 /// A recording whose errors are larger than the model states: another turn-on, ageing, a missing input, a wrong sd.
@@ -459,11 +401,10 @@ std::string record_meaning(const EvaluatedRecording& recording) {
 }  // namespace
 
 EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
-                                      const ModelEvaluation& evaluation, const recordings::BlockTable* training,
-                                      bool doubtful) {
+                                      const ModelEvaluation& evaluation, bool doubtful) {
   EvaluatedRecording made;
   made.id = std::move(id), made.doubtful = doubtful;
-  made.table = &table, made.evaluation = &evaluation, made.training = training;
+  made.table = &table, made.evaluation = &evaluation;
   made.hours = table.hours(), made.temperature_degc = table.column(compensation::kInputTemperature);
   made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, kSoakSlope);
   made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, evaluation.corrected_deg_per_h)};
@@ -544,7 +485,6 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
     take(thermal_figure(recording));
   add(allan_figure(recording));
   add(residual_figure(recording));
-  if (recording.training) take(domain_figure(recording));
 }
 
 report::Plot noise_plot(const std::vector<NoiseCurve>& curves) {
@@ -597,14 +537,14 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
                              const std::vector<double>& bias_deg_per_h, const std::vector<double>& corrected_deg_per_h,
                              double extrapolated_percent) {
   constexpr double kAlike = 1.25, kFew = 10;
-  const KindDeviations before = deviations(kinds, bias_deg_per_h, corrected_deg_per_h),
-                       after = deviations(kinds, corrected_deg_per_h, corrected_deg_per_h);
-  if (!after.soak || !after.ramp)
+  const auto [soak_before, ramp_before] = deviations(kinds, bias_deg_per_h, corrected_deg_per_h);
+  const auto [soak_after, ramp_after] = deviations(kinds, corrected_deg_per_h, corrected_deg_per_h);
+  if (!soak_after || !ramp_after)
     return fmt::format("The recording has only {}: it does not show how the model does in {}.",
-                       after.soak ? "soaks" : "ramps", after.soak ? "ramps" : "soaks");
-  const double soak = *after.soak, ramp = *after.ramp;
+                       soak_after ? "soaks" : "ramps", soak_after ? "ramps" : "soaks");
+  const double soak = *soak_after, ramp = *ramp_after;
   const std::string conclusion =
-      soak >= *before.soak && ramp >= *before.ramp ? "the model makes both worse"
+      soak >= *soak_before && ramp >= *ramp_before ? "the model makes both worse"
       : extrapolated_percent > kFew
           ? fmt::format("{:.0f} % of the recording are outside the training, so this says little of the model",
                         extrapolated_percent)
@@ -614,7 +554,7 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
   return fmt::format(
       "After the correction, deviations from the mean are {:.5f} deg/h (rms) in soaks and {:.5f} in ramps (before: "
       "{:.5f} and {:.5f}): {}.",
-      soak, ramp, *before.soak, *before.ramp, conclusion);
+      soak, ramp, *soak_before, *ramp_before, conclusion);
 }
 
 std::string loop_meaning(std::optional<double> before, std::optional<double> after, bool knows_slope) {
@@ -628,32 +568,34 @@ std::string loop_meaning(std::optional<double> before, std::optional<double> aft
                              : ": the model needs dTdt as input, or a response (train --response).");
 }
 
-std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
-                                const std::vector<double>& after) {
+std::string allan_curve_meaning(const Series& before, const Series& after) {
   constexpr double kVisible = 1.1;
-  double best = 0, worst = std::numeric_limits<double>::infinity();
-  std::size_t best_at = 0, worst_at = 0;
-  double from = 0;  // the first averaging time from which on it helps; 0: none
-  for (std::size_t i = 0; i < std::min({tau_s.size(), before.size(), after.size()}); ++i) {
-    if (!(before[i] > 0 && after[i] > 0)) continue;
-    const double ratio = before[i] / after[i];
-    if (ratio > best) best = ratio, best_at = i;
-    if (ratio < worst) worst = ratio, worst_at = i;
-    if (ratio <= kVisible)
-      from = 0;
-    else if (from == 0)
-      from = tau_s[i];
-  }
-  const auto change = [&](const char* what, std::size_t at) {
-    return fmt::format("{} at averages of {}: {:.4g} instead of {:.4g} deg/h", what, duration_text(tau_s[at]),
-                       after[at], before[at]);
+  struct Place {
+    double tau_s, before, after;
+    double ratio() const { return before / after; }
   };
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < before.x.size(); ++i) {
+    const auto at = std::find(after.x.begin(), after.x.end(), before.x[i]);
+    if (at != after.x.end())
+      places.push_back({before.x[i], before.y[i], after.y[static_cast<std::size_t>(at - after.x.begin())]});
+  }
+  std::erase_if(places, [](const Place& place) { return !(place.before > 0 && place.after > 0); });
+  if (places.empty()) return "";
+  double from = 0;  // the first averaging time from which on it helps; 0: none
+  for (const Place& place : places) from = place.ratio() <= kVisible ? 0 : from == 0 ? place.tau_s : from;
+  const auto change = [](const char* what, const Place& place) {
+    return fmt::format("{} at averages of {}: {:.4g} instead of {:.4g} deg/h", what, duration_text(place.tau_s),
+                       place.after, place.before);
+  };
+  const Place &best = *std::ranges::max_element(places, {}, &Place::ratio),
+              &worst = *std::ranges::min_element(places, {}, &Place::ratio);
   std::string text;
-  if (best > kVisible) text = change("The correction helps most", best_at);
-  if (best > kVisible && from > tau_s.front())
+  if (best.ratio() > kVisible) text = change("The correction helps most", best);
+  if (best.ratio() > kVisible && from > places.front().tau_s)
     text += fmt::format("; in averages below {} the noise dominates, which no model removes", duration_text(from));
-  if (worst * kVisible < 1)
-    text += change(text.empty() ? "The correction makes the rate worse, most" : "; it makes it worse, most", worst_at);
+  if (worst.ratio() * kVisible < 1)
+    text += change(text.empty() ? "The correction makes the rate worse, most" : "; it makes it worse, most", worst);
   return text.empty() ? "The correction does not change the Allan deviation visibly: the noise dominates." : text + ".";
 }
 
@@ -682,7 +624,6 @@ std::string residual_meaning(const evaluation::Autocorrelation& residual, int bl
   // Of the lags of white noise, 5 % are outside the band; twice that is hardly chance.
   constexpr double kByChance = 0.1;
   const std::vector<double>& r = residual.coefficient;
-  if (r.size() < 2) return "The residual is too short for a conclusion.";
   const auto inside = [&](double value) { return std::abs(value) <= residual.band; };
   const auto outside = r.size() - 1 - static_cast<std::size_t>(std::count_if(r.begin() + 1, r.end(), inside));
   if (static_cast<double>(outside) <= kByChance * static_cast<double>(r.size() - 1))
@@ -698,15 +639,6 @@ std::string residual_meaning(const evaluation::Autocorrelation& residual, int bl
       "inputs do not show.",
       outside, r.size() - 1, r[1] > residual.band ? fmt::format("about {:.0f} % (variance) of", 100 * r[1]) : "part of",
       end == r.end() ? "more than" : "about", duration_text(lags * block_s));
-}
-
-std::string domain_meaning(std::size_t outside, std::size_t blocks) {
-  constexpr double kFew = 0.03;
-  if (outside == 0) return "The training covered all of this recording.";
-  const double share = static_cast<double>(outside) / static_cast<double>(blocks);
-  return fmt::format(
-      "{:.1f} % of this recording are outside the training: {}.", 100 * share,
-      share <= kFew ? "too little to matter" : "record a wider cycle, or do not judge the model by these");
 }
 
 }  // namespace prism::analysis

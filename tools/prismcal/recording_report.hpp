@@ -27,8 +27,7 @@ struct EvaluatedRecording {
   std::string id;  ///< prefix of all table and figure ids, [a-z0-9_]
   const recordings::BlockTable* table = nullptr;
   const ModelEvaluation* evaluation = nullptr;
-  const recordings::BlockTable* training = nullptr;  ///< null: unknown
-  bool doubtful = false;                             ///< the recording may be the reason of its result
+  bool doubtful = false;  ///< the recording may be the reason of its result
 
   std::vector<double> hours, temperature_degc;  ///< of each block
   std::vector<evaluation::ThermalKind> kinds;   ///< of each block
@@ -39,8 +38,7 @@ struct EvaluatedRecording {
   BeforeAfter<Result<evaluation::Spectrum>> spectrum;
 };
 EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
-                                      const ModelEvaluation& evaluation, const recordings::BlockTable* training,
-                                      bool doubtful);
+                                      const ModelEvaluation& evaluation, bool doubtful);
 
 /// A quantity that can have limits, measured on one recording; nullopt if the recording does not determine it.
 struct Measured {
@@ -93,15 +91,12 @@ std::string segments_meaning(const std::vector<evaluation::ThermalKind>& kinds,
                              double extrapolated_percent = 0);
 /// The largest differences between heating and cooling. `knows_slope`: the model has the slope of a temperature.
 std::string loop_meaning(std::optional<double> before, std::optional<double> after, bool knows_slope);
-/// The averaging times at which the correction helps or harms. Deviations at the same increasing averaging times.
-std::string allan_curve_meaning(const std::vector<double>& tau_s, const std::vector<double>& before,
-                                const std::vector<double>& after);
+/// The averaging times at which the correction helps or harms, of those that both have.
+std::string allan_curve_meaning(const report::Series& before, const report::Series& after);
 /// Does the model add noise, and why a bias instability may appear after compensation only.
 std::string allan_meaning(const evaluation::AllanCoefficients& before, const evaluation::AllanCoefficients& after);
 /// Is the residual white noise, or is a drift left that no input shows?
 std::string residual_meaning(const evaluation::Autocorrelation& residual, int block_s);
-/// The meaning of the share of blocks outside the training range.
-std::string domain_meaning(std::size_t outside, std::size_t blocks);
 
 /// The parameters of a gyro in the terms of IEEE Std 647 and 952, from all recordings of an evaluation together, before
 /// and after the correction. `warm_up_band_deg_per_h`: nullopt: the white noise of a block, rounded up to one digit.

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -111,7 +110,6 @@ class Scale {
   bool shows(double value) const { return is_drawable(value, logarithmic_); }
   /// `value` must be drawable.
   double px(double value) const { return at(logarithmic_ ? std::log10(value) : value); }
-  double zero_px() const { return logarithmic_ ? low_px_ : px(0); }
   const std::vector<Tick>& ticks() const { return ticks_; }
   /// Ticks without labels: 2 to 9 times the powers of ten on a logarithmic axis.
   const std::vector<double>& minor_px() const { return minor_px_; }
@@ -188,21 +186,6 @@ std::vector<Run> runs_of(const Series& series, const std::vector<double>& values
   return runs;
 }
 
-/// Keeps the lowest and the highest point of each pixel column, in order.
-Run in_columns(const Run& run) {
-  Run result;
-  for (std::size_t begin = 0, end = 0; begin < run.size(); begin = end) {
-    std::size_t low = begin, high = begin;
-    for (end = begin; end < run.size() && std::floor(run[end].x) == std::floor(run[begin].x); ++end) {
-      if (run[end].y < run[low].y) low = end;
-      if (run[end].y > run[high].y) high = end;
-    }
-    result.push_back(run[std::min(low, high)]);
-    if (low != high) result.push_back(run[std::max(low, high)]);
-  }
-  return result;
-}
-
 /// "M x y L x y x y …"; a single point becomes a line of zero length.
 void append_line(std::string& path, const Run& run) {
   for (std::size_t i = 0; i < run.size(); ++i)
@@ -212,7 +195,7 @@ void append_line(std::string& path, const Run& run) {
 
 std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
   std::string path;
-  for (const Run& run : runs) append_line(path, in_columns(run));
+  for (const Run& run : runs) append_line(path, run);
   return path_svg(
       path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" {}", style.colour,
                         style.width_px, style.dashed ? "stroke-dasharray=\"5,4\"" : "stroke-linecap=\"round\""));
@@ -220,16 +203,12 @@ std::string line_svg(const std::vector<Run>& runs, const CurveStyle& style) {
 
 /// Filled points are lines of zero length with round ends: the shortest path.
 std::string points_svg(const std::vector<Run>& runs, const CurveStyle& style, double radius, bool filled) {
-  std::set<std::pair<long, long>> covered;
   const std::string r = svg_number(radius), back = svg_number(-2 * radius), forth = svg_number(2 * radius);
   const std::string circle =
       filled ? "h0" : fmt::format("m-{0} 0a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 {2} 0", r, forth, back);
   std::string path;
   for (const Run& run : runs) {
-    for (const Point& point : run) {
-      if (covered.emplace(std::lround(point.x / radius), std::lround(point.y / radius)).second)
-        path += "M" + numbers(point.x, point.y) + circle;
-    }
+    for (const Point& point : run) path += "M" + numbers(point.x, point.y) + circle;
   }
   return path_svg(path, filled ? fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\"",
                                              style.colour, 2 * radius)
@@ -239,29 +218,16 @@ std::string points_svg(const std::vector<Run>& runs, const CurveStyle& style, do
 std::string band_svg(const std::vector<Run>& low, const std::vector<Run>& high, const CurveStyle& style) {
   std::string path;
   for (std::size_t i = 0; i < low.size(); ++i) {
-    Run edge = in_columns(low[i]);
-    const Run upper = in_columns(high[i]);
+    Run edge = low[i];
     if (edge.empty()) continue;
-    edge.insert(edge.end(), upper.rbegin(), upper.rend());
+    edge.insert(edge.end(), high[i].rbegin(), high[i].rend());
     append_line(path, edge);
     path += "z";
   }
   return path_svg(path, fmt::format("fill=\"{}\" fill-opacity=\"0.22\"", style.colour));
 }
 
-/// Evenly spaced bars.
-std::string bars_svg(const std::vector<Run>& runs, double zero_px, const CurveStyle& style) {
-  Run bars;
-  for (const Run& run : runs) bars.insert(bars.end(), run.begin(), run.end());
-  bars = in_columns(bars);
-  std::string path;
-  for (const Point& bar : bars) path += fmt::format("M{}V{}", numbers(bar.x, zero_px), svg_number(bar.y));
-  const double gap = bars.size() < 2 ? 44 : std::abs(bars.back().x - bars[0].x) / static_cast<double>(bars.size() - 1);
-  return path_svg(path, fmt::format("fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.75\" stroke-width=\"{}\"",
-                                    style.colour, svg_number(std::max(0.5, 0.9 * gap))));
-}
-
-std::string form_svg(const Series& series, const std::vector<Run>& runs, const std::vector<Run>& high, double zero_px) {
+std::string form_svg(const Series& series, const std::vector<Run>& runs, const std::vector<Run>& high) {
   const CurveStyle& style = curve_style(series.ink);
   switch (series.form) {
     case SeriesStyle::kLine:
@@ -274,8 +240,6 @@ std::string form_svg(const Series& series, const std::vector<Run>& runs, const s
       return line_svg(runs, style) + points_svg(runs, style, 1.8, true);
     case SeriesStyle::kBand:
       return band_svg(runs, high, style);
-    case SeriesStyle::kBars:
-      return bars_svg(runs, zero_px, style);
   }
   return {};
 }
@@ -300,7 +264,7 @@ std::string titles_svg(const Series& series, const Scale& x, const Scale& y) {
 std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
   const bool band = series.form == SeriesStyle::kBand;
   return form_svg(series, runs_of(series, series.y, x, y),
-                  band ? runs_of(series, series.high, x, y) : std::vector<Run>(), y.zero_px()) +
+                  band ? runs_of(series, series.high, x, y) : std::vector<Run>()) +
          titles_svg(series, x, y);
 }
 
@@ -308,32 +272,22 @@ std::string series_svg(const Series& series, const Scale& x, const Scale& y) {
 std::string key_sample_svg(const Series& series, double left, double y) {
   const double middle = left + kSample / 2, right = left + kSample;
   const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints;
-  if (series.form == SeriesStyle::kBars)
-    return form_svg(series, {{{middle - 6, y - 4}, {middle + 6, y - 4}}}, {}, y + 4);
   if (series.form == SeriesStyle::kBand)
-    return form_svg(series, {{{left, y + 4}, {right, y + 4}}}, {{{left, y - 4}, {right, y - 4}}}, y);
-  return form_svg(series, {points ? Run{{middle, y}} : Run{{left, y}, {middle, y}, {right, y}}}, {}, y);
+    return form_svg(series, {{{left, y + 4}, {right, y + 4}}}, {{{left, y - 4}, {right, y - 4}}});
+  return form_svg(series, {points ? Run{{middle, y}} : Run{{left, y}, {middle, y}, {right, y}}}, {});
 }
 
 // Panels.
 
-/// Of the drawable values of a panel. Bars include zero, and half of their distance at both ends.
+/// Of the drawable values of a panel.
 std::pair<Range, Range> ranges_of(const Panel& panel) {
   Range x, y;
-  const auto add = [](Range& range, double value, const Axis& axis) {
-    if (is_drawable(value, axis.logarithmic)) range.add(value);
-  };
   for (const Series& series : panel.series) {
-    const bool bars = series.form == SeriesStyle::kBars;
-    const double room = bars && size_of(series) > 1
-                            ? 0.5 * std::abs(series.x.back() - series.x[0]) / static_cast<double>(series.x.size() - 1)
-                            : 0;
-    if (bars) add(y, 0, panel.y);
     for (std::size_t i = 0; i < size_of(series); ++i) {
       if (!is_drawable(series.x[i], panel.x.logarithmic) || !is_drawable(series.y[i], panel.y.logarithmic)) continue;
-      add(x, series.x[i] - room, panel.x), add(x, series.x[i] + room, panel.x);
-      y.add(series.y[i]);
-      if (series.form == SeriesStyle::kBand && i < series.high.size()) add(y, series.high[i], panel.y);
+      x.add(series.x[i]), y.add(series.y[i]);
+      const bool band = series.form == SeriesStyle::kBand && i < series.high.size();
+      if (band && is_drawable(series.high[i], panel.y.logarithmic)) y.add(series.high[i]);
     }
   }
   return {x, y};

@@ -36,7 +36,7 @@ struct TenDays {
         recordings::make_block_table(seconds, {}, test::kDayEarthRate, "ten", std::vector<std::size_t>{0, 3200, 3600})
             .value();
     evaluation = evaluate_model(test::linear_model(0), table, {}, evaluation::Divisor::kN).value();
-    recording = evaluate_recording("r", table, *evaluation, nullptr, false);
+    recording = evaluate_recording("r", table, *evaluation, false);
   }
 
   std::vector<report::Cell> row(const std::string& name) const {

@@ -175,7 +175,7 @@ TEST(Limits, MeasureAllQuantities) {
   const auto evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kNMinus1)
           .value();
-  const auto measured = analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, nullptr, false));
+  const auto measured = analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, false));
   ASSERT_EQ(measured.size(), analysis::measured_names().size());
   for (const analysis::Measured& m : measured)  // this model states no standard deviation
     EXPECT_EQ(m.value.has_value(), m.quantity != "within_two_sd_percent") << m.quantity;
@@ -189,7 +189,7 @@ TEST(Limits, MeasureCoverageByTheModelsSd) {
   const auto covered = [&](double sd) {
     const auto evaluated =
         analysis::evaluate_model(std::make_shared<ModelWithSd>(sd), table, {}, evaluation::Divisor::kNMinus1).value();
-    return *analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, nullptr, false)).back().value;
+    return *analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, false)).back().value;
   };
   EXPECT_NEAR(covered(0.007), 95.4, 3);    // the noise of a block is 0.07 / √100
   EXPECT_NEAR(covered(0.0035), 68.3, 10);  // 240 blocks
@@ -240,16 +240,19 @@ TEST(Meanings, OfTheLoop) {
 }
 
 TEST(Meanings, OfTheAllanDeviation) {
+  const auto meaning = [](const std::vector<double>& tau_s, const std::vector<double>& first,
+                          const std::vector<double>& second) {
+    return analysis::allan_curve_meaning({.name = "", .x = tau_s, .y = first}, {.name = "", .x = tau_s, .y = second});
+  };
   EXPECT_THAT(
-      analysis::allan_curve_meaning({1, 10, 100}, {3, 1, 2}, {3, 1, 0.5}),
+      meaning({1, 10, 100}, {3, 1, 2}, {3, 1, 0.5}),
       HasSubstr("most at averages of 100 s: 0.5 instead of 2 deg/h; in averages below 100 s the noise dominates"));
-  EXPECT_THAT(analysis::allan_curve_meaning({1, 10}, {3, 1}, {3, 1}), HasSubstr("does not change"));
-  EXPECT_THAT(analysis::allan_curve_meaning({1, 10}, {3, 1}, {3, 2}),
+  EXPECT_THAT(meaning({1, 10}, {3, 1}, {3, 1}), HasSubstr("does not change"));
+  EXPECT_THAT(meaning({1, 10}, {3, 1}, {3, 2}),
               HasSubstr("makes the rate worse, most at averages of 10 s: 2 instead of 1"));
-  EXPECT_THAT(analysis::allan_curve_meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
+  EXPECT_THAT(meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
               HasSubstr("most at averages of 100 s: 0.5 instead of 1 deg/h; in averages below 100 s"));
-  EXPECT_THAT(analysis::allan_curve_meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}),
-              HasSubstr("it makes it worse, most at averages of 10 s"));
+  EXPECT_THAT(meaning({1, 10, 100}, {3, 1, 1}, {3, 2, 0.5}), HasSubstr("it makes it worse, most at averages of 10 s"));
   evaluation::AllanCoefficients before, after;
   before[1].value = 0.001;
   after[1].value = 0.00101;
@@ -271,13 +274,6 @@ TEST(Meanings, OfTheResidual) {
                         "changes over about 1900 s"));
   for (std::size_t i = 1; i <= 60; ++i) r.coefficient[i] = 0.4;
   EXPECT_THAT(analysis::residual_meaning(r, 100), HasSubstr("changes over more than 1.7 h"));
-}
-
-TEST(Meanings, OfTheTrainingRange) {
-  EXPECT_THAT(analysis::domain_meaning(0, 100), HasSubstr("covered all"));
-  EXPECT_THAT(analysis::domain_meaning(1, 100),
-              HasSubstr("1.0 % of this recording are outside the training: too little"));
-  EXPECT_THAT(analysis::domain_meaning(20, 100), HasSubstr("record a wider cycle"));
 }
 
 }  // namespace
