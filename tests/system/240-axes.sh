@@ -40,7 +40,7 @@ prismcal train one.pcap --config record.json --axis y --inputs T,dTdt --method s
 same "terms of y from the log and from the capture" "$(jq -c "[.terms[].powers]" y.json)" "$(jq -c "[.terms[].powers]" model-y.json)"
 code=0; prismcal evaluate model-x.json logs >out 2>axis.err || code=$?
 same "exit code for logs of three axes without --axis" "$code" 1
-contains "its error" "$(cat axis.err)" "found logs of the axes x, y, z, expected one; choose it with --axis"
+contains "its error" "$(cat axis.err)" "found the axes x, y, z, expected one; choose it with --axis"
 
 # Each axis alone gives the same rows.
 for axis in x y z; do

@@ -17,7 +17,7 @@
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/log_folder.hpp"
 #include "tools/prismcal/option_table.hpp"
-#include "tools/prismcal/rate_series.hpp"
+#include "tools/prismcal/recording.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {

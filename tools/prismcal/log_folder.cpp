@@ -78,40 +78,38 @@ std::string_view without_cr(std::string_view line) {
 }
 
 /// The line of columns, with the lines above it. Errors: another format, not the columns of a log.
-Result<LogColumns> read_columns(std::string_view line, const std::string& where, LogSegment& segment,
-                                const std::string& column) {
+Result<void> read_columns(std::string_view line, const std::string& where, LogSegment& segment,
+                          const std::string& column) {
   if (segment.format > kNewestFormat || segment.format < 1)
     return make_error(segment.path, fmt::format("found format {} of a newer prism, expected 1 or 2", segment.format));
   const std::vector<SensorName> sensors = compensation::sensors_in(segment.comments);
   auto layout = compensation::CsvLayout::parse(line, where, std::make_shared<const std::vector<SensorName>>(sensors));
   if (!layout) return tl::unexpected<Error>(layout.error());
   segment.session = segment.value("session");
-  if (auto good = take_line(segment, "supersedes", "FILE from row N", segment.superseded); !good)
-    return tl::unexpected<Error>(good.error());
-  if (auto good = take_line(segment, "log", "ID segment N first ROW running S", segment.position); !good)
-    return tl::unexpected<Error>(good.error());
-  std::optional<std::size_t> index;
+  if (auto good = take_line(segment, "supersedes", "FILE from row N", segment.superseded); !good) return good;
+  if (auto good = take_line(segment, "log", "ID segment N first ROW running S", segment.position); !good) return good;
   if (!column.empty()) {
     const auto names = tables::list_items(line);
     const auto found = std::find(names.begin(), names.end(), column);
     if (found == names.end())
       return make_error(where,
                         fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
-    index = static_cast<std::size_t>(found - names.begin());
+    segment.requested = static_cast<std::size_t>(found - names.begin());
   }
-  layout->use_second_means(index);
-  return LogColumns{std::move(*layout), index};
+  segment.columns = std::move(*layout);
+  segment.columns->use_second_means(segment.requested);
+  return {};
 }
 
 /// `memory` is that of the row before. Errors, with an empty place: a field that is not valid.
-Result<void> parse_row(std::string_view line, const LogColumns& columns, compensation::CompensatedWindow& memory,
+Result<void> parse_row(std::string_view line, const LogSegment& segment, compensation::CompensatedWindow& memory,
                        LogRow& row) {
-  if (auto good = compensation::read_csv(line, {}, columns.all, memory); !good) return good;
+  if (auto good = compensation::read_csv(line, {}, *segment.columns, memory); !good) return good;
   row.second_mean = memory.window.second_mean;
-  if (!columns.requested) return {};
-  const double* const real = columns.all.real(*columns.requested, memory);
+  if (!segment.requested) return {};
+  const double* const real = segment.columns->real(*segment.requested, memory);
   const auto fields = real ? std::vector<std::string>() : tables::list_items(line);
-  const std::string field = *columns.requested < fields.size() ? fields[*columns.requested] : "";
+  const std::string field = *segment.requested < fields.size() ? fields[*segment.requested] : "";
   const auto value = real ? *real : field.empty() ? std::optional(kUnknown) : parse_number<double>(field);
   if (!value) return make_error("", fmt::format("found \"{}\", expected a number", field));
   row.value = *value;
@@ -194,116 +192,27 @@ std::vector<std::string> damage_lines(const LogFolder& folder) {
   return lines;
 }
 
-// Of each log, as its oldest segment says.
+// Of each log, as its oldest segment says: the first in order.
 std::vector<std::string> absent_texts(const std::vector<LogSegment>& segments) {
-  std::map<std::string, Absent> logs;
-  for (const LogSegment& segment : segments) {
-    if (!segment.position) continue;
-    const pipeline::LogPosition& position = *segment.position;
-    const Absent absent{position.segment - 1, position.first - 1, segment.first_second.value_or(-1) + 1};
-    const auto log = logs.try_emplace(position.log, absent).first;
-    if (absent.segments < log->second.segments) log->second = absent;
-  }
+  std::set<std::string> logs;
   std::vector<std::string> texts;
-  for (const auto& [log, absent] : logs)
+  for (const LogSegment& segment : segments) {
+    if (!segment.position || !logs.insert(segment.position->log).second) continue;
+    const Absent absent{segment.position->segment - 1, segment.position->first - 1,
+                        segment.first_second.value_or(-1) + 1};
     if (absent.segments > 0) texts.push_back(absent.text());
+  }
   return texts;
 }
 
-/// Joins the rows of segments, read in order. Holds the last row back: the next one may show that it is partial.
-class RowJoiner {
- public:
-  RowJoiner(const LogFolder& folder, const OnLogRow& on_row) : on_row_(on_row) {
-    for (const LogSegment& segment : folder.segments) {
-      if (!segment.superseded) continue;
-      std::uint64_t& from = superseded_from_[segment.superseded->file];
-      from = from == 0 ? segment.superseded->row : std::min(from, segment.superseded->row);
-    }
-  }
-
-  /// Rows of a segment that is identical to another one are left out.
-  Result<void> read(LogSegment& segment) {
-    bool is_copy = false;
-    if (segment.first_second) {
-      const Beginning beginning{*segment.first_second, size_of(segment), segment.comments};
-      const auto [other, is_first] = segments_.try_emplace(beginning, &segment);
-      is_copy = !is_first && are_equal(segment, *other->second);
-    }
-    if (is_copy) leave_out(segment, 0, "identical to another file", left_out_.copies);
-    const auto superseded = superseded_from_.find(segment.file);
-    superseded_row_ = superseded == superseded_from_.end() ? UINT64_MAX : superseded->second;
-    last_second_ = &last_seconds_[segment.session];
-    const auto add_row = [&](LogRow& row) { return is_copy ? Result<void>() : add(segment, row); };
-    if (auto done = read_log_segment(segment, add_row); !done || is_copy) return done;
-    if (segment.end == SegmentEnd::kTruncated) {
-      left_out_.truncated.push_back(segment.file);
-      left_out_.truncated_bytes += segment.truncated_bytes;
-    }
-    if (segment.end == SegmentEnd::kChanged && segment.damaged.empty()) left_out_.changed.push_back(segment.file);
-    return {};
-  }
-
-  Result<LeftOut> finish() {
-    if (auto done = release(); !done) return tl::unexpected<Error>(done.error());
-    return std::move(left_out_);
-  }
-
- private:
-  void leave_out(const LogSegment& segment, std::size_t line, const char* why, std::uint64_t& count) {
-    ++count;
-    left_out_.rows.push_back({segment.path, line, why});
-  }
-
-  Result<void> add(const LogSegment& segment, LogRow& row) {
-    const std::int64_t second = row.second_mean.second;
-    const bool has_session = !segment.session.empty();
-    if (row.number >= superseded_row_)
-      return leave_out(segment, row.line, kRepeatedLater, left_out_.superseded), Result<void>();
-    if (has_session && *last_second_ && second <= **last_second_)
-      return leave_out(segment, row.line, kNotLater, left_out_.duplicates), Result<void>();
-    *last_second_ = second;
-    const bool same_session = session_ == segment.session;
-    const bool continues = same_session && second > held_->second_mean.second;
-    if (!has_session && same_session && second == held_->second_mean.second)
-      held_->second_mean.partial = row.second_mean.partial = true;
-    if (auto done = release(); !done) return done;
-    if (!same_session) session_ = segment.session;
-    if (!held_) held_.emplace();
-    std::swap(*held_, row);
-    held_begins_ = !continues;
-    return {};
-  }
-
-  Result<void> release() {
-    if (!held_) return {};
-    const compensation::SecondMean& second_mean = held_->second_mean;
-    left_out_.partial += second_mean.partial;
-    left_out_.clocks_differ += !second_mean.partial && second_mean.clocks_differ;
-    left_out_.implausible += !second_mean.partial && second_mean.implausible.any();
-    return on_row_(*held_, held_begins_);
-  }
-
-  const OnLogRow& on_row_;
-  LeftOut left_out_;
-  std::optional<LogRow> held_;
-  bool held_begins_ = false;
-  std::optional<std::string> session_;  ///< of held_
-  std::map<std::string, std::optional<std::int64_t>> last_seconds_;
-  std::optional<std::int64_t>* last_second_ = nullptr;  ///< of the session of the segment
-  std::map<std::string, std::uint64_t> superseded_from_;
-  std::uint64_t superseded_row_ = UINT64_MAX;
-  std::map<Beginning, const LogSegment*> segments_;  ///< of which this may be a copy
-};
-
 }  // namespace
 
-bool is_log(const std::string& path) {
+bool begins_a_log(const std::string& path) {
   auto in = FileReader::open(path);
-  std::string line;
-  if (!in || !in->read_line(line)) return false;
-  if (!line.starts_with(kFirstWords) || line.find(kFormatMark) == std::string::npos) return false;
-  while (in->read_line(line) && line.starts_with('#')) continue;
-  return compensation::CsvLayout::parse(without_cr(line), path).has_value();
+  std::string first(64, '\0');
+  first.resize(in ? in->read(first) : 0);
+  return in &&
+         (kFirstWords.starts_with(first.substr(0, kFirstWords.size())) || first.find(kFormatMark) != std::string::npos);
 }
 
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column) {
@@ -326,13 +235,12 @@ Result<LogSegment> open_log_segment(const std::string& path, const std::string& 
       return tl::unexpected<Error>(added.error());
   }
   if (columns.empty() && kFirstWords.starts_with(first)) return segment;
-  auto layout = read_columns(columns, fmt::format("{}:{}", path, number), segment, column);
-  if (!layout) return tl::unexpected<Error>(layout.error());
-  segment.columns = std::move(*layout);
+  if (auto good = read_columns(columns, fmt::format("{}:{}", path, number), segment, column); !good)
+    return tl::unexpected<Error>(good.error());
   compensation::CompensatedWindow memory;
   for (LogRow row; !segment.first_second && next() && !line.starts_with(kEndMark);) {
     const std::string_view text = without_cr(line);
-    if (!text.empty() && text.front() != '#' && parse_row(text, *segment.columns, memory, row))
+    if (!text.empty() && text.front() != '#' && parse_row(text, segment, memory, row))
       segment.first_second = row.second_mean.second;
   }
   return segment;
@@ -364,7 +272,7 @@ Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row) {
     row.line = lines;
     row.number = number += is_row;
     if (is_row) {
-      if (auto parsed = parse_row(line, *segment.columns, memory, row); !parsed) {
+      if (auto parsed = parse_row(line, segment, memory, row); !parsed) {
         unreadable.push_back({segment.path, lines, std::move(parsed.error().what)});
         continue;
       }
@@ -419,7 +327,12 @@ Result<LogFolder> LogFolder::open(const std::string& path, const std::string& ax
   LogFolder folder = opened(path, column);
   if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
   if (folder.segments.empty()) return make_error(path, no_log_text(path));
-  if (auto one = folder.choose(axis, path); !one) return tl::unexpected<Error>(one.error());
+  const std::vector<std::string> names = folder.axes();
+  if (!axis.empty() || names.size() > 1) {
+    const auto chosen = choose_axis(names, axis, path);
+    if (!chosen) return tl::unexpected<Error>(chosen.error());
+    std::erase_if(folder.segments, [&](const LogSegment& segment) { return axis_of(segment) != axis; });
+  }
   if (auto one = folder.of_one_gyro(path); !one) return tl::unexpected<Error>(one.error());
   std::error_code error;
   if (fs::is_directory(path, error)) folder.absent = absent_texts(folder.segments);
@@ -465,30 +378,10 @@ std::vector<LogFolder> LogFolder::by_axis() const {
   return folders;
 }
 
-Result<void> LogFolder::choose(const std::string& axis, const std::string& path) {
-  const std::vector<std::string> names = axes();
-  if (axis.empty() && names.size() < 2) return {};
-  if (axis.empty())
-    return make_error(
-        path, fmt::format("found logs of the axes {}, expected one; choose it with --axis", fmt::join(names, ", ")));
-  std::erase_if(segments, [&](const LogSegment& segment) { return axis_of(segment) != axis; });
-  if (segments.empty())
-    return make_error(
-        path, fmt::format("found no log of axis \"{}\", expected one of {}", plain_text(axis),
-                          names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "))));
-  return {};
-}
-
 LogFolder LogFolder::salvage(const std::string& path) {
   LogFolder folder = opened(path, "");
   folder.salvaging = true;
   return folder;
-}
-
-std::uint64_t LogFolder::bytes() const {
-  std::uint64_t sum = 0;
-  for (const LogSegment& segment : segments) sum += size_of(segment);
-  return sum;
 }
 
 std::vector<std::string> LeftOut::lines() const {
@@ -514,14 +407,58 @@ std::vector<std::string> LeftOut::lines() const {
 }
 
 Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row) {
-  RowJoiner joiner(folder, on_row);
+  LeftOut left_out;
+  std::map<std::string, std::uint64_t> superseded_from;
+  for (const LogSegment& segment : folder.segments) {
+    if (!segment.superseded) continue;
+    std::uint64_t& from = superseded_from.try_emplace(segment.superseded->file, segment.superseded->row).first->second;
+    from = std::min(from, segment.superseded->row);
+  }
+  std::map<Beginning, const LogSegment*> earlier;  // of which a segment may be a copy
+  std::map<std::string, std::optional<std::int64_t>> last_seconds;
+  std::optional<std::string> session;  // of the last row
   for (LogSegment& segment : folder.segments) {
-    if (auto done = joiner.read(segment); !done) return tl::unexpected<Error>(done.error());
+    const auto leave_out = [&](std::size_t line, const char* why, std::uint64_t& count) {
+      ++count;
+      left_out.rows.push_back({segment.path, line, why});
+      return Result<void>();
+    };
+    bool is_copy = false;
+    if (segment.first_second) {
+      const Beginning beginning{*segment.first_second, size_of(segment), segment.comments};
+      const auto [other, is_first] = earlier.try_emplace(beginning, &segment);
+      is_copy = !is_first && are_equal(segment, *other->second);
+    }
+    if (is_copy) leave_out(0, "identical to another file", left_out.copies);
+    const auto superseded = superseded_from.find(segment.file);
+    const std::uint64_t end = superseded == superseded_from.end() ? UINT64_MAX : superseded->second;
+    std::optional<std::int64_t>& last = last_seconds[segment.session];
+    const auto add = [&](const LogRow& row) -> Result<void> {
+      if (is_copy) return {};
+      const compensation::SecondMean& second_mean = row.second_mean;
+      const bool goes_back = last && second_mean.second <= *last;
+      if (row.number >= end) return leave_out(row.line, kRepeatedLater, left_out.superseded);
+      if (goes_back && !segment.session.empty())
+        return leave_out(row.line, "repeats a second or goes back in its session", left_out.duplicates);
+      const bool begins = goes_back || session != segment.session;
+      if (begins) session = segment.session;
+      last = second_mean.second;
+      left_out.partial += second_mean.partial;
+      left_out.clocks_differ += !second_mean.partial && second_mean.clocks_differ;
+      left_out.implausible += !second_mean.partial && second_mean.implausible.any();
+      return on_row(row, begins);
+    };
+    if (auto done = read_log_segment(segment, add); !done) return tl::unexpected<Error>(done.error());
     if (segment.read_failed && !folder.salvaging)
       return make_error(fmt::format("{}:{}", segment.path, segment.damaged.back().line), segment.damaged.back().why);
+    if (segment.end == SegmentEnd::kTruncated && !is_copy) {
+      left_out.truncated.push_back(segment.file);
+      left_out.truncated_bytes += segment.truncated_bytes;
+    }
+    if (segment.end == SegmentEnd::kChanged && segment.damaged.empty() && !is_copy)
+      left_out.changed.push_back(segment.file);
   }
-  auto left_out = joiner.finish();
-  if (left_out) left_out->damaged = damage_lines(folder);
+  left_out.damaged = damage_lines(folder);
   return left_out;
 }
 

@@ -39,12 +39,6 @@ enum class SegmentEnd {
   kChanged,    ///< differs from its end line, or has damaged rows or bytes after the end line
 };
 
-/// The columns of a log, and the index of the requested one.
-struct LogColumns {
-  compensation::CsvLayout all;
-  std::optional<std::size_t> requested;
-};
-
 /// open_log_segment() sets the members up to first_second, read_log_segment() the others.
 struct LogSegment : Metadata {
   std::string path, file;
@@ -53,7 +47,8 @@ struct LogSegment : Metadata {
   std::string session;                                 ///< format 2; empty: none
   std::optional<pipeline::SupersededRows> superseded;  ///< rows that are repeated here
   std::optional<pipeline::LogPosition> position;       ///< nullopt: of 0.3 or older
-  std::optional<LogColumns> columns;                   ///< nullopt: the segment ends before them and has no rows
+  std::optional<compensation::CsvLayout> columns;      ///< nullopt: the segment ends before them and has no rows
+  std::optional<std::size_t> requested;                ///< of them
   std::optional<std::int64_t> first_second;            ///< of the first readable row
 
   std::string sha256;
@@ -65,16 +60,12 @@ struct LogSegment : Metadata {
   std::size_t truncated_line = 0;   ///< line of the first of them
 };
 
-/// Returns true if the first line and the columns are those of a log. Extracts of a log with other columns are CSV
-/// tables.
-bool is_log(const std::string& path);
-
 /// Reads the lines above the rows, and the first row. Rows parse `column`, if not empty, as numbers into LogRow::value
 /// (an empty field is kUnknown). Errors, with file and line: not a log of prismd, a newer format, an unknown column.
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column = {});
 
-/// Called with each readable row of a segment in order; it may take the row.
-using OnSegmentRow = std::function<Result<void>(LogRow& row)>;
+/// Called with each readable row of a segment in order.
+using OnSegmentRow = std::function<Result<void>(const LogRow& row)>;
 
 /// Reads the rows in order, in constant memory, and completes the segment. An incomplete end, as after a power failure,
 /// and damaged rows are not errors but are listed. Errors: only those of `on_row`, which end the reading.
@@ -116,18 +107,10 @@ struct LogFolder {
   std::vector<std::string> axes() const;
   /// Returns one LogFolder per axis. Segments without an axis belong to the only axis, or form their own folder.
   std::vector<LogFolder> by_axis() const;
-  std::uint64_t bytes() const;  ///< size of all segments
-  /// Estimate of the number of rows, mostly too high.
-  std::size_t most_rows() const { return bytes() / 100; }
-
- private:
-  Result<void> choose(const std::string& axis, const std::string& path);
 };
 
 /// LeftOutRow::why of superseded rows.
 inline constexpr const char* kRepeatedLater = "repeated in a later segment";
-/// The same of duplicates.
-inline constexpr const char* kNotLater = "repeats a second or goes back in its session";
 
 /// Rows and files that join_rows() leaves out, and seconds that readers do not use.
 struct LeftOut {
@@ -151,8 +134,7 @@ struct LeftOut {
 using OnLogRow = std::function<Result<void>(const LogRow& row, bool begins_session)>;
 
 /// Reads the rows of all segments, as a stream, and joins them. Format 1 has no session names: a second that is not
-/// after the previous one starts a new session. If it is the same second, both rows are partial. Errors: those of
-/// `on_row`, and a failed disk (unless folder.salvaging).
+/// after the previous one starts a new session. Errors: those of `on_row`, and a failed disk (unless folder.salvaging).
 Result<LeftOut> join_rows(LogFolder& folder, const OnLogRow& on_row);
 
 }  // namespace prism::recordings

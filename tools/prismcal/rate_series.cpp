@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/rate_series.hpp"
-
+// One column of a log or table as an evenly spaced rate.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -96,21 +95,17 @@ Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
   return columns;
 }
 
-/// Puts a gap into the rates: as many missing values as it has samples. A gap of more than a twentieth of the rows
-/// separates two records instead.
-void push_gap(std::vector<double>& rates, std::size_t lost, std::size_t rows) {
-  if (lost > rows / 20)
-    rates.push_back(evaluation::kAllanBreak);
-  else
-    rates.insert(rates.end(), lost, kUnknown);
-}
-
-/// The rates with gaps in place of the holes.
+/// The rates with as many missing values in place of the holes as they have samples. A hole of more than a twentieth of
+/// the rows separates two records instead.
 std::vector<double> with_gaps(const std::vector<double>& rates, const SampleGrid& grid) {
   std::vector<double> all;
   auto hole = grid.holes.begin();
   for (std::size_t row = 0; row < rates.size(); ++row) {
-    if (hole != grid.holes.end() && hole->row == row) push_gap(all, hole++->lost, rates.size());
+    if (hole != grid.holes.end() && hole->row == row) {
+      const bool is_long = hole->lost > rates.size() / 20;
+      all.insert(all.end(), is_long ? 1 : hole->lost, is_long ? evaluation::kAllanBreak : kUnknown);
+      ++hole;
+    }
     all.push_back(rates[row]);
   }
   return all;
@@ -150,7 +145,8 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
   return {};
 }
 
-// prismd's log has one row per second. Partial and missing seconds are gaps; a session is a record.
+// prismd's log has one row per second. Partial and missing seconds are gaps, long ones as in append(); a session is a
+// record.
 Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoice& choice) {
   RateSeries series;
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
@@ -158,26 +154,23 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   if (!folder) return tl::unexpected(folder.error());
   const auto factor = set_unit(series, choice, tables::read_header(series.column));
   if (!factor) return tl::unexpected(factor.error());
-  const std::size_t most_rows = folder->most_rows();
-  series.rate_deg_per_h.reserve(most_rows + 1);
-  std::int64_t last = 0;
+  std::vector<Series> records;
+  bool begins = false;
   const auto add = [&](const LogRow& row, bool begins_session) -> Result<void> {
     const compensation::SecondMean& second_mean = row.second_mean;
-    if (series.rows > 0 && begins_session) {
-      series.rate_deg_per_h.push_back(evaluation::kAllanBreak);
-    } else if (series.rows > 0 && second_mean.second > last + 1) {
-      push_gap(series.rate_deg_per_h, static_cast<std::size_t>(second_mean.second - last - 1), most_rows);
-    }
     if (!series.begin_s) series.begin_s = second_mean.second;
     ++series.rows;
-    last = second_mean.second;
+    begins = begins || begins_session;
     const bool valid = !second_mean.partial && !second_mean.implausible.any() && !second_mean.clocks_differ;
-    series.rate_deg_per_h.push_back(valid ? row.value * *factor : kUnknown);
+    if (!valid || std::isnan(row.value)) return {};
+    if (std::exchange(begins, false)) records.push_back({second_mean.second});
+    append(records, second_mean.second, row.value * *factor);
     return {};
   };
   const auto left_out = join_rows(*folder, add);
   if (!left_out) return tl::unexpected(left_out.error());
   if (series.rows == 0) return make_error(path, "found no row of numbers, expected a rate in every line");
+  series.rate_deg_per_h = joined(std::move(records));
   series.interval_source = "one row per second";
   series.gyro_serial = folder->segments.front().value("gyro_serial");
   series.axis = folder->segments.front().value("axis");
@@ -223,8 +216,8 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
 
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
   std::error_code error;
-  const bool log =
-      (std::filesystem::is_directory(path, error) || is_log(path)) && choice.time_column.empty() && !choice.interval_s;
+  const bool log = choice.time_column.empty() && !choice.interval_s &&
+                   (std::filesystem::is_directory(path, error) || (begins_a_log(path) && open_log_segment(path)));
   if (!log) {
     const auto kind = bytes_kind(path);
     if (!kind) return tl::unexpected<Error>(kind.error());

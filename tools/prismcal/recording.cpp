@@ -19,6 +19,7 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/outside_text.hpp"
+#include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "compensation/earth_rate.hpp"
 #include "config/config.hpp"
@@ -49,14 +50,10 @@ Result<compensation::AxisPlacement> site_of(const Recording& recording) {
   return placement;
 }
 
-/// A file whose first line is not that of a log of prismd.
+/// A file that is not a log of prismd.
 bool is_foreign(const std::string& path) {
   std::error_code error;
-  auto in = FileReader::open(path);
-  if (std::filesystem::is_directory(path, error) || !in) return false;
-  std::array<char, 8> first{};
-  const std::size_t got = in->read(first);
-  return got > 0 && std::string_view(first.data(), got) != "# prism ";
+  return std::filesystem::is_regular_file(path, error) && !begins_a_log(path);
 }
 
 /// Advice for a table of another program. If its header states a rate, it is a command line to copy.
@@ -72,20 +69,6 @@ Error without_map(const std::string& path, const SourceOptions& options) {
 }
 
 // A capture, through the same pipeline as prismd.
-
-// Index of the wanted axis in the frame description.
-Result<std::size_t> axis_index(const pipeline::Setup& setup, const std::string& wanted) {
-  std::vector<std::string> names;
-  for (const wire::AxisRule& axis : setup.frames->axes) {
-    if (axis.name == wanted || (wanted.empty() && setup.axes.size() == 1)) return names.size();
-    names.push_back(axis.name);
-  }
-  if (wanted.empty())
-    return make_error(setup.config.path,
-                      fmt::format("found axes {}, expected one; choose it with --axis", fmt::join(names, ", ")));
-  return make_error("--axis", fmt::format("found \"{}\", expected one of {} in {}", wanted, fmt::join(names, ", "),
-                                          setup.config.path));
-}
 
 Result<std::vector<std::string>> axes_of_capture(const SourceOptions& options) {
   if (options.config.empty()) return std::vector<std::string>();
@@ -105,7 +88,9 @@ Result<void> read_capture(const std::string& path, const SourceOptions& options,
   auto reader = pipeline::open_capture(path, *setup->frames);
   if (!reader) return tl::unexpected<Error>(reader.error());
   if (auto used = pipeline::use_time_of(*reader, path, *setup); !used) return tl::unexpected<Error>(used.error());
-  const auto axis = axis_index(*setup, options.axis);
+  std::vector<std::string> names;
+  for (const wire::AxisRule& rule : setup->frames->axes) names.push_back(rule.name);
+  const auto axis = choose_axis(names, options.axis, setup->config.path);
   if (!axis) return tl::unexpected<Error>(axis.error());
   Recording& recording = feed.recording();
   recording.is_date = true;
@@ -178,6 +163,17 @@ Result<std::string> bytes_kind(const std::string& path) {
   const auto sentences = drivers::has_sentences(path, first);
   if (!sentences) return tl::unexpected<Error>(sentences.error());
   return std::string(*sentences ? "log of sentences" : "");
+}
+
+Result<std::size_t> choose_axis(const std::vector<std::string>& names, const std::string& wanted,
+                                const std::string& where) {
+  const auto found =
+      wanted.empty() && names.size() == 1 ? names.begin() : std::find(names.begin(), names.end(), wanted);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  const std::string all = names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "));
+  return make_error(where, wanted.empty()
+                               ? fmt::format("found the axes {}, expected one; choose it with --axis", all)
+                               : fmt::format("found no axis \"{}\", expected one of {}", plain_text(wanted), all));
 }
 
 std::string Metadata::value(const std::string& key) const {

@@ -131,9 +131,15 @@ Result<std::vector<std::string>> axes_of(const std::string& path, const SourceOp
 /// no site in either; no azimuth that matters.
 Result<double> earth_rate_of(const Recording& recording, const SiteOptions& options);
 
-std::vector<std::string> axes_of_log(const std::string& path);
-
 // The readers in other source files.
+/// Returns true for the first bytes of a log, also if a power failure truncated them, or if one of them is damaged. An
+/// empty or truncated *.csv is a log: prismd was stopped before its first row.
+bool begins_a_log(const std::string& path);
+
+std::vector<std::string> axes_of_log(const std::string& path);
+/// The place of the wanted axis, or of the only one. Errors: several without a choice, or none of this name.
+Result<std::size_t> choose_axis(const std::vector<std::string>& names, const std::string& wanted,
+                                const std::string& where);
 /// Reads a log file of prismd, or all *.csv of a folder. Errors: those of LogFolder::open().
 Result<void> read_log(const std::string& path, const SourceOptions& options, SecondFeed& feed);
 /// Averages the rows to seconds with SecondAverager, as prismd does.
@@ -156,5 +162,35 @@ std::vector<std::string> suggested_map(const tables::PlainTable& table, const ta
 /// "prismcal train FILE --map … --latitude DEG --elevation DEG --inputs T,dTdt --out model.json": the command line by
 /// the units and names of the columns, with the stated options. "rate=COLUMN:UNIT": no column states it.
 std::string train_command(const tables::PlainTable& table, const tables::TableOptions& options);
+
+// One column of a log or table as an evenly spaced rate, for an Allan deviation.
+
+struct RateSeriesChoice {
+  std::string column;       ///< name, or number from 1; empty: "rate_deg_per_h", or the only column except the time
+  std::string time_column;  ///< name or number; empty: the column whose name and unit are those of a time
+  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header
+  std::optional<double> interval_s;  ///< spacing of the rows; overrides the time column
+  std::string axis;                  ///< selects one axis of a log with several
+  tables::TableOptions table;        ///< how a table of another program is written
+};
+
+struct RateSeries {
+  std::string column, unit;
+  /// NaN for each missing value: an empty field, or a jump in time; evaluation::kAllanBreak between two records:
+  /// sessions, or rows before and after a long gap.
+  std::vector<double> rate_deg_per_h;
+  double interval_s = 1;
+  std::string
+      interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
+  std::size_t rows = 0;
+  std::string gyro_serial, axis;        ///< of a log; empty: unknown
+  std::optional<std::int64_t> begin_s;  ///< since 1970; nullopt: no date
+  std::vector<std::string> notes;       ///< readable lines on rows left out, and on the time
+};
+
+/// Reads prismd's log, a file or a folder (log_folder.hpp), if no time column or interval is given. Otherwise a table
+/// of another program; sample_grid() decides the interval and the gaps. Errors, with file
+/// and line: those of PlainTable, an unknown column, a unit that is not one of a rate, time that goes back, no row.
+Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice);
 
 }  // namespace prism::recordings

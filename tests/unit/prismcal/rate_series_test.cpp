@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Reading rate columns from CSV files.
-#include "tools/prismcal/rate_series.hpp"
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +14,7 @@
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/findings.hpp"
+#include "tools/prismcal/recording.hpp"
 
 namespace prism::prismcal {
 namespace {
@@ -201,8 +200,7 @@ TEST_F(RateSeries, ReadsARealRecord) {
       recordings::read_rate_series((test::shared_dir() / "data/mems_chamber_tofupilot.csv").string(), choice).value();
   EXPECT_EQ(series.rows, 8400u);
   EXPECT_NEAR(series.interval_s, 0.505, 0.001);
-  const auto analysis =
-      evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, "x").value();
+  const auto analysis = evaluation::analyse_allan(series.rate_deg_per_h, series.interval_s, "x").value();
   EXPECT_TRUE(analysis.coefficients);
 }
 

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -96,13 +97,21 @@ struct InjectedFaults : testing::Test {
   /// Returns "FILE: STATE: TEXT" or "FILE:LINE: STATE: TEXT" for each fault, in the order of verify().
   static std::vector<std::string> faults(const std::string& path) {
     std::vector<std::string> found;
-    for (const Finding& finding : verify(path).findings) {
-      const std::string file = std::filesystem::path(finding.path).filename().string();
-      if (is_fault(finding.state))
-        found.push_back(file + (finding.line > 0 ? ":" + std::to_string(finding.line) : "") + ": " +
-                        kStateNames[static_cast<std::size_t>(finding.state)] + ": " + finding.text);
+    const auto result = verify({path});
+    for (const auto& finding : result["findings"]) {
+      const std::string file = std::filesystem::path(text(finding, "path")).filename().string();
+      if (finding["fault"].get<bool>())
+        found.push_back(file + (finding.contains("line") ? ":" + finding["line"].dump() : "") + ": " +
+                        text(finding, "state") + ": " + text(finding, "text"));
     }
+    EXPECT_EQ(result["faults"].get<std::size_t>(), found.size());
     return found;
+  }
+  static std::string text(const nlohmann::ordered_json& object, const char* key) {
+    return object[key].get<std::string>();
+  }
+  static std::int64_t number(const nlohmann::ordered_json& object, const char* key) {
+    return object[key].get<std::int64_t>();
   }
 
   const test::TemporaryFolder folder;
@@ -117,15 +126,15 @@ struct VerifyTest : InjectedFaults {
 TEST_F(VerifyTest, AClosedSegmentIsIntact) {
   segment(0, 5);
   segment(10, 5);
-  const VerificationResult result = verify(log);
-  EXPECT_EQ(result.faults(), 0u);
-  ASSERT_EQ(result.findings.size(), 2u);
-  EXPECT_EQ(result.findings[0].state, FileState::kIntact);
-  EXPECT_EQ(result.findings[0].text, "5 rows, format 2");
-  ASSERT_EQ(result.sessions.size(), 2u);
-  EXPECT_EQ(result.sessions[1].first_s, kNoon + 10);
-  EXPECT_EQ(result.sessions[1].last_s, kNoon + 14);
-  EXPECT_EQ(result.sessions[1].rows, 5u);
+  const auto result = verify({log});
+  EXPECT_EQ(number(result, "faults"), 0);
+  ASSERT_EQ(result["findings"].size(), 2u);
+  EXPECT_EQ(text(result["findings"][0], "state"), "whole");
+  EXPECT_EQ(text(result["findings"][0], "text"), "5 rows, format 2");
+  ASSERT_EQ(result["sessions"].size(), 2u);
+  EXPECT_EQ(number(result["sessions"][1], "first_s"), kNoon + 10);
+  EXPECT_EQ(number(result["sessions"][1], "last_s"), kNoon + 14);
+  EXPECT_EQ(number(result["sessions"][1], "rows"), 5);
 }
 
 TEST_F(VerifyTest, ReportsMissingSecondsAsGapsNotFaults) {
@@ -137,23 +146,23 @@ TEST_F(VerifyTest, ReportsMissingSecondsAsGapsNotFaults) {
     rows->append(row, 1);
   }
   rows->close();
-  const VerificationResult result = verify(log);
-  EXPECT_EQ(result.faults(), 0u);
-  ASSERT_EQ(result.sessions.size(), 1u);
-  const LogSession& session = result.sessions[0];
-  EXPECT_EQ(session.missing_s, 5u);
-  EXPECT_EQ(session.missing_frames, 600u);
-  EXPECT_EQ(session.partial, 1u);
-  ASSERT_EQ(session.gaps.size(), 2u);
-  EXPECT_EQ(session.gaps[0].first_s, kNoon + 2);
-  EXPECT_EQ(session.gaps[0].last_s, kNoon + 4);
-  EXPECT_EQ(session.gaps[1].first_s, kNoon + 7);
+  const auto result = verify({log});
+  EXPECT_EQ(number(result, "faults"), 0);
+  ASSERT_EQ(result["sessions"].size(), 1u);
+  const auto& session = result["sessions"][0];
+  EXPECT_EQ(number(session, "missing_s"), 5);
+  EXPECT_EQ(number(session, "missing_frames"), 600);
+  EXPECT_EQ(number(session, "partial"), 1);
+  ASSERT_EQ(session["holes"].size(), 2u);
+  EXPECT_EQ(number(session["holes"][0], "first_s"), kNoon + 2);
+  EXPECT_EQ(number(session["holes"][0], "last_s"), kNoon + 4);
+  EXPECT_EQ(number(session["holes"][1], "first_s"), kNoon + 7);
 }
 
 TEST_F(VerifyTest, AnUnclosedSegmentIsOpenWhileLockedElseTruncated) {
   const auto open = writer();
   append(*open, kNoon, 3);
-  EXPECT_EQ(verify(log).findings[0].state, FileState::kOpen);
+  EXPECT_EQ(text(verify({log})["findings"][0], "state"), "open");
   EXPECT_THAT(faults_of_log(), IsEmpty());
   std::filesystem::copy_file(path(0), path(100));  // not locked, as after a kill
   EXPECT_THAT(faults(path(100)), ElementsAre(name(100) + ": torn: 3 rows, format 2, no end"));
@@ -224,9 +233,9 @@ TEST_F(VerifyTest, ReportsASegmentThatDoesNotExist) {
   std::filesystem::remove(path(10));
   EXPECT_THAT(faults_of_log(), ElementsAre(name(0) + ": missing: the next 1 segment, with 7 rows"));
   std::filesystem::remove(path(0));
-  const auto findings = verify(log).findings;
-  EXPECT_EQ(findings.back().state, FileState::kDeleted);
-  EXPECT_EQ(findings.back().text,
+  const auto findings = verify({log})["findings"];
+  EXPECT_EQ(text(findings.back(), "state"), "deleted");
+  EXPECT_EQ(text(findings.back(), "text"),
             "begins with segment 3: 12 rows of the log are not here, before 2026-11-21T12:00:20Z");
 }
 
@@ -258,17 +267,17 @@ TEST_F(VerifyTest, ReadsLogsOfVersion01AndFindsTheirTruncation) {
 
 TEST_F(VerifyTest, ReportsTheDamagedBytesOfACapture) {
   const std::string path = capture("gyro1-20261121T120000Z.pcap", 5);
-  EXPECT_THAT(verify(path).findings[0].text,
+  EXPECT_THAT(text(verify({path})["findings"][0], "text"),
               StartsWith("5 packets, 40 bytes of the line, opened 1 time, 2026-11-21T12:"));
   EXPECT_THAT(faults(path), IsEmpty());
-  const std::string text = test::content(path);
+  const std::string whole = test::content(path);
   cut(path, 7);
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": torn: 4 packets, 30 bytes"),
                                               HasSubstr("31 bytes from byte 166 on are not a complete packet"))));
-  test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128));
+  test::write_file(path, whole.substr(0, 128) + std::string(64, '\xFF') + whole.substr(128));
   EXPECT_THAT(faults(path), ElementsAre(AllOf(HasSubstr(": damaged: 5 packets, 40 bytes"),
                                               HasSubstr("64 bytes in 1 place from byte 128 on are not packets"))));
-  test::write_file(path, text.substr(0, 128) + std::string(64, '\xFF') + text.substr(128, text.size() - 135));
+  test::write_file(path, whole.substr(0, 128) + std::string(64, '\xFF') + whole.substr(128, whole.size() - 135));
   EXPECT_THAT(faults(path),
               ElementsAre(AllOf(HasSubstr(": damaged: 4 packets, 30 bytes"),
                                 HasSubstr("64 bytes in 1 place from byte 128 on are not packets; 31 bytes from "
@@ -293,7 +302,7 @@ TEST_F(VerifyTest, ReadsFoldersRecursively) {
   cut(path, 1);
   test::write_file(folder.file("notes.txt"), "mine");
   EXPECT_EQ(faults(folder.file("")).size(), 1u);
-  EXPECT_EQ(verify(folder.file("")).findings.size(), 3u);
+  EXPECT_EQ(verify({folder.file("")})["findings"].size(), 2u);
 }
 
 TEST_F(VerifyTest, ReportsAMissingPathAndAFolderWithoutPrismFiles) {
