@@ -41,51 +41,7 @@ Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
 
 /// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
 /// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
-/// the recording.
-class CaptureMaker {
- public:
-  CaptureMaker(const std::string& out, wire::FrameDescriptionPtr frames) : out_(out), encoder_(std::move(frames)) {}
-
-  Result<void> push(const compensation::SecondMean& second_mean, bool begins_session) {
-    const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
-    if (!writer_) {
-      auto writer = drivers::CaptureWriter::open(out_);
-      if (!writer) return tl::unexpected(writer.error());
-      writer_.emplace(std::move(*writer));
-      next_ = second_mean.second;
-    } else if (begins_session) {
-      next_ = second_mean.second;
-      if (auto done = writer_->opened(time_ns); !done) return done;
-    }
-    if (second_mean.partial) return {};
-    state_.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
-    state_.rate_deg_per_h[0] = state_.valid[0] ? second_mean.rate_deg_per_h : 0;
-    state_.temperature_degc = second_mean.temperature_degc;
-    state_.uhfo_v = second_mean.uhfo_v;
-    if (second_mean.second > next_) encoder_.skip(state_, static_cast<std::uint64_t>(second_mean.second - next_));
-    next_ = second_mean.second + 1;
-    bytes_.clear();
-    encoder_.encode(state_, bytes_);
-    ++frames_;
-    return writer_->data(time_ns, bytes_);
-  }
-  /// Returns the number of frames.
-  Result<std::size_t> finish() {
-    if (!writer_) return make_error(out_, "found no row");
-    if (const auto flushed = writer_->flush(); !flushed) return tl::unexpected(flushed.error());
-    return frames_;
-  }
-
- private:
-  std::string out_;
-  wire::FrameEncoder encoder_;
-  wire::GyroState state_{.interval_s = 1};  ///< of the frame
-  std::optional<drivers::CaptureWriter> writer_;
-  std::vector<std::uint8_t> bytes_;
-  std::int64_t next_ = 0;  ///< the second after the last frame
-  std::size_t frames_ = 0;
-};
-
+/// the recording. Returns the number of frames.
 Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
@@ -95,18 +51,45 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
   std::error_code error;
   if (std::filesystem::equivalent(choice.recording, choice.out, error))
     return make_error(choice.out, "is the recording itself, expected another file");
-  CaptureMaker maker(choice.out, *frames);
+  wire::FrameEncoder encoder(*frames);
+  wire::GyroState state{.interval_s = 1};  // of a frame
+  std::optional<drivers::CaptureWriter> writer;
+  std::vector<std::uint8_t> bytes;
+  std::int64_t next = 0;  // the second after the last frame
+  std::size_t count = 0;
+  const auto push = [&](const compensation::SecondMean& second_mean, bool begins_session) -> Result<void> {
+    const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
+    if (!writer) {
+      auto opened = drivers::CaptureWriter::open(choice.out);
+      if (!opened) return tl::unexpected(opened.error());
+      writer.emplace(std::move(*opened));
+      next = second_mean.second;
+    } else if (begins_session) {
+      next = second_mean.second;
+      if (auto done = writer->opened(time_ns); !done) return done;
+    }
+    if (second_mean.partial) return {};
+    state.valid[0] = std::isfinite(second_mean.rate_deg_per_h);
+    state.rate_deg_per_h[0] = state.valid[0] ? second_mean.rate_deg_per_h : 0;
+    state.temperature_degc = second_mean.temperature_degc;
+    state.uhfo_v = second_mean.uhfo_v;
+    if (second_mean.second > next) encoder.skip(state, static_cast<std::uint64_t>(second_mean.second - next));
+    next = second_mean.second + 1;
+    bytes.clear();
+    encoder.encode(state, bytes);
+    ++count;
+    return writer->data(time_ns, bytes);
+  };
   const auto recording = recordings::read_recording(
-      choice.recording, source,
-      {[](const recordings::Recording&) { return Result<void>(); },
-       [&](const compensation::SecondMean& second_mean, bool begins) { return maker.push(second_mean, begins); }});
+      choice.recording, source, {[](const recordings::Recording&) { return Result<void>(); }, push});
   if (!recording) return tl::unexpected(recording.error());
-  if (recording->seconds == 0) return make_error(choice.recording, "found no row");
+  if (!writer) return make_error(choice.recording, "found no row");
   if (!recording->sensors().empty() && !choice.quiet) {
     fmt::print(stderr, "prismcal: {}: the frames have rate, temperature and UHFO voltage, but not the sensors {}\n",
                choice.out, sensors_text(recording->sensors()));
   }
-  return maker.finish();
+  if (const auto flushed = writer->flush(); !flushed) return tl::unexpected(flushed.error());
+  return count;
 }
 
 }  // namespace

@@ -214,12 +214,8 @@ QuantitySet RowJudge::push(const Sample& sample, std::size_t line) {
     of.like_kelvin += like_kelvin(value);
     if (!bad) return;
     const std::int64_t second = compensation::second_number(sample.time_ns);
-    const auto same = [&](const Rejected& one) { return one.second == second && one.why.reason == why.reason; };
-    const auto last_two = of.rejected.end() - std::min<std::ptrdiff_t>(2, std::ssize(of.rejected));
-    if (const auto one = std::find_if(last_two, of.rejected.end(), same); one != of.rejected.end())
-      ++one->values;
-    else
-      of.rejected.push_back({second, 1, line, why});
+    if (of.rejected.empty() || of.rejected.back().second != second) of.rejected.push_back({second, 0, line, why});
+    ++of.rejected.back().values;
   };
   count(counts_[0], sample.rate_deg_per_h, implausible.rate, rejections.rate);
   count(counts_[1], sample.temperature_degc, implausible.temperature, rejections.temperature);
@@ -227,33 +223,25 @@ QuantitySet RowJudge::push(const Sample& sample, std::size_t line) {
   return implausible;
 }
 
-/// "temperature: 23 of 14400 values implausible: 13 outside their limits, the first in line 12: …; 10 …". Empty: none.
+/// "temperature: 23 of 14400 values implausible, the first in line 12: …". Empty: none.
 Result<std::string> RowJudge::implausible_text(std::size_t quantity, const std::vector<Finding>& explained,
                                                const std::string& path) const {
   const Count& count = counts_[quantity];
-  std::array<Rejected, 2> sums;  // outside the limits, too fast
+  const Rejected* first = nullptr;
+  std::size_t implausible = 0;
   for (const Rejected& rejected : count.rejected) {
     // The seconds next to values that are not used may have a few of their samples. `explained` is in order of time.
     const auto at =
         std::lower_bound(explained.begin(), explained.end(), rejected.second,
                          [](const Finding& finding, std::int64_t second) { return finding.end + 1 < second; });
     if (at != explained.end() && at->begin - 1 <= rejected.second) continue;
-    Rejected& sum = sums[rejected.why.reason == Rejection::Reason::kTooFast];
-    if (sum.values == 0) sum = {0, 0, rejected.first_line, rejected.why};
-    sum.values += rejected.values;
+    if (first == nullptr) first = &rejected;
+    implausible += rejected.values;
   }
-  const std::size_t implausible = sums[0].values + sums[1].values;
-  if (implausible == 0) return std::string();
-  std::string text = fmt::format("{}: {} of {} values implausible", kJudged[quantity].name, implausible, count.values);
-  const bool both = sums[0].values > 0 && sums[1].values > 0;
-  for (const Rejected& sum : sums) {
-    if (sum.values == 0) continue;
-    if (both)
-      text += fmt::format("{} {} {}", &sum == &sums[0] ? ":" : ";", sum.values,
-                          &sum == &sums[0] ? "outside the limits" : "changed too fast");
-    text += fmt::format(", the first in line {}: {}", sum.first_line,
-                        compensation::rejection_text(sum.why, kJudged[quantity].unit));
-  }
+  if (first == nullptr) return std::string();
+  const std::string text =
+      fmt::format("{}: {} of {} values implausible, the first in line {}: {}", kJudged[quantity].name, implausible,
+                  count.values, first->first_line, compensation::rejection_text(first->why, kJudged[quantity].unit));
   if (quantity == 1 && 2 * count.like_kelvin > count.values)
     return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
   if (100 * implausible > count.values) return make_error(path, text + "; expected at most 1 %");

@@ -71,7 +71,7 @@ class RowJudge {
   Result<std::vector<Finding>> finish(const std::string& path, std::array<std::vector<Finding>, 3> of_seconds) const;
 
  private:
-  /// Values of one second that were rejected for one reason.
+  /// The rejected values of one second.
   struct Rejected {
     std::int64_t second = 0;
     std::size_t values = 0, first_line = 0;

@@ -27,16 +27,7 @@
 namespace prism::commands {
 namespace {
 
-struct InspectChoice {
-  std::string file;
-  tables::TableOptions table;
-  bool json = false;
-};
-
 using nlohmann::ordered_json;
-
-/// In recordings::train_command(), if no column has the unit of a rate.
-constexpr const char* kOpenRate = "rate=COLUMN:UNIT";
 
 /// The findings of a training with the columns that the table names, which are read again, but for those on the time;
 /// the reason if it cannot use them.
@@ -56,22 +47,6 @@ std::vector<std::string> remarks_on(const tables::PlainTable& table, const table
   std::vector<std::string> remarks = recording->remarks();
   for (std::string& question : recording->questions()) remarks.push_back(std::move(question));
   return remarks;
-}
-
-/// The step of the rows and their lost samples, or why they have none.
-void add_grid(const std::vector<std::int64_t>& stamps_ns, const std::string& path, double interval_s,
-              ordered_json& time) {
-  const auto grid = recordings::sample_grid(stamps_ns, path, interval_s > 0 ? std::optional(interval_s) : std::nullopt);
-  if (!grid) {
-    time["no_interval"] = grid.error().what;
-    return;
-  }
-  time.update({{"interval_s", grid->interval_s},
-               {"mean_step_s", grid->mean_step_s},
-               {"median_step_s", grid->median_step_s},
-               {"jitter_s", grid->jitter_s},
-               {"lost", grid->lost},
-               {"holes", grid->holes.size()}});
 }
 
 /// How the table is understood, as --json prints it. `problem`: of the time, or of the first bad row, where the rest of
@@ -122,81 +97,70 @@ Result<ordered_json> summary_of(const std::string& path, const tables::TableOpti
   json["torn_rows"] = table->torn();
   if (!stamps_ns.empty()) {
     const auto text = [&](std::int64_t time_ns) { return tables::time_text(time_ns, table->has_dates()); };
+    const auto grid = recordings::sample_grid(
+        stamps_ns, path, options.interval_s > 0 ? std::optional(options.interval_s) : std::nullopt);
     json["time"] = {{"column", table->columns()[*time].text},
                     {"format", table->time()->text()},
                     {"first", text(stamps_ns.front())},
                     {"last", text(stamps_ns.back())},
-                    {"first_s", static_cast<double>(stamps_ns.front()) / 1e9},
-                    {"last_s", static_cast<double>(stamps_ns.back()) / 1e9},
-                    {"is_date", table->has_dates()},
-                    {"interval_s", nullptr}};
-    add_grid(stamps_ns, path, options.interval_s, json["time"]);
+                    {"interval_s", nullptr},
+                    {"lost", grid ? grid->lost : 0},
+                    {"notes", grid ? grid->notes : std::vector{grid.error().what}}};
+    if (grid) json["time"]["interval_s"] = grid->interval_s;
   }
   const bool good = json["problem"].get<std::string>().empty();
   if (good && recordings::rate_column(*table)) json["remarks"] = remarks_on(*table, options);
   return json;
 }
 
-std::string grid_text(const ordered_json& time) {
-  if (time.contains("no_interval")) return time["no_interval"];
-  const auto number = [&](const char* key) { return time[key].get<double>(); };
-  return fmt::format(
-      "every {:.6g} s; steps: mean {:.6g} s, median {:.6g} s, stamps within {:.3g} s of the grid; {} lost in {}",
-      number("interval_s"), number("mean_step_s"), number("median_step_s"), number("jitter_s"),
-      counted(time["lost"], "sample"), counted(time["holes"], "hole"));
-}
-
 /// The same as text.
 void print(const ordered_json& summary) {
   const auto text = [](const ordered_json& object, const char* key) { return object[key].get<std::string>(); };
-  fmt::print("{}: {}\n{}, {}{}\n\n", text(summary, "file"), text(summary, "dialect"), counted(summary["rows"], "row"),
-             counted(summary["columns"].size(), "column"),
-             summary["torn_rows"] > 0 ? "; the last one has no line end and is left out" : "");
-  std::size_t width = 6;
-  for (const auto& column : summary["columns"]) width = std::max(width, text(column, "header").size());
-  width = std::min<std::size_t>(width, 40);
-  fmt::print("{:<{}}  {:<8} {:>14} {:>14} {:>8}\n", "column", width, "unit", "smallest", "largest", "holes");
+  report::Table columns{
+      "columns",
+      fmt::format("{}, {}{}", counted(summary["rows"], "row"), counted(summary["columns"].size(), "column"),
+                  summary["torn_rows"] > 0 ? "; the last one has no line end and is left out" : ""),
+      "", report::columns("column: | unit: | smallest | largest | holes")};
   for (const auto& column : summary["columns"]) {
     const auto number = [&](const char* key) {
-      const double value = column[key].is_null() ? kUnknown : column[key].get<double>();
-      return std::isfinite(value) ? fmt::format("{:.8g}", value) : "-";
+      return column[key].is_null() ? std::nullopt : std::optional(column[key].get<double>());
     };
-    fmt::print("{:<{}}  ", shortened(text(column, "header"), 40), width);
-    if (column["kind"] == "number")
-      fmt::print("{:<8} {:>14} {:>14} {:>8}\n", column["unit"].is_null() ? "" : text(column, "unit"),
-                 number("smallest"), number("largest"), column["holes"].get<std::size_t>());
-    else
-      fmt::print("{}\n", text(column, "kind"));
+    const bool is_number = column["kind"] == "number", has_unit = is_number && !column["unit"].is_null();
+    columns.rows.push_back({shortened(text(column, "header"), 40), has_unit ? text(column, "unit") : "",
+                            report::general_cell(number("smallest"), 8), report::general_cell(number("largest"), 8),
+                            is_number ? report::count_cell(column["holes"]) : text(column, "kind")});
   }
-  if (const ordered_json& time = summary["time"]; !time.is_null())
-    fmt::print("\ntime {} ({}): {} to {}\n  {}\n", text(time, "column"), text(time, "format"), text(time, "first"),
-               text(time, "last"), grid_text(time));
+  fmt::print("{}: {}\n{}", text(summary, "file"), text(summary, "dialect"), report::plain_text(columns));
+  if (const ordered_json& time = summary["time"]; !time.is_null()) {
+    fmt::print("\ntime {} ({}): {} to {}\n", text(time, "column"), text(time, "format"), text(time, "first"),
+               text(time, "last"));
+    if (!time["interval_s"].is_null()) fmt::print("every {:.6g} s\n", time["interval_s"].get<double>());
+    for (const auto& note : time["notes"]) fmt::print("{}\n", printable(note.get<std::string>()));
+  }
   if (!summary["remarks"].empty()) fmt::print("\n");
   for (const auto& remark : summary["remarks"]) fmt::print("{}\n", printable(remark.get<std::string>()));
   if (!text(summary, "problem").empty()) return;
   const std::string command = text(summary, "command");
-  if (command.find(kOpenRate) != std::string::npos)
-    fmt::print("\nNo column has the unit of a rate; replace COLUMN (its name or number) and UNIT (deg/h, deg/s, …):");
-  else if (command.find(":UNIT") != std::string::npos)
-    fmt::print("\nReplace COLUMN (its name or number) and UNIT (degC, K or degF; V or mV):");
+  if (command.find(":UNIT") != std::string::npos)
+    fmt::print("\nReplace COLUMN (its name or number) and UNIT (deg/h, deg/s, …; degC, K or degF; V or mV):");
   fmt::print("\n{}\n{}\n", printable(command), recordings::kSiteAdvice);
 }
 
-Result<int> run(const InspectChoice& choice) {
-  const auto kind = recordings::bytes_kind(choice.file);
+Result<int> inspect(const std::string& file, const tables::TableOptions& options, bool json) {
+  const auto kind = recordings::bytes_kind(file);
   if (!kind) return tl::unexpected<Error>(kind.error());
   if (!kind->empty())
-    return make_error(choice.file, fmt::format("is a {}; prismd --sniff {} finds the frame description", *kind,
-                                               shell_word(choice.file)));
-  auto summary = summary_of(choice.file, choice.table);
+    return make_error(file,
+                      fmt::format("is a {}; prismd --sniff {} finds the frame description", *kind, shell_word(file)));
+  auto summary = summary_of(file, options);
   if (!summary) return tl::unexpected<Error>(summary.error());
   const std::string problem = (*summary)["problem"];
-  if (!choice.json) {
+  if (!json) {
     print(*summary);
     if (!problem.empty()) fmt::print(stderr, "prismcal: {}\n", problem);
   } else {
     std::string command = (*summary)["command"];
-    if (command.find(kOpenRate) != std::string::npos) (*summary)["command"] = "";  // it is not complete
+    if (command.find("rate=COLUMN:UNIT") != std::string::npos) (*summary)["command"] = "";  // it is not complete
     fmt::print("{}\n", json_text(*summary, 2));
   }
   return problem.empty() ? 0 : 1;
@@ -297,20 +261,19 @@ int inspect_each(const std::vector<std::string>& paths, const recordings::Traini
 void add_inspect_command(CLI::App& app, int& code) {
   CLI::App* command =
       app.add_subcommand("inspect", "show how a file of another program is understood, before training");
-  const auto choice = std::make_shared<InspectChoice>();
+  const auto json = std::make_shared<bool>();
   const auto files = std::make_shared<std::vector<std::string>>();
   const auto options = std::make_shared<recordings::TrainingSetOptions>();  // of one file: only its table
   add_options(*command, {{"files", files.get(), "plain table; of several recordings: a line each"}}, Need::kRequired);
   add_source_options(*command, options->source);
   add_site_options(*command, options->site);
   add_window_options(*command, *options);
-  add_options(*command, {{"--json", &choice->json, "print JSON"}});
+  add_options(*command, {{"--json", json.get(), "print JSON"}});
   tools::add_examples(*command, {"prismcal inspect chamber.csv", "prismcal inspect export.csv --decimal , --json",
                                  "prismcal inspect day*.csv --latitude 48.1 --elevation 90"});
-  command->callback([choice, files, options, &code] {
-    choice->file = files->front();
-    choice->table = options->source.table;
-    code = files->size() > 1 ? inspect_each(*files, *options, choice->json) : exit_code(run(*choice));
+  command->callback([json, files, options, &code] {
+    code = files->size() > 1 ? inspect_each(*files, *options, *json)
+                             : exit_code(inspect(files->front(), options->source.table, *json));
   });
 }
 

@@ -11,20 +11,6 @@
 #include "tools/prismcal/units.hpp"
 
 namespace prism::recordings {
-namespace {
-
-/// Smaller numbers are seconds since the start: 1e8 s since 1970 is in 1973.
-constexpr double kSinceStart = 1e8;
-
-tl::unexpected<Error> no_range(const std::string& range) {
-  return make_error("--leave-out",
-                    fmt::format("found \"{}\", expected FROM..TO, as 2026-11-23T09:11:00Z..2026-11-23T09:12:00Z or "
-                                "7001..7031 (s)",
-                                range));
-}
-
-}  // namespace
-
 std::string end_of_second(std::int64_t second, bool is_date) {
   return is_date ? utc_text(second + 1) : fmt::format("{} s", second + 1);
 }
@@ -33,44 +19,33 @@ std::string leave_out_range(std::int64_t first, std::int64_t last, bool is_date)
   return is_date ? utc_text(first + 1) + ".." + utc_text(last + 1) : fmt::format("{}..{}", first + 1, last + 1);
 }
 
-Result<std::optional<LeaveOut::Time>> LeaveOut::parse_time(const std::string& text, const std::string& range) {
-  if (text.empty()) return std::nullopt;
-  if (const auto number = parse_number<double>(text)) return Time{*number, false};
-  const auto date = tables::iso_time(text);
-  if (!date) return no_range(range);
-  return Time{static_cast<double>(date->ns) / 1e9, true};
-}
-
-Result<LeaveOut> LeaveOut::parse(const std::vector<std::string>& ranges) {
-  LeaveOut leave_out;
-  for (const std::string& text : ranges) {
-    const std::size_t dots = text.find("..");
-    if (dots == std::string::npos || text.size() == 2) return no_range(text);
-    const auto from = parse_time(text.substr(0, dots), text), to = parse_time(text.substr(dots + 2), text);
-    if (!from) return tl::unexpected<Error>(from.error());
-    if (!to) return tl::unexpected<Error>(to.error());
-    if (*from && *to && (*from)->is_date == (*to)->is_date && (*from)->s > (*to)->s)
-      return make_error("--leave-out", fmt::format("found \"{}\", which ends before it begins", text));
-    leave_out.ranges_.push_back({text, *from, *to});
-  }
-  return leave_out;
+LeaveOut::LeaveOut(const std::vector<std::string>& ranges) {
+  for (const std::string& text : ranges) ranges_.push_back({text});
 }
 
 Result<void> LeaveOut::begin(std::int64_t first_second, bool is_date) {
   if (std::exchange(begun_, true)) return {};
+  const auto seconds_of = [&](const std::string& text, double open) -> std::optional<double> {
+    constexpr double kSinceStart = 1e8;  // smaller numbers are seconds since the start: 1e8 s since 1970 is in 1973
+    if (text.empty()) return open;
+    if (const auto number = parse_number<double>(text))
+      return is_date && *number < kSinceStart ? *number + static_cast<double>(first_second) : *number;
+    const auto date = tables::iso_time(text);
+    return date && is_date ? std::optional(static_cast<double>(date->ns) / 1e9) : std::nullopt;
+  };
   for (Range& range : ranges_) {
-    for (const auto& time : {range.from, range.to}) {
-      if (time && time->is_date && !is_date)
-        return make_error("--leave-out", fmt::format("found the date \"{}\", expected seconds: the recording's times "
-                                                     "have no date",
-                                                     range.text));
-    }
-    const auto absolute = [&](const Time& time) {
-      const bool since_start = is_date && !time.is_date && time.s < kSinceStart;
-      return since_start ? static_cast<double>(first_second) + time.s : time.s;
-    };
-    range.from_s = range.from ? absolute(*range.from) : -HUGE_VAL;
-    range.to_s = range.to ? absolute(*range.to) : HUGE_VAL;
+    const std::size_t dots = range.text.size() > 2 ? range.text.find("..") : std::string::npos;
+    const bool has_dots = dots != std::string::npos;
+    const auto from_s = has_dots ? seconds_of(range.text.substr(0, dots), -HUGE_VAL) : std::nullopt,
+               to_s = has_dots ? seconds_of(range.text.substr(dots + 2), HUGE_VAL) : std::nullopt;
+    if (!from_s || !to_s)
+      return make_error("--leave-out",
+                        fmt::format("found \"{}\", expected FROM..TO, as {}", range.text,
+                                    is_date ? "2026-11-23T09:11:00Z..2026-11-23T09:12:00Z or 7001..7031 (s)"
+                                            : "7001..7031 (s): the recording's times have no date"));
+    if (*from_s > *to_s)
+      return make_error("--leave-out", fmt::format("found \"{}\", which ends before it begins", range.text));
+    range.from_s = *from_s, range.to_s = *to_s;
   }
   return {};
 }

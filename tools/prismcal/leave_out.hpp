@@ -21,11 +21,10 @@ std::string leave_out_range(std::int64_t first, std::int64_t last, bool is_date)
 /// time, or for recordings with dates since 1970, below 1e8 since the recording's start. An empty end is open.
 class LeaveOut {
  public:
-  /// Errors: a text that is not a range, or one that ends before it begins.
-  static Result<LeaveOut> parse(const std::vector<std::string>& ranges);
+  explicit LeaveOut(const std::vector<std::string>& ranges);
 
-  /// Call before contains(), with the first second of the recording; later calls have no effect. Errors: a date, but
-  /// the times have none.
+  /// Call before contains(), with the first second of the recording; later calls have no effect. Errors: a text that is
+  /// not a range, or one that ends before it begins; a date, but the times have none.
   Result<void> begin(std::int64_t first_second, bool is_date);
   /// Returns true if a part of the second (second, second + 1] is in a range, and counts it once. Call in order of
   /// time.
@@ -36,17 +35,11 @@ class LeaveOut {
   std::vector<std::string> unmatched() const;
 
  private:
-  struct Time {
-    double s = 0;
-    bool is_date = false;
-  };
   struct Range {
     std::string text;
-    std::optional<Time> from, to;
     double from_s = 0, to_s = 0;  ///< set by begin()
     std::size_t seconds = 0;
   };
-  static Result<std::optional<Time>> parse_time(const std::string& text, const std::string& range);
 
   std::vector<Range> ranges_;
   bool begun_ = false;

@@ -96,24 +96,22 @@ Result<QuantityMap> parse_map(const std::vector<std::string>& entries) {
     if (equals == std::string::npos || equals + 1 == entry.size())
       return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     const std::string quantity = entry.substr(0, equals);
+    const bool known = is_quantity(quantity) || is_sensor(quantity);
     const std::size_t colon = entry.rfind(':');
+    const bool has_unit = colon != std::string::npos && colon > equals;
+    if (!has_unit && !known)
+      return make_error("--map", fmt::format("found {}, expected one of: {}", quantity, known_units("")));
     MappedColumn mapped;
-    if (colon == std::string::npos || colon < equals) {
-      if (!is_quantity(quantity) && !is_sensor(quantity))
-        return make_error("--map", fmt::format("found {}, expected one of: {}", quantity, known_units("")));
-      mapped.column = entry.substr(equals + 1);
-    } else {
+    mapped.column = entry.substr(equals + 1, has_unit ? colon - equals - 1 : std::string::npos);
+    if (has_unit) {
       const std::size_t scale_at = entry.find_first_of("*+-", colon);  // not in any unit name
       const std::string unit = entry.substr(colon + 1, scale_at - colon - 1);
       mapped.unit = find_unit(quantity, unit);
-      if (!mapped.unit)
-        return make_error("--map",
-                          fmt::format("found {} in \"{}\", expected {}{}", quantity, unit,
-                                      is_quantity(quantity) || is_sensor(quantity) ? "" : "one of: ",
-                                      known_units(is_quantity(quantity) || is_sensor(quantity) ? quantity : "")));
-      mapped.column = entry.substr(equals + 1, colon - equals - 1);
       mapped.is_scaled = scale_at != std::string::npos;
-      if (scale_at != std::string::npos && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
+      if (!mapped.unit)
+        return make_error("--map", fmt::format("found {} in \"{}\", expected {}{}", quantity, unit,
+                                               known ? "" : "one of: ", known_units(known ? quantity : "")));
+      if (mapped.is_scaled && !read_scale_and_offset(std::string_view(entry).substr(scale_at), mapped))
         return make_error("--map", fmt::format("found \"{}\", expected {}", entry, kGrammar));
     }
     if (!map.emplace(quantity, std::move(mapped)).second)
@@ -350,7 +348,7 @@ void add_findings_on_times(const std::vector<std::int64_t>& rate_stamps_ns, cons
   if (!grid)
     return add_remarks(findings, "time",
                        {"time: " + grid.error().what + "; rows are averaged in the second of their times"});
-  add_remarks(findings, "time", grid->notes());
+  add_remarks(findings, "time", grid->notes);
   constexpr double kMostGap_s = 6;  // FeatureDefinition::max_gap_s, and the row's second
   if (grid->interval_s <= kMostGap_s) return;
   add_remarks(findings, "step", {step_advice(grid->interval_s)});

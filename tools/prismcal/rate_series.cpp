@@ -141,7 +141,7 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
   series.interval_s = grid->interval_s;
   series.interval_source = "count over span of " + time_name;
   series.rate_deg_per_h = with_gaps(columns.rates, *grid);
-  series.notes = grid->notes();
+  series.notes = grid->notes;
   return {};
 }
 

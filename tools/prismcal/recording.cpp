@@ -262,9 +262,7 @@ Result<Recording> read_recording(const std::string& path, const SourceOptions& o
                                  const SecondConsumer& consumer) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
-  auto leave_out = LeaveOut::parse(options.leave_out);
-  if (!leave_out) return tl::unexpected<Error>(leave_out.error());
-  SecondFeed feed(path, std::move(*leave_out), consumer);
+  SecondFeed feed(path, LeaveOut(options.leave_out), consumer);
   if (auto done = read(path, options, feed); !done) return tl::unexpected<Error>(done.error());
   UnmatchedRanges unmatched(options.several ? std::vector<std::string>() : options.leave_out);
   unmatched.add(feed.recording());

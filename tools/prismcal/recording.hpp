@@ -58,7 +58,7 @@ struct SourceOptions {
   bool judged = true;          ///< mapped table: implausible values and outliers are left out (findings.hpp)
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
-  std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut::parse()
+  std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut
   bool several = false;  ///< one of several recordings: a range of leave_out may contain none of its times
 };
 

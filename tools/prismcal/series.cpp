@@ -149,32 +149,17 @@ std::vector<SampleHole> stated_holes(const Stamps& stamps, double interval_s) {
 
 }  // namespace
 
-std::vector<std::string> SampleGrid::notes() const {
-  std::vector<std::string> notes;
-  if (!exact)
-    notes.push_back(fmt::format("time: mean step {:.6g} s, median step {:.6g} s; used: {:.6g} s, count over span{}",
-                                mean_step_s, median_step_s, interval_s, holes.empty() ? "" : " between holes"));
-  if (lost > 0)
-    notes.push_back(fmt::format("{} lost in {}{}", counted(lost, "sample"), counted(holes.size(), "hole"),
-                                lost > rows ? ", more than there are rows: are there two recordings?" : ""));
-  return notes;
-}
-
 Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, std::optional<double> interval_s) {
   if (stamps.size() < 2)
     return make_error(where, fmt::format("found {}, expected 2 or more", counted(stamps.size(), "time")));
-  SampleGrid grid;
-  grid.rows = stamps.size();
   if (stamps.back() == stamps.front()) return make_error(where, "found the same time in all rows");
-  grid.mean_step_s = mean_step_s(stamps);
-  grid.median_step_s = median_step_ns(stamps, 1) / 1e9;
+  const double median_s = median_step_ns(stamps, 1) / 1e9;
   Places places = interval_s ? places_of(stamps, *interval_s * 1e9) : best_places(stamps);
   if (const std::size_t row = places.shared_row; row > 0 && !interval_s) {
     const auto step_s = static_cast<double>(stamps[row] - stamps[row - 1]) / 1e9;
-    const std::string found = step_s == 0
-                                  ? "has the time of the row before"
-                                  : fmt::format("is {:.6g} s after the row before, but the usual step is {:.6g} s",
-                                                step_s, grid.median_step_s);
+    const std::string found =
+        step_s == 0 ? "has the time of the row before"
+                    : fmt::format("is {:.6g} s after the row before, but the usual step is {:.6g} s", step_s, median_s);
     return make_error(where, fmt::format("row {} {}: times repeat, come in batches or jitter; state the true step with "
                                          "--interval SECONDS",
                                          row + 1, found));
@@ -184,11 +169,18 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
                       fmt::format("two readings are possible: a row every {:.6g} s, and {} at even "
                                   "distances, or every {:.6g} s with rounded times; state --interval",
                                   places.interval_ns / 1e9, counted(places.holes.size(), "hole"), other_ns / 1e9));
+  SampleGrid grid;
   grid.interval_s = interval_s ? *interval_s : places.interval_ns / 1e9;
   grid.holes = places.shared_row > 0 ? stated_holes(stamps, *interval_s) : std::move(places.holes);
   for (const SampleHole& hole : grid.holes) grid.lost += hole.lost;
-  grid.jitter_s = places.jitter_ns / 1e9;
-  grid.exact = places.shared_row == 0 && grid.jitter_s <= 0.01 * grid.interval_s;
+  if (places.shared_row > 0 || places.jitter_ns > 1e7 * grid.interval_s)
+    grid.notes.push_back(
+        fmt::format("time: mean step {:.6g} s, median step {:.6g} s; used: {:.6g} s, count over span{}",
+                    mean_step_s(stamps), median_s, grid.interval_s, grid.holes.empty() ? "" : " between holes"));
+  if (grid.lost > 0)
+    grid.notes.push_back(
+        fmt::format("{} lost in {}{}", counted(grid.lost, "sample"), counted(grid.holes.size(), "hole"),
+                    grid.lost > stamps.size() ? ", more than there are rows: are there two recordings?" : ""));
   return grid;
 }
 

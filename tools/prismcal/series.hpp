@@ -48,15 +48,9 @@ struct SampleHole {
 
 struct SampleGrid {
   double interval_s = 0;
-  std::size_t rows = 0;
-  std::vector<SampleHole> holes;  ///< in order of rows
-  std::size_t lost = 0;           ///< in all holes
-  double mean_step_s = 0, median_step_s = 0;
-  double jitter_s = 0;  ///< largest distance of a stamp from the grid
-  bool exact = false;   ///< jitter_s is at most 1 % of the interval
-
-  /// Remarks on the sample time and the lost samples.
-  std::vector<std::string> notes() const;
+  std::vector<SampleHole> holes;   ///< in order of rows
+  std::size_t lost = 0;            ///< in all holes
+  std::vector<std::string> notes;  ///< remarks on stamps more than 1 % of the interval from the grid, and lost samples
 };
 
 /// The interval is the span of the rows between holes by their count. Each stamp must be nearest to a place of its own

@@ -32,7 +32,7 @@ TEST(DataQualityTable, AdvisesToLeaveOutEverySecondAfterAMove) {
     const std::size_t begin = error.find("--leave-out ");
     ASSERT_NE(begin, std::string::npos) << error;
     const std::size_t from = begin + std::string("--leave-out ").size();
-    auto leave_out = recordings::LeaveOut::parse({error.substr(from, error.find(' ', from) - from)}).value();
+    recordings::LeaveOut leave_out({error.substr(from, error.find(' ', from) - from)});
     ASSERT_TRUE(leave_out.begin(second_means[0].second, true));
     EXPECT_TRUE(leave_out.contains(second_means[step].second)) << step << ": " << error;
     EXPECT_FALSE(leave_out.contains(second_means[step - 210].second)) << step << ": " << error;

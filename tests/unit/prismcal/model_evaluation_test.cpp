@@ -294,7 +294,7 @@ TEST(BlockTable, NamesOtherClocks) {
 }
 
 TEST(LeaveOut, NamesARangeThatEndsBeforeItBegins) {
-  EXPECT_EQ(recordings::LeaveOut::parse({"7200..3600"}).error().text(),
+  EXPECT_EQ(recordings::LeaveOut({"7200..3600"}).begin(0, false).error().text(),
             "--leave-out: found \"7200..3600\", which ends before it begins");
 }
 
