@@ -182,14 +182,12 @@ double temperature_of(const SecondMean& second_mean) { return second_mean.temper
 
 FeatureExtractor::FeatureExtractor(FeatureDefinition definition)
     : definition_(std::move(definition)), places_(definition_.sensors.size(), SIZE_MAX) {
-  for (const auto& [name, tau_s] : definition_.response_s)
-    bodies_.push_back({tau_s, sensor_index(definition_.sensors, name)});
   reset();
 }
 
 void FeatureExtractor::reset() {
   history_.clear();
-  for (Body& body : bodies_) body.value = kUnknown;
+  body_degc_ = kUnknown;
   incomplete_ = INT64_MIN;
 }
 
@@ -237,23 +235,20 @@ double FeatureExtractor::quantity(const SecondMean& second_mean, std::size_t sen
 
 // The exact response to a temperature that is constant since the second before.
 void FeatureExtractor::respond(SecondMean& second_mean, Window& window) {
+  const int tau_s = definition_.response_s;
+  double& degc = second_mean.temperature_degc;
+  if (tau_s == 0 || !std::isfinite(degc)) return;
   const std::int64_t now = second_mean.second;
-  for (Body& body : bodies_) {
-    const bool is_t = body.sensor == definition_.sensors.size();
-    if (!is_t && places_[body.sensor] >= second_mean.sensors.size()) continue;
-    double& value = is_t ? second_mean.temperature_degc : second_mean.sensors[places_[body.sensor]];
-    if (!std::isfinite(value)) continue;
-    const double step = static_cast<double>(now - body.last);
-    if (std::isnan(body.value) || step <= 0 || step > std::max(definition_.max_gap_s + 1, body.tau_s / 10)) {
-      body.value = value;
-      body.since = now;
-    } else {
-      body.value += (body.value - value) * std::expm1(-step / body.tau_s);
-    }
-    body.last = now;
-    value = body.value;
-    window.settling |= now - body.since < 3 * static_cast<std::int64_t>(body.tau_s);
+  const double step = static_cast<double>(now - body_last_);
+  if (std::isnan(body_degc_) || step <= 0 || step > std::max(definition_.max_gap_s + 1, tau_s / 10)) {
+    body_degc_ = degc;
+    body_since_ = now;
+  } else {
+    body_degc_ += (body_degc_ - degc) * std::expm1(-step / tau_s);
   }
+  body_last_ = now;
+  degc = body_degc_;
+  window.settling = now - body_since_ < 3 * static_cast<std::int64_t>(tau_s);
 }
 
 // Keeps exactly the seconds that a full window needs; a gap above max_gap_s clears the history first.

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,9 +25,9 @@ struct FeatureDefinition {
   SlopeMethod slope = SlopeMethod::kDifference;
   int end_mean_s = 10;  ///< kDifference: length of the mean at each end, 1 s to length_s
   int max_gap_s = 5;    ///< a longer gap empties the window, 0 to 3600 s
-  /// Time constants, s, 1 to 1e6, with which the gyro's body follows T or a sensor that is not in it: each one-second
-  /// mean passes a first-order response first, so that all features are those of the body. Without one: unchanged.
-  std::map<std::string, int> response_s;
+  /// Time constant, s, up to 1e6, with which the gyro's body follows T that is not in it: each one-second mean passes a
+  /// first-order response first, so that all features are those of the body. 0: unchanged.
+  int response_s = 0;
   /// Sensors that inputs use, with their units.
   std::vector<SensorName> sensors;
 
@@ -100,7 +99,7 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
 /// available seconds, slopes their true times. Cost: O(history_s) per second.
 ///
 /// A response takes the body as steady at the first temperature, and for three of its time constants the window is
-/// `settling`, but used. No accumulated rounding: only responses are recursive. One restarts if its last known
+/// `settling`, but used. No accumulated rounding: only the response is recursive. It restarts if its last known
 /// temperature is more than max(max_gap_s + 1, time constant / 10) s old, or after a step back in time.
 class FeatureExtractor {
  public:
@@ -133,14 +132,8 @@ class FeatureExtractor {
   std::int64_t incomplete_;          ///< last second after a gap, without a rate or without a temperature
   SensorList known_list_;            ///< of the last mean
   std::vector<std::size_t> places_;  ///< index in that list of each sensor of the definition; its size if absent
-  /// Of a thermometer: the body that follows it.
-  struct Body {
-    int tau_s;
-    std::size_t sensor;  ///< of the definition; its size: T
-    double value = kUnknown;
-    std::int64_t since = 0, last = 0;  ///< seconds
-  };
-  std::vector<Body> bodies_;
+  double body_degc_ = kUnknown;      ///< after the response
+  std::int64_t body_since_ = 0, body_last_ = 0;  ///< seconds: its start, and of its last temperature
 };
 
 }  // namespace prism::compensation

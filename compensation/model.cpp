@@ -94,7 +94,7 @@ std::string exact_texts(std::span<const double> values) {
 }
 
 int model_version(const ModelInfo& info) {
-  if (!info.features.response_s.empty()) return kModelVersion;
+  if (info.features.response_s > 0) return kModelVersion;
   return info.id_has_serial && !info.gyro_serial.empty() ? 2 : 1;
 }
 
@@ -108,7 +108,7 @@ std::string model_id(const ModelInfo& info, std::string_view content) {
     canonical += "serial " + info.gyro_serial + "\n";
     if (!info.gyro_axis.empty()) canonical += "axis " + info.gyro_axis + "\n";
   }
-  for (const auto& [name, tau_s] : f.response_s) canonical += fmt::format("response {} {}\n", name, tau_s);
+  if (f.response_s > 0) canonical += fmt::format("response T {}\n", f.response_s);
   if (info.table) canonical += "table\n";
   for (const SensorName& sensor : f.sensors) canonical += fmt::format("sensor {} {}\n", sensor.name, sensor.unit);
   if (const auto& s = info.spread) {

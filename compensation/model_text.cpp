@@ -144,19 +144,9 @@ JsonTable<FeatureDefinition> feature_keys() {
             }
           },
           nullptr)
-      .custom(
-          "response_s",
-          {{"type", "object"}, {"additionalProperties", {{"type", "integer"}, {"minimum", 1}, {"maximum", 1000000}}}},
-          "time constant with which the gyro's body follows T or a sensor",
-          [](const Section& section, F& features) {
-            const Section response = section.object("response_s");
-            for (const std::string& name : response.names(TextRule::kSensorName)) {
-              if (unit_of_input(features, name) != "degC")
-                response.fail(name, "is not a temperature of the features, expected T or a sensor in degC");
-              features.response_s[name] = static_cast<int>(response.integer(name, {1, 1e6}));
-            }
-          },
-          nullptr);
+      .object(
+          "response_s", JsonTable<F>().integer("T", {1, 1e6}, &F::response_s, kRequired),
+          [](auto& features) -> auto& { return features; }, "time constant with which the gyro's body follows T");
 }
 
 // The inputs of a table model have the units of the table.
@@ -349,10 +339,8 @@ std::string features_text(const FeatureDefinition& f) {
   for (const SensorName& sensor : f.sensors)
     sensors += fmt::format("{}\"{}\": \"{}\"", sensors.empty() ? ", \"sensors\": {" : ", ", sensor.name, sensor.unit);
   if (!sensors.empty()) sensors += "}";
-  std::string response;
-  for (const auto& [name, tau_s] : f.response_s)
-    response += fmt::format("{}\"{}\": {}", response.empty() ? ", \"response_s\": {" : ", ", name, tau_s);
-  if (!response.empty()) response += "}";
+  const std::string response =
+      f.response_s > 0 ? fmt::format(", \"response_s\": {{\"T\": {}}}", f.response_s) : std::string();
   return fmt::format(
       "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}{}{}}},\n",
       f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s, sensors, response);

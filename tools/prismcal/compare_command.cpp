@@ -158,7 +158,7 @@ Result<void> leave_one_out(const CompareChoice& choice, const analysis::Correcti
   // One thermometer, one response: that of all recordings.
   const auto response = training::find_response(set->data, methods.front(), options.features.length_s);
   if (response && response->tau_s > 0) {
-    options.features.response_s[compensation::kInputTemperature] = response->tau_s;
+    options.features.response_s = response->tau_s;
     if (set = read(); !set) return tl::unexpected(set.error());
   }
   const std::size_t count = set->recordings.size();

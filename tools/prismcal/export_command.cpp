@@ -206,11 +206,9 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
   define("PRISM_HISTORY_S", compensation::history_s(f));
   define("PRISM_INPUTS", inputs);
   define("PRISM_QUANTITIES", std::find(codes.begin(), codes.end(), 1) == codes.end() ? 1 : 2);
-  const auto found = f.response_s.find(compensation::kInputTemperature);
-  const int response_s = found == f.response_s.end() ? 0 : found->second;
-  define("PRISM_RESPONSE_S", response_s);
-  define("PRISM_RESPONSE_BRIDGE_S", std::max(f.max_gap_s + 1, response_s / 10));
-  define("PRISM_RESPONSE_SETTLED_S", 3 * response_s);
+  define("PRISM_RESPONSE_S", f.response_s);
+  define("PRISM_RESPONSE_BRIDGE_S", std::max(f.max_gap_s + 1, f.response_s / 10));
+  define("PRISM_RESPONSE_SETTLED_S", 3 * f.response_s);
   define("PRISM_MAX_BIAS", settings.max_bias_deg_per_h);
   define("PRISM_MAX_SLEW",
          compensation::greatest_slew_deg_per_h_per_s(model, settings.slew, settings.max_bias_deg_per_h));

@@ -145,9 +145,8 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
                  .all_inputs = choice.inputs == "auto",
                  .longer_helps = hours < kLong_h || narrow || training::one_passage(set.data),
                  .others = {}};
-  if (const auto found = set.features.response_s.find(compensation::kInputTemperature);
-      found != set.features.response_s.end()) {
-    tried.inputs += fmt::format(" and a response of {:.0f} min", found->second / 60.0);
+  if (const int tau_s = set.features.response_s; tau_s > 0) {
+    tried.inputs += fmt::format(" and a response of {:.0f} min", tau_s / 60.0);
   } else if (response) {
     tried.inputs += " and no response, which fits best";
   }
@@ -190,10 +189,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
   settings->stop = stopped;
-  std::map<std::string, int>& response_s = choice.recordings.features.response_s;
+  int& response_s = choice.recordings.features.response_s;
   bool open = choice.response == "auto";
-  if (const int tau_s = open ? 0 : std::stoi(choice.response); tau_s > 0)
-    response_s[compensation::kInputTemperature] = tau_s;
+  if (!open) response_s = std::stoi(choice.response);
   std::optional<training::ResponseSearch> response;
   recordings::Unusable left_out;
   const auto read_once = [&](const std::vector<std::string>& inputs) {
@@ -230,9 +228,9 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     } else {
       response = training::find_response(choice.inputs == "auto" ? by_temperature(set->data) : set->data, *settings,
                                          choice.recordings.features.length_s);
-      if (response && response->tau_s > 0) response_s[compensation::kInputTemperature] = response->tau_s;
+      if (response) response_s = response->tau_s;
     }
-    return response_s.empty() ? std::move(set) : read_once(inputs);
+    return response_s == 0 ? std::move(set) : read_once(inputs);
   };
   std::optional<recordings::InputSearch> search;
   if (choice.inputs == "auto") {

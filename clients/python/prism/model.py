@@ -215,17 +215,17 @@ class Model:
             return total / count, (ages * total - count * products) / (count * squares - ages**2)
 
     def _respond(self, time, values):
-        """Passes temperatures through their responses, in place; returns the rows before the responses settle."""
+        """Passes T through its response, in place; returns the rows before it has settled."""
         settling = np.zeros(len(time), bool)
-        for name, tau in self.features.get("response_s", {}).items():
-            last = since = -np.inf
-            for row in np.flatnonzero(np.isfinite(values[name])):
-                step, now, last = time[row] - last, values[name][row], time[row]
-                if not 0 < step <= max(self.features["max_gap_s"] + 1, tau // 10):
-                    body, since = now, last
-                else:
-                    body += (body - now) * np.expm1(-step / tau)
-                values[name][row], settling[row] = body, last - since < 3 * tau
+        tau, degc = self.features.get("response_s", {}).get("T", 0), values["T"]
+        last = since = -np.inf
+        for row in np.flatnonzero(np.isfinite(degc) & (tau > 0)):
+            step, now, last = time[row] - last, degc[row], time[row]
+            if not 0 < step <= max(self.features["max_gap_s"] + 1, tau // 10):
+                body, since = now, last
+            else:
+                body += (body - now) * np.expm1(-step / tau)
+            degc[row], settling[row] = body, last - since < 3 * tau
         return settling
 
     def _limit(self, bias, second, max_bias):

@@ -118,7 +118,7 @@ Cycle simulate_cycle(const simulation::ChamberProfile& profile, const simulation
 
 training::TrainingData Cycle::blocks(int tau_s) const {
   compensation::FeatureDefinition features;
-  if (tau_s > 0) features.response_s[compensation::kInputTemperature] = tau_s;
+  features.response_s = tau_s;
   Blocks made(features, {compensation::kInputTemperature, compensation::kInputSlope, compensation::kInputUhfo});
   for (const compensation::SecondMean& mean : seconds) made.push(mean);
   return made.finish();

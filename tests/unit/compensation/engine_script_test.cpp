@@ -56,7 +56,7 @@ ModelPtr model_of(std::istream& words) {
     if (word == "length")
       words >> features.length_s;
     else if (word == "response")
-      words >> features.response_s[kInputTemperature];
+      words >> features.response_s;
     else if (word == "offset")
       words >> offset;
     else if (word == "box")

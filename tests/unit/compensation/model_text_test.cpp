@@ -137,7 +137,7 @@ TEST(ModelText, RandomModelsReadBackToTheLastBit) {
     info.features.max_gap_s = static_cast<int>(random() % 3601);
     info.features.slope = i % 4 ? SlopeMethod::kDifference : SlopeMethod::kLeastSquares;
     if (i % 3 == 1) info.features.sensors = {{"case", "degC"}};
-    if (i % 3 == 1) info.features.response_s = {{"T", 1 + static_cast<int>(random() % 1'000'000)}, {"case", 1'000'000}};
+    if (i % 3 == 1) info.features.response_s = 1 + static_cast<int>(random() % 1'000'000);
     info.inputs = {"U", "dTdt", "T"};
     if (i % 5) info.domain = {{-1e300, number(), -0.0}, {number(), 0, 0}};
     for (std::size_t k = 0; k < info.domain.min.size(); ++k) {
@@ -241,12 +241,8 @@ TEST(ModelId, ChangesWithEveryNumber) {
       [](ModelInfo& i) { i.features.slope = SlopeMethod::kLeastSquares; },
       [](ModelInfo& i) { i.features.end_mean_s = 9; },
       [](ModelInfo& i) { i.features.max_gap_s = 4; },
-      [](ModelInfo& i) {
-        i.features.response_s = {{"T", 900}};
-      },
-      [](ModelInfo& i) {
-        i.features.response_s = {{"T", 901}};
-      },
+      [](ModelInfo& i) { i.features.response_s = 900; },
+      [](ModelInfo& i) { i.features.response_s = 901; },
       [](ModelInfo& i) { i.domain.min[0] = -40.000000000000007; },
       [](ModelInfo& i) { i.domain.max[1] = 6.0000000000000009; },
       [](ModelInfo& i) { i.domain = {}; },
