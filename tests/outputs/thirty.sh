@@ -6,7 +6,7 @@ prismcal inspect day*.csv --latitude 34.25 --elevation 90 --max-gap 10 --end-mea
 prismcal inspect day01.csv day05.csv || echo "exit $?"
 prismcal inspect day03.csv day05.csv day11.csv day30.csv --latitude 34.25 --elevation 90 --max-gap 10 --end-mean 10 --json
 prismcal compare composite stepwise --leave-one-out --on day0[1-9].csv day14.csv "${how[@]}" --quiet --out report
-grep '^# fact,left out' report/report.csv
+grep '"left out"' report/report.json
 show report/tables/comparison.csv
 prismcal train day0[1-6].csv "${how[@]}" --method stepwise --out model.json 2>&1 | grep -v ^day
 prismcal compare model.json --on day1*.csv "${how[@]}"
