@@ -255,16 +255,6 @@ std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-void append_padded(std::string& line, const std::string& text, std::size_t width, bool right) {
-  const std::string space(width - std::min(width, width_of(text)), ' ');
-  line += right ? space + text : text + space;
-}
-
-void append_line(std::string& text, std::string line) {
-  while (!line.empty() && line.back() == ' ') line.pop_back();
-  text += line + "\n";
-}
-
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> csv_files(const Report& report) {
@@ -326,10 +316,11 @@ std::string plain_text(const Table& table) {
   for (const auto& fields : lines) {
     std::string line;
     for (std::size_t i = 0; i < widths.size(); ++i) {
-      append_padded(line, fields[i], widths[i], table.columns[i].number);
-      line += "  ";
+      const std::string space(widths[i] - width_of(fields[i]), ' ');
+      line += (table.columns[i].number ? space + fields[i] : fields[i] + space) + "  ";
     }
-    append_line(text, line);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
   }
   if (!table.caption.empty()) text += printable(table.caption) + "\n";
   return text + (table.meaning.empty() ? "" : "→ " + printable(table.meaning) + "\n");
