@@ -131,8 +131,8 @@ void add_design_command(CLI::App& app, int& code) {
     refuse_removed(*command, name, "record the paper's cycle first, or give models of the type by --prior");
   refuse_removed(*command, "--report", "the CSV has the profile, and the table of its value is printed");
   tools::add_examples(
-      *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --coldest -45 --hottest 65 "
-                 "--rate 2 --out cycle.csv",
+      *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --hottest 65 --rate 2 --out "
+                 "cycle.csv",
                  "prismcal design --prior models/ --domain \"T=-30:60, dTdt=-0.5:0.5 degC/min\" --out cycle.csv"});
   command->callback([choice, &code] { code = exit_code(run(*choice)); });
 }

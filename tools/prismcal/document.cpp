@@ -320,7 +320,7 @@ std::string plain_text(const Table& table) {
       line += (table.columns[i].number ? space + fields[i] : fields[i] + space) + "  ";
     }
     line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
+    if (!line.empty()) text += line + "\n";  // no column has a unit
   }
   if (!table.caption.empty()) text += printable(table.caption) + "\n";
   return text + (table.meaning.empty() ? "" : "→ " + printable(table.meaning) + "\n");

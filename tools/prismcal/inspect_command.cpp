@@ -125,10 +125,13 @@ void print(const ordered_json& summary) {
     const auto number = [&](const char* key) {
       return column[key].is_null() ? std::nullopt : std::optional(column[key].get<double>());
     };
-    const bool is_number = column["kind"] == "number", has_unit = is_number && !column["unit"].is_null();
-    columns.rows.push_back({shortened(text(column, "header"), 40), has_unit ? text(column, "unit") : "",
+    const bool is_number = column["kind"] == "number";
+    columns.rows.push_back({shortened(text(column, "header"), 40),
+                            !is_number                 ? text(column, "kind")
+                            : column["unit"].is_null() ? ""
+                                                       : text(column, "unit"),
                             report::general_cell(number("smallest"), 8), report::general_cell(number("largest"), 8),
-                            is_number ? report::count_cell(column["holes"]) : text(column, "kind")});
+                            is_number ? report::count_cell(column["holes"]) : report::Cell(report::kNothing)});
   }
   fmt::print("{}: {}\n{}", text(summary, "file"), text(summary, "dialect"), report::plain_text(columns));
   if (const ordered_json& time = summary["time"]; !time.is_null()) {

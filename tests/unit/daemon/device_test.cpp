@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,15 @@ class DeviceTest : public test::DaemonPartsTest {
 
   std::vector<std::string> told_;
 };
+
+TEST(OutputStatus, LatencyIsAQuantileOfTheLatestWrites) {
+  OutputStatus status;
+  EXPECT_TRUE(std::isnan(status.latency_s(0.5)));
+  for (const float s : {3e-3f, 1e-3f, 2e-3f}) status.latencies_s.push_back(s);
+  EXPECT_NEAR(status.latency_s(0), 1e-3, 1e-9);
+  EXPECT_NEAR(status.latency_s(0.5), 2e-3, 1e-9);
+  EXPECT_NEAR(status.latency_s(1), 3e-3, 1e-9);
+}
 
 TEST_F(DeviceTest, AWrongRateIsOneEvent) {
   setup_.clock.source = drivers::ClockSource::kHost;

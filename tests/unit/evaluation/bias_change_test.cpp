@@ -54,6 +54,12 @@ TEST(BiasChange, ATrendHasItsInterval) {
   EXPECT_FALSE(changed(5, [](double days) { return 0.002 * days; }).per_day);  // too short
 }
 
+// Two slow waves leave days that resemble their neighbours: fewer independent ones, a wider interval.
+TEST(BiasChange, ASlowWaveIsNoTrend) {
+  const auto wave = [](double days) { return 0.006 * days + 0.03 * std::sin(2 * std::numbers::pi * days / 10); };
+  EXPECT_FALSE(changed(20, wave).per_day);
+}
+
 TEST(BiasChange, AMissingInputChangesSlowlyAndAWrongSdDoesNot) {
   const BiasChange slow = changed(10, [](double days) { return 0.05 * std::sin(2 * std::numbers::pi * days / 1.07); });
   EXPECT_FALSE(slow.found());
