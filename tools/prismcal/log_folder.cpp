@@ -215,6 +215,13 @@ bool begins_a_log(const std::string& path) {
          (kFirstWords.starts_with(first.substr(0, kFirstWords.size())) || first.find(kFormatMark) != std::string::npos);
 }
 
+bool is_log(const std::string& path) {
+  auto in = FileReader::open(path);
+  std::string line;
+  while (in && in->read_line(line) && line.starts_with('#')) continue;
+  return begins_a_log(path) && compensation::CsvLayout::parse(without_cr(line), path);
+}
+
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column) {
   LogSegment segment;
   segment.path = path;

@@ -60,6 +60,9 @@ struct LogSegment : Metadata {
   std::size_t truncated_line = 0;   ///< line of the first of them
 };
 
+/// True for a log's first bytes and columns, whatever the lines between them: an extract with other columns is a table.
+bool is_log(const std::string& path);
+
 /// Reads the lines above the rows, and the first row. Rows parse `column`, if not empty, as numbers into LogRow::value
 /// (an empty field is kUnknown). Errors, with file and line: not a log of prismd, a newer format, an unknown column.
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column = {});

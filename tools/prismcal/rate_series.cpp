@@ -216,8 +216,8 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
 
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
   std::error_code error;
-  const bool log = choice.time_column.empty() && !choice.interval_s &&
-                   (std::filesystem::is_directory(path, error) || (begins_a_log(path) && open_log_segment(path)));
+  const bool log =
+      choice.time_column.empty() && !choice.interval_s && (std::filesystem::is_directory(path, error) || is_log(path));
   if (!log) {
     const auto kind = bytes_kind(path);
     if (!kind) return tl::unexpected<Error>(kind.error());
