@@ -155,7 +155,7 @@ class DiskPlayer {
       // root has all rights: this thread takes those of the user nobody (plain-ok: user name)
       fs::create_directories(settings_.directory);
       fs::permissions(folder_.file(""), fs::perms::all);
-      fs::permissions(settings_.directory, ::geteuid() == 0 ? fs::perms::others_read : fs::perms::owner_read);
+      fs::permissions(settings_.directory, fs::perms::none);
       if (::geteuid() == 0) ::setfsuid(kNobody);
     } else if (command == "no_stdin") {  // the next file that is opened has the descriptor 0
       stdin_.reset(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3));
