@@ -22,7 +22,6 @@ namespace prism {
 /// Maximum size of a file that is read at once, by type.
 inline constexpr std::uint64_t kMaxTextBytes = 4u << 20;     ///< configuration, frame description, list, state
 inline constexpr std::uint64_t kMaxModelBytes = 256u << 20;  ///< model
-inline constexpr std::uint64_t kMaxTableBytes = 8ull << 30;  ///< table, log segment
 inline constexpr std::size_t kMaxLineBytes = 1u << 20;       ///< one line of any file that is read by lines
 
 /// Identifies a file by device and inode, independent of its name.

@@ -71,11 +71,6 @@ std::optional<Range> read_range(const Section& section, const char* key, Range a
   return Range{ends[0] * unit, ends[1] * unit};
 }
 
-std::optional<double> read_greatest_slope(const Section& section, const char* key) {
-  if (!section.has(key)) return std::nullopt;
-  return section.number(key, {1e-6, 1e6});
-}
-
 std::string separators_problem(const std::string& separators) {
   constexpr const char* kExpected = "expected the characters between two columns, such as \",;\\t\"";
   if (separators.empty()) return fmt::format("is empty, {}", kExpected);

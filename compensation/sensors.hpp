@@ -86,9 +86,6 @@ struct SensorStatements {
 /// Returns none if absent.
 std::optional<Range> read_range(const Section& section, const char* key, Range allowed, double unit = 1);
 
-/// The key of a maximum slope, 1e-6 to 1e6. Returns none if absent.
-std::optional<double> read_greatest_slope(const Section& section, const char* key);
-
 /// Allowed values of ranges, in deg/s, and in degC or V.
 inline constexpr Range kRateRanges{-1e9, 1e9}, kChannelRanges{-1e6, 1e6};
 inline constexpr double kDegPerSInDegPerH = 3600;

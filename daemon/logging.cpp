@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <iterator>
 #include <memory>
 #include <mutex>
 #include <string_view>
@@ -28,8 +27,8 @@ void write_all(int descriptor, std::string_view text) {
     if (written >= 0) {
       text.remove_prefix(static_cast<std::size_t>(written));
     } else if (errno == EAGAIN) {
-      pollfd wait[] = {{descriptor, POLLOUT, 0}};
-      ::poll(wait, std::size(wait), -1);
+      pollfd wait{descriptor, POLLOUT, 0};
+      ::poll(&wait, 1, -1);
     } else if (errno != EINTR) {
       return;
     }

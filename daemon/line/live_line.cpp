@@ -113,7 +113,7 @@ void LiveLine::reopen() {
 void LiveLine::open() {
   auto opened = transport::open(io_, settings());
   if (!opened) return not_opened(opened.error().text());
-  open_ = Open{std::move(*opened), false, {}, {}};
+  open_ = Open{std::move(*opened), false, {}, {}};  // clang 14 takes Open for not default-constructible here
   begun_ = false;
   proceed({});
 }

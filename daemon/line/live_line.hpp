@@ -90,7 +90,7 @@ class LiveLine {
 
   struct Open {
     std::unique_ptr<transport::Transport> transport;
-    bool is_ready;                          ///< the transport has been opened
+    bool is_ready = false;                  ///< the transport has been opened
     std::optional<drivers::StartUp> steps;  ///< start-up or stop commands that are not done
     std::vector<std::uint8_t> unsent;
   };

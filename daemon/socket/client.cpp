@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <iterator>
 #include <utility>
 
 namespace prism::socket {
@@ -69,8 +68,8 @@ void Client::close() {
 }
 
 bool Client::gone() const {
-  pollfd peer[] = {{const_cast<Socket&>(socket_).native_handle(), 0, 0}};
-  return ::poll(peer, std::size(peer), 0) > 0 && (peer[0].revents & (POLLHUP | POLLERR)) != 0;
+  pollfd peer{const_cast<Socket&>(socket_).native_handle(), 0, 0};
+  return ::poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR)) != 0;
 }
 
 std::optional<std::uint32_t> Client::user() const {

@@ -216,10 +216,11 @@ bool begins_a_log(const std::string& path) {
 }
 
 bool is_log(const std::string& path) {
+  if (!begins_a_log(path)) return false;
   auto in = FileReader::open(path);
   std::string line;
   while (in && in->read_line(line) && line.starts_with('#')) continue;
-  return begins_a_log(path) && compensation::CsvLayout::parse(without_cr(line), path);
+  return compensation::CsvLayout::parse(without_cr(line), path).has_value();
 }
 
 Result<LogSegment> open_log_segment(const std::string& path, const std::string& column) {
