@@ -3,7 +3,7 @@
 . "$(dirname "$0")/lib.sh"
 config
 sed -i 's/"socket": {/"socket": {"client_buffer_kib": 512, /' "$dir/gyro.json"
-start_sim --profile steady --speed 3  # 9 MB/s for 63 readers: one may pause for seconds before its queue is full
+start_sim --profile steady  # 3 MB/s for 63 readers: one may pause for 10 s before its queue is full
 start_prismd
 python3 - "$PRISM_SOCKET" <<'END' || fail "see above"
 import json, selectors, socket, sys, time
