@@ -129,7 +129,8 @@ void add_design_command(CLI::App& app, int& code) {
   refuse_removed(*command, "--chamber", "state --coldest, --hottest and --rate");
   for (const char* name : {"--bias-sd", "--noise"})
     refuse_removed(*command, name, "record the paper's cycle first, or give models of the type by --prior");
-  refuse_removed(*command, "--report", "the CSV has the profile, and the table of its value is printed");
+  for (const char* name : {"--report", "--json", "--quiet"})
+    refuse_removed(*command, name, "the CSV has the profile, and the table of its value is printed");
   tools::add_examples(
       *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --hottest 65 --rate 2 --out "
                  "cycle.csv",

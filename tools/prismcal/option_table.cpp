@@ -36,6 +36,7 @@ void refuse_removed(CLI::App& command, const char* name, const char* instead) {
                                         [name, instead](const std::string&) {
                                           throw CLI::ValidationError(name, std::string("was removed: ") + instead);
                                         })
+      ->expected(0, 1)
       ->group("");
 }
 

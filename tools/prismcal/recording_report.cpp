@@ -71,6 +71,9 @@ std::optional<double> in_percent(std::optional<double> share) {
   return share ? std::optional(100 * *share) : std::nullopt;
 }
 
+/// The improvement is printed as 0.0 %.
+bool changes_nothing(const evaluation::BiasStability& stability) { return std::abs(*stability.improvement) < 0.0005; }
+
 /// A coefficient after the correction; if it has no value, `bound` returns its bound instead.
 std::optional<double> coefficient_after(const EvaluatedRecording& recording, evaluation::NoiseType type, bool bound) {
   const auto& allan = recording.allan.after;
@@ -441,11 +444,14 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
   if (!s.improvement)
     return {fmt::format("{}: {}. {}", recording.table->name, sigmas, outside), report::Emphasis::kNone};
   const bool helps = *s.improvement > 0;
+  const double percent = 100 * std::abs(*s.improvement);
+  const std::string effect = changes_nothing(s) ? "does not change the drift"
+                             : helps            ? fmt::format("removes {:.1f} % of the drift", percent)
+                                                : fmt::format("makes the drift larger by {:.1f} %", percent);
   const auto& interval = evaluated.improvement_interval;
   const bool unsure = interval && interval->holds_zero();
-  return {fmt::format("{}: the model {} {:.1f} %{}: {}.{} {}", recording.table->name,
-                      helps ? "removes" : "makes the drift larger by", 100 * std::abs(*s.improvement),
-                      helps ? " of the drift" : "", sigmas, further ? further_text(evaluated) : "", outside),
+  return {fmt::format("{}: the model {}: {}.{} {}", recording.table->name, effect, sigmas,
+                      further ? further_text(evaluated) : "", outside),
           unsure  ? report::Emphasis::kWarn
           : helps ? report::Emphasis::kGood
                   : report::Emphasis::kBad};
@@ -519,6 +525,7 @@ std::string unexplained_text(const evaluation::AllanAnalysis& analysis) {
 std::string stability_meaning(const evaluation::BiasStability& s, bool doubtful) {
   constexpr double kAlmostNoise = 1.1;
   if (!s.improvement) return "The raw bias is constant: there is nothing to remove.";
+  if (changes_nothing(s)) return "The model has no use for such recordings: the drift stays the same.";
   if (*s.improvement <= 0)
     return fmt::format("With this model the rate is worse than without: do not use it for such recordings{}.",
                        doubtful ? ", unless the recording is at fault (see the warning)" : "");
