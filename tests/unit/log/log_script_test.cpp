@@ -206,8 +206,9 @@ class RowLogPlayer : public DiskPlayer {
     } else if (command == "close") {
       log_.reset();
     } else if (command == "counters") {
-      give("rows {}, dropped {}, unsynced {}, segments {}", counters_.rows.load(), counters_.dropped.load(),
-           counters_.unsynced.load(), counters_.segments.load());
+      give("rows {}, dropped {}, unsynced {}, segments {}{}", counters_.rows.load(), counters_.dropped.load(),
+           counters_.unsynced.load(), counters_.segments.load(),
+           counters_.gone > 0 ? fmt::format(", gone {}", counters_.gone.load()) : "");
     } else if (command == "show") {
       for (const auto& file : test::files_in(settings_.directory)) show(file);
     } else if (command == "client") {
@@ -216,6 +217,13 @@ class RowLogPlayer : public DiskPlayer {
     } else if (command == "read") {
       const auto name = next<std::string>(words);
       give(read(clients_[name], next<std::size_t>(words, 1000)));
+    } else if (command == "cursor") {  // of a client
+      give(clients_[next<std::string>(words)]);
+    } else if (command == "json") {  // NAME LIMIT [header]: a page; the cursor stays
+      const auto name = next<std::string>(words);
+      const auto limit = next<std::size_t>(words);
+      const RowResult page = log_->page({clients_[name], limit, !next<std::string>(words).empty()});
+      give(page ? page->json : page.error().text + ": " + page.error().after.text());
     } else if (command == "read_all") {  // by pages of several sizes, twice each, of a log that is opened again
       Lines found;
       for (const std::size_t limit : {1, 3, 7, 1000}) {
@@ -347,9 +355,10 @@ class CapturePlayer : public DiskPlayer {
     if (gate_) gate_->set_value();
     gate_.reset();
   }
-  void data(double second, const std::string& text) {
-    log_->data({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
-               kNoon * 1'000'000'000 + std::llround(second * 1e9));
+  void data(double second, const std::string& text, bool is_sent = false) {
+    const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    const std::int64_t time_ns = kNoon * 1'000'000'000 + std::llround(second * 1e9);
+    is_sent ? log_->sent(bytes, time_ns) : log_->data(bytes, time_ns);
   }
   bool of_log(const std::string& command, std::istream& words) override {
     if (command == "open") {
@@ -357,6 +366,9 @@ class CapturePlayer : public DiskPlayer {
     } else if (command == "data") {
       const auto second = next<double>(words);
       data(second, rest_of(words));
+    } else if (command == "sent") {
+      const auto second = next<double>(words);
+      data(second, rest_of(words), true);
     } else if (command == "mark") {
       log_->mark_opened(kNoon * 1'000'000'000 + std::llround(next<double>(words) * 1e9));
     } else if (command == "flush") {
@@ -387,13 +399,14 @@ class CapturePlayer : public DiskPlayer {
     if (!gate_) disk_.drain();
     return true;
   }
-  // "|" is a mark, else the bytes as they are, a repeated one as x*10.
+  // "|" is a mark, ">" before bytes that were sent, else the bytes as they are, a repeated one as x*10.
   std::string packets(const std::string& name) const {
     auto reader = drivers::CaptureReader::open(path(name));
     EXPECT_TRUE(reader) << name;
     std::string text, shown;
     while (const auto packet = reader ? reader->next() : std::nullopt) {
       if (packet->event == drivers::CaptureEvent::kOpened) text += '|';
+      if (packet->event == drivers::CaptureEvent::kSent) text += '>';
       text.append(packet->bytes.begin(), packet->bytes.end());
     }
     for (std::size_t i = 0, end = 0; i < text.size(); i = end) {

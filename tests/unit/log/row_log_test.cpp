@@ -79,6 +79,48 @@ TEST_F(RowWriterTest, RowsThatTheQueueCannotTakeAreCountedAndToldAtOnce) {
   EXPECT_EQ(told.lines().back(), "log: writing again after 2 rows were dropped");
 }
 
+// Without rows it looks for what retention deletes, at every eleventh call.
+TEST_F(RowWriterTest, SyncsWhatIsUnsyncedAndSometimesWithoutRows) {
+  std::atomic<int> syncs{0};
+  std::vector<int> at;
+  LogWriter writer(settings, "gyro", kMetadata, &disk, told.problems, {[] {}, [&] { ++syncs; }});
+  const auto sync = [&](int calls) {
+    for (int i = 1; i <= calls; ++i) {
+      const int before = syncs;
+      writer.sync();
+      disk.drain();
+      if (syncs > before) at.push_back(i);
+    }
+    return std::exchange(at, {});
+  };
+  EXPECT_EQ(sync(30), (std::vector{1, 12, 23}));
+  append(writer, 0, 0);
+  EXPECT_EQ(sync(13), (std::vector{1, 12}));
+  append(writer, 1, 1);
+  {
+    const test::FailingCall fault(test::failing_fdatasync, EIO);
+    EXPECT_EQ(sync(3), (std::vector{1, 2, 3})) << "until they are on the disk";
+  }
+  EXPECT_EQ(sync(2), (std::vector{1}));
+  EXPECT_EQ(writer.counters().unsynced, 0u);
+}
+
+TEST_F(RowWriterTest, CountsTheRowsThatWaitForTheDisk) {
+  LogWriter writer(settings, "gyro", kMetadata, &disk, told.problems, {[this] { ++written; }, [] {}});
+  std::promise<void> gate;
+  disk.post(0, [&] { gate.get_future().wait(); });
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(writer.counters().pending, static_cast<unsigned>(i));
+    append(writer, i, i);
+  }
+  append(writer, 3, 3);  // is dropped
+  EXPECT_EQ(writer.counters().pending, 3u);
+  gate.set_value();
+  disk.drain();
+  EXPECT_EQ(writer.counters().pending, 0u);
+  EXPECT_EQ(writer.counters().rows, 3u);
+}
+
 TEST_F(RowWriterTest, WithoutADiskThreadItWritesAtOnce) {
   LogWriter writer(settings, "gyro", kMetadata, nullptr, told.problems, {});
   append(writer, 0, 0);
