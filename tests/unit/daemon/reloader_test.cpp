@@ -47,6 +47,23 @@ TEST_F(ReloaderTest, TakesOverWhatWasLoaded) {
   EXPECT_EQ(reload([](auto& setup) { setup.axes[0].engine.max_bias_deg_per_h = 7; }), "done");
   EXPECT_EQ(parts_->device.setup.axes[0].engine.max_bias_deg_per_h, 7);
   EXPECT_EQ(reopened_, 0);
+  EXPECT_EQ(outputs_reopened_, 0);
+  const socket::Event& event = parts_->events.recent().back();
+  EXPECT_EQ(event.kind, "reloaded");
+  EXPECT_EQ(event.severity, pipeline::Severity::kInfo);
+  EXPECT_EQ(event.text, "reloaded: " + folder_.file("gyro.json") + " in use, model none");
+}
+
+// The files may have changed again since it began: those that come meanwhile share one more reload.
+TEST_F(ReloaderTest, RequestsDuringAReloadStartOneMore) {
+  int loads = 0;
+  const auto reloader = make([&]() -> Result<pipeline::Setup> { return ++loads, setup_; });
+  std::vector<std::string> outcomes;
+  for (int i = 0; i < 3; ++i)
+    reloader->reload([&](const Result<std::string>& done) { outcomes.push_back(done ? *done : done.error().text()); });
+  EXPECT_EQ(reload(*reloader), "done");
+  EXPECT_EQ(loads, 2);
+  EXPECT_EQ(outcomes, std::vector<std::string>(3, folder_.file("gyro.json") + " in use, model none"));
 }
 
 TEST_F(ReloaderTest, WarnsOfARemovedKey) {
@@ -60,7 +77,10 @@ TEST_F(ReloaderTest, WarnsOfARemovedKey) {
 TEST_F(ReloaderTest, ARefusalLeavesEverything) {
   EXPECT_EQ(reload(*make([]() -> Result<pipeline::Setup> { return make_error("gyro.json", "is bad"); })),
             "gyro.json: is bad");
-  EXPECT_EQ(parts_->events.recent().back().kind, "reload_refused");
+  const socket::Event& event = parts_->events.recent().back();
+  EXPECT_EQ(event.kind, "reload_refused");
+  EXPECT_EQ(event.severity, pipeline::Severity::kError);
+  EXPECT_EQ(event.text, "reload failed, the old configuration stays in use: gyro.json: is bad");
 }
 
 // A load that throws on the disk thread is answered, and the next one is not kept waiting for it.
