@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,7 @@ TEST(Setup, SaysWhyADirectoryCannotBeWritten) {
 }
 
 /// "position TEXT", "supersedes TEXT", "cursor TEXT", "name EXTENSION FILE": the parts that are read. "index LINES": an
-/// index of 0.3.
+/// index of 0.3. "written NUMBER BEGIN_S RUNNING_S": names and the header line of a segment.
 class StoredPlayer {
  public:
   Lines play(const std::string& command, std::istream& words) {
@@ -79,6 +80,7 @@ class StoredPlayer {
     const std::string text = rest_of(words);
     if (command == "cursor") {
       const auto found = RowCursor::parse(text);
+      EXPECT_EQ(found ? found->text() : text, text);
       return {found ? fmt::format("segment {} row {} total {}", found->segment, found->row, found->total) : "refused"};
     }
     if (command == "position") {
@@ -96,13 +98,22 @@ class StoredPlayer {
                                   found->running_s)
                     : "refused"};
     }
+    if (command == "written") {
+      SegmentName segment;
+      std::istringstream(text) >> segment.number >> segment.begin_s >> segment.running_s;
+      const std::string line = LogPosition{std::string(32, 'a'), segment.number, 7, segment.running_s}.line();
+      return {segment.file("gyro", ".csv"), segment.file("gyro", ".pcap"), line.substr(0, line.size() - 1)};
+    }
     std::ofstream(folder_.file("index")) << text;
     const auto index = OldIndex::read(folder_.file("index"));
     if (!index) return {"refused"};
     Lines given = {fmt::format("id {}, next {}, deleted {} with {} rows before {}, clock {}", index->id, index->next,
                                index->deleted_segments, index->deleted_rows, index->deleted_before_s, index->clock_s)};
-    for (const auto& [number, entry] : index->entries)
+    for (const auto& [number, entry] : index->entries) {
       given.push_back(fmt::format("{} {}: {} rows, clock {}", number, entry.file, entry.rows, entry.clock_s));
+      EXPECT_EQ(index->number(entry.file), number) << text;
+    }
+    EXPECT_EQ(index->number("none"), 0u) << text;
     return given;
   }
 

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT
-// An offset by command: its limit, its text and its file.
+// Statements on a model: the limit, the text and the file of an offset by command, and the verdicts of the monitor.
 #include "daemon/pipeline/statements.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "compensation/polynomial_model.hpp"
 #include "tests/support/models.hpp"
+#include "tests/support/scripts.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace prism::pipeline {
@@ -60,6 +65,44 @@ TEST(Offset, IsKeptInAFile) {
   EXPECT_EQ(load_offset(path).value(), std::nullopt);
   std::ofstream(path) << R"({"deg_per_h": "much", "reason": "r", "model": "m", "set_s": 1})";
   EXPECT_THAT(load_offset(path).error().text(), HasSubstr("gyro.offset.json:/deg_per_h: found \"much\""));
+}
+
+/// "offset JSON" and "verdicts JSON": files, and what is read from them.
+class StatementPlayer {
+ public:
+  std::vector<std::string> play(const std::string& command, std::istream& words) {
+    const std::string path = folder_.file("statement.json");
+    std::ofstream(path) << test::rest_of(words);
+    if (command == "offset") {
+      const auto found = load_offset(path);
+      if (!found) return {found.error().text().substr(folder_.file("").size())};
+      return {fmt::format("{} of {}, set {}", offset_text(**found), (*found)->model, (*found)->set_s)};
+    }
+    const ModelVerdicts verdicts = read_verdicts(path);
+    EXPECT_TRUE(write_verdicts(path, verdicts));
+    std::vector<std::string> given;
+    for (const auto& [axis, own] : read_verdicts(path))
+      given.push_back(fmt::format("{}: {}, {}, model {} at {}", axis, own.verdict, own.text, own.model, own.at_s));
+    EXPECT_EQ(given.size(), verdicts.size());
+    return given;
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST(Statements, Scripts) { test::expect_scripts<StatementPlayer>("pipeline/statements.txt"); }
+
+TEST(Statements, OfTheMonitorAreInTheStateDirectory) {
+  config::Config config;
+  EXPECT_EQ(monitor_file(config), "");
+  config.log.emplace().directory = "/log";
+  EXPECT_EQ(monitor_file(config), "/log/monitor.json");
+  ::setenv("STATE_DIRECTORY", "", 1);
+  EXPECT_EQ(monitor_file(config), "/log/monitor.json");
+  ::setenv("STATE_DIRECTORY", "/state", 1);
+  EXPECT_EQ(monitor_file(config), "/state/monitor.json");
+  ::unsetenv("STATE_DIRECTORY");
 }
 
 }  // namespace
