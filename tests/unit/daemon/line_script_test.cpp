@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines as scripts, with the test as the device: what a live line reports and sends, and what leaves on an output.
+// Lines as scripts, with the test as the device: the events and bytes of a live line, and the bytes of an output.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>

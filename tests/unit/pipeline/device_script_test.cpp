@@ -384,7 +384,7 @@ class DevicePlayer {
 
 TEST(Device, Scripts) { test::expect_scripts<DevicePlayer>("pipeline/device.txt"); }
 
-/// What is loaded. "load MEMBERS", and before it "option NAME VALUE" of the command line.
+/// Loaded set-ups. "load MEMBERS", and before it "option NAME VALUE" of the command line.
 class LoadPlayer {
  public:
   Lines play(const std::string& command, std::istream& words) {
