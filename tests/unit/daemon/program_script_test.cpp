@@ -44,11 +44,13 @@ class ProgramPlayer {
     } else if (command == "file") {  // NAME TEXT
       const auto name = next<std::string>(words);
       std::ofstream(path_of(name)) << path_of(rest_of(words));
-    } else if (command ==
-               "bytes") {  // NAME of a file of raw bytes; then N good frames, -N damaged ones, lN lost ones, or bytes
+    } else if (command == "copy") {  // PATH NAME
+      const std::string path = path_of(next<std::string>(words));
+      std::filesystem::copy(path, path_of(next<std::string>(words)));
+    } else if (command == "bytes") {  // NAME of raw bytes; N good frames, -N damaged ones, lN lost ones, TEXT
       const auto name = next<std::string>(words);
       std::ofstream(path_of(name), std::ios::app) << bytes_of(words);
-    } else if (command == "capture") {  // NAME of a capture; then |TIME for an opened line, TIME:N frames or TIME:=TEXT
+    } else if (command == "capture") {  // NAME; |TIME of an opening, TIME:N frames or TIME:=TEXT
       return capture(path_of(next<std::string>(words)), words);
     } else if (command == "cut") {  // NAME BYTES from its end
       const std::string path = path_of(next<std::string>(words));
@@ -57,8 +59,7 @@ class ProgramPlayer {
       std::fstream file(path_of(next<std::string>(words)), std::ios::in | std::ios::out | std::ios::binary);
       file.seekp(next<int>(words));
       file << std::string(24, '\xFF');
-    } else if (command ==
-               "replay") {  // FILE... [--check] [--sensors LINE=FILE] [--frames FILE] [--speed N] [--out DIRECTORY]
+    } else if (command == "replay") {  // FILE... and options
       return replay(words);
     } else if (command == "size") {  // of a file
       return {fmt::format("{} bytes", std::filesystem::file_size(path_of(next<std::string>(words))))};
