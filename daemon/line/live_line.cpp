@@ -389,8 +389,9 @@ void LiveLine::watch_frames(Clock::duration silence) {
   const bool again = commands.again_when_silent.value_or(false) && commands.start && !commands.start->empty();
   if (!again || is_starting() || now - last_frame_ < silence || now - last_data_ >= silence) return;
   last_frame_ = now;
-  complain("line_silent", fmt::format("{}: no frame for {} s; sending the start-up commands again",
-                                      transport::describe(settings()), config().silence_s));
+  const std::string why = fmt::format("no frame for {} s; sending the start-up commands again", config().silence_s);
+  set(LineState::kConnecting, why);  // until a frame comes
+  complain("line_silent", transport::describe(settings()) + ": " + why);
   start_device();
 }
 
