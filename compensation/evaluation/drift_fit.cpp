@@ -202,8 +202,8 @@ Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_
     if (length_s > 0) step_s = std::min(step_s, length_s / static_cast<double>(record.time_s.size() - 1));
   }
   if (records.front().causes.empty() && switched_on_s == 0) return DriftFit{};
-  if (blocks < kFewestBlocks + records.size())
-    return make_error(where, fmt::format("found {} blocks, expected {} or more", blocks, kFewestBlocks));
+  if (const std::size_t fewest = kFewestBlocks + records.size(); blocks < fewest)
+    return make_error(where, fmt::format("found {} blocks, expected {} or more", blocks, fewest));
   const std::vector<Noise> noises = noise_grid(step_s, longest_s);
   std::vector<double> warm_up_s;
   for (double tau = 2 * step_s; tau < switched_on_s / 3; tau *= kTauRatio) warm_up_s.push_back(tau);

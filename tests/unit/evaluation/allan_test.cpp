@@ -96,6 +96,66 @@ TEST(Allan, EqualsItsDefinitionWithAndWithoutMissingValues) {
   EXPECT_NEAR(found.points[3].edf / whole.points[3].edf, static_cast<double>(found.points[3].windows) / 1985, 0.05);
 }
 
+/// Sines of squares: without memory, and the same everywhere.
+std::vector<double> sines(std::size_t values) {
+  std::vector<double> rate;
+  for (std::size_t i = 0; i < values; ++i) rate.push_back(std::sin(static_cast<double>(i * i)));
+  return rate;
+}
+
+// By a script that computes the means of all pairs of clusters, and the edf of white noise by table 5 of SP 1065. An
+// edf counts from 2 for a random walk: 3.5 for 8 values; the second of 16 has 3.7.
+TEST(Allan, APointHasItsIntervalAndDegreesOfFreedom) {
+  std::vector<double> hole = sines(24);
+  hole[5] = kUnknown;
+  struct Case {
+    std::vector<double> rate;
+    std::vector<AllanPoint> points;
+  };
+  for (const Case& c : {Case{sines(8), {{1, 10, 0.648251248976, 0.511622531977, 1.03227172342, 4.64197530864, 7}}},
+                        {sines(16),
+                         {{1, 10, 0.859865583806, 0.718246597574, 1.14217706534, 9.88235294118, 15},
+                          {2, 20, 0.429711207773, 0.352891492583, 0.59751695934, 7.79831932773, 13}}},
+                        {sines(24),
+                         {{1, 10, 0.797448540827, 0.685276646345, 0.992306797781, 15.1822222222, 23},
+                          {2, 20, 0.439831436301, 0.372920972438, 0.563631524453, 12.3123809524, 21}}},
+                        {hole,
+                         {{1, 10, 0.823605615664, 0.703708838806, 1.03747577873, 13.8620289855, 21},
+                          {2, 20, 0.449021461305, 0.37529175532, 0.595547454095, 9.96716553288, 17}}}}) {
+    const AllanAnalysis found = analyse_allan(c.rate, 10, "x").value();
+    ASSERT_EQ(found.points.size(), c.points.size());
+    for (std::size_t i = 0; i < c.points.size(); ++i) {
+      const AllanPoint &a = found.points[i], &b = c.points[i];
+      SCOPED_TRACE(fmt::format("{} values, m {}", c.rate.size(), b.m));
+      EXPECT_EQ(a.m, b.m);
+      EXPECT_EQ(a.tau_s, b.tau_s);
+      EXPECT_EQ(a.windows, b.windows);
+      EXPECT_NEAR(a.deviation, b.deviation, 1e-10);
+      EXPECT_NEAR(a.low, b.low, 1e-10);
+      EXPECT_NEAR(a.high, b.high, 1e-10);
+      EXPECT_NEAR(a.edf, b.edf, 1e-9);
+      EXPECT_EQ(a.noise, NoiseType::kAngleRandomWalk);
+    }
+    EXPECT_EQ(found.tau0_s, 10);
+    EXPECT_EQ(found.minimum().m, c.points.back().m);
+    EXPECT_EQ(found.coefficients.error().text(), fmt::format("x: found {}, expected 3 or more: 32 values",
+                                                             c.points.size() == 1 ? "1 octave" : "2 octaves"));
+  }
+  EXPECT_TRUE(analyse(sines(32)).coefficients) << "three octaves";
+}
+
+// 19 of 20 values of each cluster are enough, 18 are not.
+TEST(Allan, AClusterNeedsNineteenOfTwentyValues) {
+  for (const std::size_t lost : {1u, 2u}) {
+    std::vector<double> rate = sines(40);
+    for (std::size_t i = 0; i < lost; ++i) rate[3 + 2 * i] = rate[21 + 3 * i] = kUnknown;
+    EXPECT_EQ(slow(rate, 20).second, lost == 1 ? 1u : 0u);
+    const double found = allan_deviation(rate, 20);
+    EXPECT_NEAR(found, lost == 1 ? slow(rate, 20).first : 0, 2e-3) << lost;  // the line through the series differs
+    EXPECT_EQ(found > 0, lost == 1);
+  }
+}
+
 TEST(Allan, KeepsPrecisionWithAnEarthRate) {
   std::vector<double> rate = test::white_noise(100000, 1e-3, 4), lifted = rate;
   for (double& value : lifted) value += 15.0;
@@ -175,6 +235,41 @@ TEST(Allan, CoefficientsAreThoseOfTheReference) {
     ++series;
   }
   EXPECT_EQ(series, 20);
+}
+
+// sigma² = 3 Q²/tau² + N²/tau_h + B² 2 ln 2/pi + K² tau_h/3 + R² tau_h²/2, so that with samples of 36 s instead of an
+// hour the coefficients of the same numbers change by these factors.
+TEST(Allan, CoefficientsHaveTheUnitsOfTheStandard) {
+  const double factor[] = {0.01, 0.1, 1, 10, 100};
+  const std::pair<std::size_t, std::vector<double>> series[] = {
+      {5000, {3, 1, 0.02, 3e-5, 0}}, {1000, {0, 0, 1, 0, 0}}, {8000, {0, 1, 0, 1e-6, 1e-4}}};
+  for (const auto& [values, strength] : series) {
+    const std::vector<double> rate = reference_series(values, 15, strength);
+    const AllanAnalysis hours = analyse_allan(rate, 3600, "x").value(), seconds = analyse_allan(rate, 36, "x").value();
+    for (std::size_t k = 0; k < kNoiseTypes; ++k) {
+      const AllanCoefficient &a = (*hours.coefficients)[k], &b = (*seconds.coefficients)[k];
+      ASSERT_EQ(a.value.has_value(), b.value.has_value());
+      EXPECT_NEAR(b.value.value_or(0), factor[k] * a.value.value_or(0), 1e-9 * factor[k] * a.high);
+      EXPECT_NEAR(b.low, factor[k] * a.low, 1e-9 * factor[k] * a.high);
+      EXPECT_NEAR(b.high, factor[k] * a.high, 1e-9 * factor[k] * a.high);
+    }
+  }
+}
+
+TEST(Allan, APointNamesTheNoiseWithTheLargestPart) {
+  const auto names = [](const std::vector<double>& strength) {
+    std::string text;
+    for (const AllanPoint& point : analyse(reference_series(1000, 7, strength)).points)
+      text += "QNBKR"[static_cast<std::size_t>(point.noise)];
+    return text;
+  };
+  EXPECT_EQ(names({1, 0, 0, 0, 0}), "QQQQQQQ");
+  EXPECT_EQ(names({0, 1, 0, 0, 0}), "NNNNNNN");
+  EXPECT_EQ(names({0, 0, 0, 1, 0}), "KKKKKKK");
+  EXPECT_EQ(names({0, 0, 0, 0.01, 1}).back(), 'R');
+  std::string all;
+  for (int type = 0; type < 5; ++type) all += noise_type_text(static_cast<NoiseType>(type)) + std::string(", ");
+  EXPECT_EQ(all, "quantisation, angle random walk, bias instability, rate random walk, rate ramp, ");
 }
 
 // The reference fails: with nine octaves of a walk its correlations are not a covariance.

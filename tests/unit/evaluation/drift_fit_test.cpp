@@ -44,6 +44,56 @@ TEST(DriftFit, FindsTheSensitivityBesideLevelsAndAWarmUp) {
   EXPECT_GT(fit.warm_up_h->high, truth);
 }
 
+/// As drift_fit's reference, a script in numpy, has it.
+DriftRecord waves(int n, int seed, bool switched_on, double level) {
+  DriftRecord made{{}, {}, {{}, {}}, switched_on};
+  for (int i = 0; i < n; ++i) {
+    const double t = 100 * (i + 0.5), a = 10 * std::sin(i / 5.0 + seed), b = (i * 7 + seed) % 11;
+    made.time_s.push_back(t);
+    made.causes[0].push_back(a);
+    made.causes[1].push_back(b);
+    made.bias_deg_per_h.push_back(level + 0.02 * a - 0.003 * b + 0.05 * std::sin((i + seed) * (i + seed)) +
+                                  0.04 * std::sin(0.3 * i) + (switched_on ? 0.6 * std::exp(-t / 600) : 0));
+  }
+  return made;
+}
+
+// The expected numbers are from covariance matrices and a level per record, without a filter (numpy).
+TEST(DriftFit, IsGeneralisedLeastSquaresAveragedOverTheNoise) {
+  const auto near = [](const Estimate& found, const Estimate& expected, double tolerance) {
+    EXPECT_NEAR(found.value, expected.value, tolerance);
+    EXPECT_NEAR(found.low, expected.low, tolerance);
+    EXPECT_NEAR(found.high, expected.high, tolerance);
+  };
+  const auto two = fit_drift({waves(40, 1, true, 1), waves(30, 2, false, 2)}, 0.05, "x").value();
+  near(two.causes.at(0), {0.02183409602227723, 0.019242165251690473, 0.024426026792863986}, 1e-10);
+  near(two.causes.at(1), {-0.0032989142831885833, -0.006249063051994239, -0.00034876551438292776}, 1e-10);
+  ASSERT_TRUE(two.warm_up_h);
+  near(*two.warm_up_h, {0.4369959086914933, 0.2828043155934691, 0.6774701801415891}, 1e-9);
+  const auto one = fit_drift({waves(24, 3, false, 0)}, 0.05, "x").value();
+  near(one.causes.at(0), {0.01984079954283364, 0.01541308024328683, 0.024268518842380446}, 1e-10);
+  near(one.causes.at(1), {-0.0055366238771214025, -0.010645657303610737, -0.0004275904506320684}, 1e-10);
+  EXPECT_FALSE(one.warm_up_h);
+}
+
+// 20 blocks and a level for each record.
+TEST(DriftFit, NeedsTwentyBlocksBesideTheLevels) {
+  const auto what = [](const std::vector<DriftRecord>& records) {
+    const auto fit = fit_drift(records, 0.05, "log.csv");
+    return fit ? "" : fit.error().text();
+  };
+  EXPECT_EQ(what({waves(20, 1, false, 0)}), "log.csv: found 20 blocks, expected 21 or more");
+  EXPECT_EQ(what({waves(21, 1, false, 0)}), "");
+  EXPECT_EQ(what({waves(11, 1, false, 0), waves(10, 1, false, 0)}), "log.csv: found 21 blocks, expected 22 or more");
+  DriftRecord same = waves(30, 1, false, 0);
+  same.causes[1] = same.causes[0];
+  EXPECT_EQ(what({same}), "log.csv: the causes are constant, or change together");
+  same.causes.clear();
+  EXPECT_EQ(what({same}), "") << "nothing to fit";
+  same.switched_on = true;
+  EXPECT_EQ(what({same}), "");
+}
+
 TEST(DriftFit, NeedsASwitchOnForAWarmUp) {
   EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005, "x").value().warm_up_h);
 }

@@ -2,10 +2,13 @@
 // Segments and hysteresis of a synthetic chamber cycle.
 #include "compensation/evaluation/thermal.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
+#include <string>
+#include <vector>
 
 namespace prism::evaluation {
 namespace {
@@ -72,12 +75,64 @@ TEST(Hysteresis, OfSoaksOrUnknownValuesIsNotKnown) {
   EXPECT_FALSE(largest_gap(unknown, flat, kinds, 5));
 }
 
-TEST(ThermalSegments, RejectInvalidRecords) {
-  const std::vector<double> one = {1}, two = {1, 2}, back = {2, 1}, with_nan = {1, std::nan("")};
-  EXPECT_FALSE(cut_thermal_segments(one, one, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(two, one, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(back, two, {}, "x"));
-  EXPECT_FALSE(cut_thermal_segments(two, with_nan, {}, "x"));
+// One block a second. A slope of 0.5, from the neighbours of a block, is still a soak.
+TEST(ThermalSegments, AKindIsThatOfTheSlopeBetweenTheNeighbours) {
+  const auto kinds = [](const std::vector<double>& t) {
+    std::vector<double> time_s;
+    std::string text;
+    for (std::size_t i = 0; i < t.size(); ++i) time_s.push_back(static_cast<double>(i));
+    for (const ThermalKind kind : thermal_kinds(time_s, t, 0.5)) text += thermal_kind_text(kind)[0];
+    return text;
+  };
+  EXPECT_EQ(kinds({0, 0.5, 1, 1.5}), "ssss");
+  EXPECT_EQ(kinds({0, 0.51, 1, 1.5}), "hsss");
+  EXPECT_EQ(kinds({0, 0, 1.01, 1}), "shss");
+  EXPECT_EQ(kinds({1.5, 1, 0.5, 0}), "ssss");
+  EXPECT_EQ(kinds({3, 2, 1, 1}), "ccss");
+  EXPECT_EQ(kinds({7}), "s");
+  EXPECT_STREQ(thermal_kind_text(ThermalKind::kSoak), "soak");
+  EXPECT_STREQ(thermal_kind_text(ThermalKind::kHeating), "heating");
+  EXPECT_STREQ(thermal_kind_text(ThermalKind::kCooling), "cooling");
+}
+
+// A ramp of two steps has three blocks whose neighbours differ, a single step two.
+TEST(ThermalSegments, AShortOneJoinsTheOneBefore) {
+  const auto segments = [](const std::vector<double>& t) {
+    std::vector<double> time_s;
+    std::string text;
+    for (std::size_t i = 0; i < t.size(); ++i) time_s.push_back(static_cast<double>(i));
+    const auto found = cut_thermal_segments(time_s, t, {0.5, 3}, "x");
+    for (const ThermalSegment& s : *found)
+      text += fmt::format("{} {} to {}: {:g}, {:g} to {:g}; ", thermal_kind_text(s.kind), s.begin, s.end,
+                          s.mean_temperature_degc, s.first_temperature_degc, s.last_temperature_degc);
+    return text;
+  };
+  EXPECT_EQ(segments({0, 0, 0, 2, 4, 4, 4, 4}),
+            "soak 0 to 2: 0, 0 to 0; heating 2 to 5: 2, 0 to 4; soak 5 to 8: 4, 4 to 4; ");
+  EXPECT_EQ(segments({0, 0, 0, 2, 2, 2, 2}), "soak 0 to 7: 1.14286, 0 to 2; ");
+  EXPECT_EQ(segments({9, 7, 7, 7, 7}), "cooling 0 to 2: 8, 9 to 7; soak 2 to 5: 7, 7 to 7; ") << "none is before";
+  EXPECT_EQ(segments({0, 2, 4, 6, 6, 4, 2, 0}), "heating 0 to 4: 3, 0 to 6; cooling 4 to 8: 3, 6 to 0; ");
+}
+
+// Bins of 5 degC from a multiple on: heating at 5 to 9.9 and cooling at 0 to 4.9 do not meet.
+TEST(Hysteresis, IsThatOfTheMeansOfABin) {
+  constexpr ThermalKind kUp = ThermalKind::kHeating, kDown = ThermalKind::kCooling;
+  const std::vector<double> t = {1, 4.9, 2, 5, 9.9, 4.9, -0.1, 0};
+  const std::vector<double> bias = {1, 2, 4, 10, 20, 5, 100, 6};
+  EXPECT_EQ(largest_gap(t, bias, std::vector{kUp, kUp, kDown, kUp, kUp, kDown, kDown, kDown}, 5), 3.5);
+  EXPECT_EQ(largest_gap(t, bias, std::vector{kUp, kUp, kUp, kUp, kDown, kUp, kDown, kUp}, 5), 10);
+  EXPECT_FALSE(largest_gap(t, bias, std::vector{kUp, kUp, kUp, kUp, kUp, kUp, kDown, kUp}, 5));
+}
+
+TEST(ThermalSegments, TwoBlocksAreTheFewest) {
+  const std::vector<double> one = {1}, two = {1, 2}, same = {1, 1}, with_nan = {1, std::nan("")};
+  EXPECT_EQ(cut_thermal_segments(one, one, {}, "x").error().text(),
+            "x: 1 times and 1 temperatures; expected 2 or more of each");
+  EXPECT_EQ(cut_thermal_segments(one, two, {}, "x").error().text(),
+            "x: 1 times and 2 temperatures; expected 2 or more of each");
+  EXPECT_EQ(cut_thermal_segments(same, two, {}, "x").error().text(), "x: time 1 does not increase");
+  EXPECT_EQ(cut_thermal_segments(two, with_nan, {}, "x").error().text(), "x: temperature 1 is not finite");
+  EXPECT_TRUE(cut_thermal_segments(two, same, {}, "x"));
 }
 
 }  // namespace
