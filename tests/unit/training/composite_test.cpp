@@ -94,6 +94,221 @@ TEST(CompositeSearch, EndsBelowThePointWhereTheReferenceStopped) {
   EXPECT_LT(evaluations, 400);
 }
 
+/// Two recordings of 9 and 5 samples, with an offset each, a warm-up and weights.
+struct TwoRecordings {
+  CompositeSamples samples;
+  Eigen::VectorXd weight, theta;
+
+  TwoRecordings() : weight(14), theta(9) {
+    samples.x.resize(2, 14), samples.y.resize(14), samples.time_h.resize(14);
+    for (Eigen::Index i = 0; i < 14; ++i) {
+      const double at = static_cast<double>(i);
+      samples.x.col(i) << std::sin(at * at), std::cos(3 * at);
+      samples.y[i] = std::sin(2 * at) + 0.3 * samples.x(0, i);
+      samples.time_h[i] = i < 9 ? 0.3 * at + 0.02 * at * at : 0.5 * (at - 9);
+      samples.recording.push_back(i < 9 ? 0 : 1);
+      weight[i] = 0.4 + 0.1 * static_cast<double>(i % 5);
+    }
+    samples.recordings = 2;
+    samples.warm_up = 0.5;
+    theta << -0.5, 0.4, 1, -1.5, -2, -1, 0.3, -2.5, -0.7;
+  }
+
+  /// k(a, b) of theta's kernel.
+  double kernel(const Eigen::VectorXd& s, const Eigen::VectorXd& a, const Eigen::VectorXd& b) const {
+    const double d0 = a[0] - b[0], d1 = a[1] - b[1], dot = a.dot(b);
+    return s[0] * std::exp(-d0 * d0 / (2 * s[1]) - d1 * d1 / (2 * s[2])) + s[3] * dot + s[4] * dot * dot;
+  }
+  /// The covariance of all samples; the last sums of theta by s.
+  Eigen::MatrixXd covariance(const Eigen::VectorXd& s) const {
+    Eigen::MatrixXd h(14, 14);
+    for (Eigen::Index i = 0; i < 14; ++i) {
+      for (Eigen::Index j = 0; j < 14; ++j) {
+        h(i, j) = kernel(s, samples.x.col(i), samples.x.col(j)) +
+                  samples.warm_up * std::exp(-samples.time_h[i] - samples.time_h[j]);
+        if ((i < 9) == (j < 9))
+          h(i, j) += s[5] * std::exp(-std::abs(samples.time_h[i] - samples.time_h[j]) / s[6]) + s[8];
+      }
+      h(i, i) += s[7] / weight[i] + 1e-8;
+    }
+    return h;
+  }
+  /// The contract of objective(), by an inverse and a determinant.
+  double objective(const Eigen::VectorXd& logs, const DriftPrior& drift) const {
+    const Eigen::MatrixXd h = covariance(logs.array().exp()), inverse = h.inverse();
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(14);
+    const double information = ones.dot(inverse * ones), beta = ones.dot(inverse * samples.y) / information;
+    const Eigen::VectorXd alpha = inverse * (samples.y - beta * ones);
+    return 0.5 * std::log(h.determinant()) + 0.5 * std::log(information) + 0.5 * samples.y.dot(alpha) +
+           0.005 * logs.squaredNorm() + drift.weight * std::pow(logs[5] - drift.centre, 2) / 2;
+  }
+};
+
+TEST(CompositeSystem, OfSeveralRecordingsIsThatOfTheCompleteMatrices) {
+  const TwoRecordings r;
+  const DriftPrior drift{0.5, -3};
+  const auto system = CompositeSystem::make(r.samples, r.theta, r.weight);
+  ASSERT_TRUE(system);
+  Eigen::VectorXd gradient, variance;
+  EXPECT_NEAR(system->objective(&gradient, drift), r.objective(r.theta, drift), 1e-9);
+  EXPECT_EQ(system->objective(nullptr, drift), system->objective(&gradient, drift));
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    Eigen::VectorXd up = r.theta, down = r.theta;
+    up[i] += 1e-5, down[i] -= 1e-5;
+    EXPECT_NEAR(gradient[i], (r.objective(up, drift) - r.objective(down, drift)) / 2e-5, 1e-6) << i;
+  }
+  const Eigen::VectorXd s = r.theta.array().exp(), ones = Eigen::VectorXd::Ones(14);
+  const Eigen::MatrixXd inverse = r.covariance(s).inverse();
+  const double information = ones.dot(inverse * ones), beta = ones.dot(inverse * r.samples.y) / information;
+  const Eigen::VectorXd alpha = inverse * (r.samples.y - beta * ones);
+  EXPECT_NEAR(system->beta(), beta, 1e-10);
+  EXPECT_LT((system->alpha() - alpha).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((system->residual() - s[7] * alpha.cwiseQuotient(r.weight)).cwiseAbs().maxCoeff(), 1e-10);
+  Eigen::MatrixXd at(2, 3);
+  at << 0, 0.5, -3, 0, -0.25, 4;
+  const Eigen::VectorXd mean = system->predict(at, &variance);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    Eigen::VectorXd k(14);
+    for (Eigen::Index j = 0; j < 14; ++j) k[j] = r.kernel(s, r.samples.x.col(j), at.col(i));
+    const double level = 1 - ones.dot(inverse * k);
+    EXPECT_NEAR(mean[i], k.dot(alpha) + beta, 1e-9);
+    EXPECT_NEAR(variance[i], r.kernel(s, at.col(i), at.col(i)) - k.dot(inverse * k) + level * level / information,
+                1e-9);
+  }
+}
+
+TEST(CompositeSystem, ItsParametersAreTheirLogarithms) {
+  const TwoRecordings r;
+  const auto v = composite_variances(r.theta, 2);
+  const Eigen::VectorXd s = r.theta.array().exp();
+  EXPECT_EQ(v.kernel.rbf, s[0]);
+  EXPECT_EQ(v.kernel.length2, s.segment(1, 2));
+  EXPECT_EQ(v.kernel.linear, s[3]);
+  EXPECT_EQ(v.kernel.quadratic, s[4]);
+  EXPECT_EQ(v.nuisance, s[5]);
+  EXPECT_EQ(v.nuisance_time_h, s[6]);
+  EXPECT_EQ(v.noise, s[7]);
+  EXPECT_EQ(v.offset, s[8]);
+  EXPECT_LT((composite_theta(v, true) - r.theta).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LT((composite_theta(v, false) - r.theta.head(8)).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_EQ(composite_variances(r.theta.head(8), 2).offset, 0);
+  const CompositeSamples part = r.samples.part({1, 8, 9});
+  EXPECT_EQ(part.x, r.samples.x(Eigen::all, Rows{1, 8, 9}));
+  EXPECT_EQ(part.y, r.samples.y(Rows{1, 8, 9}));
+  EXPECT_EQ(part.time_h, r.samples.time_h(Rows{1, 8, 9}));
+  EXPECT_EQ(part.recording, (std::vector{0, 0, 1}));
+  EXPECT_EQ(part.recordings, 2);
+  EXPECT_EQ(part.warm_up, 0.5);
+  // Rows with a weight below 0.3 do not count: of 1, 2 and 3.
+  EXPECT_DOUBLE_EQ(believed_sd(Eigen::Vector4d(1, 2, 3, 100), Eigen::Vector4d(1, 0.3, 1, 0.29)), std::sqrt(2.0 / 3));
+}
+
+// f ≈ wᵀ φ(x) over the centres: a covariance Kₙᵣ Kᵣᵣ⁻¹ Kᵣₙ instead of K, so that alpha = Kᵣᵣ⁻¹ Kᵣₙ C⁻¹ (y − beta).
+TEST(SparseComposite, IsTheNystromCovarianceOfItsCentres) {
+  TwoRecordings r;
+  r.samples.warm_up = 0;  // dense models only
+  ReweightSettings settings{.weight = {WeightKind::kMyriad}};
+  for (const Eigen::Index most : {14, 4}) {
+    const auto sparse = solve_sparse_composite(r.samples, r.theta, settings, most);
+    ASSERT_TRUE(sparse);
+    EXPECT_TRUE(sparse->reweight.converged);
+    const auto n = std::ssize(sparse->centres);
+    EXPECT_TRUE(most == 4 ? n == 4 : n > 4);
+    r.weight = sparse->weight;
+    const Eigen::VectorXd s = r.theta.array().exp(), ones = Eigen::VectorXd::Ones(14);
+    Eigen::MatrixXd across(14, n), own(n, n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::VectorXd centre = r.samples.x.col(sparse->centres[static_cast<std::size_t>(j)]);
+      EXPECT_EQ(sparse->parameters.centres.col(j), centre);
+      for (Eigen::Index i = 0; i < 14; ++i) across(i, j) = r.kernel(s, r.samples.x.col(i), centre);
+      for (Eigen::Index i = 0; i < n; ++i)
+        own(i, j) = r.kernel(s, r.samples.x.col(sparse->centres[static_cast<std::size_t>(i)]), centre);
+      own(j, j) += 1e-8 * s[0];
+    }
+    Eigen::MatrixXd rest = r.covariance(s);  // without the kernel
+    for (Eigen::Index i = 0; i < 14; ++i) {
+      for (Eigen::Index j = 0; j < 14; ++j) rest(i, j) -= r.kernel(s, r.samples.x.col(i), r.samples.x.col(j));
+    }
+    const Eigen::MatrixXd inverse = (across * own.inverse() * across.transpose() + rest).inverse();
+    const double beta = ones.dot(inverse * r.samples.y) / ones.dot(inverse * ones);
+    const Eigen::VectorXd alpha = own.inverse() * across.transpose() * inverse * (r.samples.y - beta * ones);
+    EXPECT_NEAR(sparse->parameters.beta, beta, 1e-6);
+    EXPECT_LT((across * (sparse->parameters.alpha - alpha)).cwiseAbs().maxCoeff(), 1e-6);
+    EXPECT_LT((sparse->fitted - across * alpha - beta * ones).cwiseAbs().maxCoeff(), 1e-6);
+    Eigen::MatrixXd psi(n + 1, 14);
+    psi << Eigen::MatrixXd(own.llt().matrixL().solve(across.transpose())), ones.transpose();
+    Eigen::MatrixXd gram = psi * rest.inverse() * psi.transpose();
+    gram.diagonal().head(n).array() += 1;
+    EXPECT_LT((sparse->parameters.gram - gram).cwiseAbs().maxCoeff(), 1e-5 * gram.maxCoeff());
+  }
+}
+
+// A row in 20 pieces of the record: up by 1, then back. The path must be shorter than the range / 0.75.
+TEST(OnePassage, IsARangeOfThreeQuartersOfThePath) {
+  const auto passes = [](int up, double back, const std::string& name = "T") {
+    TrainingData data;
+    data.names = {"U", name};
+    data.inputs = Eigen::MatrixXd::Zero(2, 40);
+    double t = 0;
+    for (int i = 0; i < 20; ++i) {
+      t += i == 0 ? 0 : i <= up ? 1 : -back / (19 - up);
+      data.inputs.col(2 * i)[1] = t + 0.25, data.inputs.col(2 * i + 1)[1] = t - 0.25;
+    }
+    data.target = Eigen::VectorXd::Zero(40);
+    return data;
+  };
+  EXPECT_TRUE(one_passage(passes(19, 0)));
+  EXPECT_TRUE(one_passage(passes(15, 4.9)));
+  EXPECT_FALSE(one_passage(passes(15, 5)));
+  EXPECT_FALSE(one_passage(passes(15, 0, "dTdt"))) << "the first input is constant";
+  TrainingData data = passes(19, 0);
+  data.names = {"case", "pcb"};
+  data.inputs.row(0).swap(data.inputs.row(1));
+  EXPECT_TRUE(one_passage(data)) << "the first input, if none is named T";
+  data.runs.assign(40, 0);
+  EXPECT_TRUE(one_passage(data));
+  data.runs.back() = 1;
+  EXPECT_FALSE(one_passage(data)) << "of several recordings";
+  data.runs.clear();
+  data.inputs.conservativeResize(2, 39);
+  EXPECT_FALSE(one_passage(data)) << "two rows for each piece";
+}
+
+// Of 195 rows or more; at most a quarter of them. 9 noises are far enough, 6 are not.
+TEST(FirstWeights, AreLowForRowsFarFromTheirNeighbours) {
+  const auto weights = [](Eigen::Index rows, Eigen::Index every, double noises, WeightKind kind) {
+    TrainingData data = test::record({"T"}, rows, [](double i, double* t) {
+      *t = std::sin(i / 9);
+      return 0.001 * std::sin(i * i);
+    });
+    for (Eigen::Index i = 5; i < rows; i += every) data.target[i] = 0.001 * noises;
+    TrainingSettings settings;
+    settings.reweight.weight.kind = kind;
+    const Eigen::VectorXd weight = first_weights(data, settings);
+    std::vector<Eigen::Index> low;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      if (weight[i] != 1) low.push_back(i);
+      EXPECT_TRUE(weight[i] == 1 || weight[i] == kMinCompositeWeight);
+    }
+    return low;
+  };
+  EXPECT_EQ(weights(195, 50, 9, WeightKind::kMyriad), (std::vector<Eigen::Index>{5, 55, 105, 155}));
+  EXPECT_TRUE(weights(195, 50, 5, WeightKind::kMyriad).empty());
+  EXPECT_TRUE(weights(194, 50, 9, WeightKind::kMyriad).empty());
+  EXPECT_TRUE(weights(195, 50, 9, WeightKind::kNone).empty());
+  EXPECT_EQ(weights(200, 4, 30, WeightKind::kMyriad).size(), 49u);
+  EXPECT_TRUE(weights(200, 3, 30, WeightKind::kMyriad).empty()) << "more than a quarter";
+}
+
+TEST(DriftPriors, AreThoseOfTheUsersKnowledge) {
+  EXPECT_EQ(drift_prior(Drift::kThermal).weight, 0.25);
+  EXPECT_EQ(drift_prior(Drift::kThermal).centre, std::log(0.05));
+  EXPECT_EQ(drift_prior(Drift::kNone).weight, 100);
+  EXPECT_EQ(drift_prior(Drift::kNone).centre, std::log(1e-6));
+  EXPECT_EQ(drift_prior(Drift::kOpen).weight, 0);
+  EXPECT_EQ(drift_prior(Drift::kOpen).centre, 0);
+}
+
 /// y = truth(T, U) + drift in time + noise, with some outliers; with the times of a chamber cycle.
 struct DriftingRecord {
   TrainingData data;
