@@ -3,6 +3,7 @@
 // sd.
 #include "compensation/at_rest.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 
 #include "compensation/polynomial_model.hpp"
 #include "tests/support/random_series.hpp"
+#include "tests/support/scripts.hpp"
 
 namespace prism::compensation {
 namespace {
@@ -72,6 +74,82 @@ TEST(AtRest, TheVarianceIsOfModelNoiseAndMount) {
   EXPECT_NEAR(mount, 0.0124, 5e-5);
   EXPECT_NEAR(found.sd_deg_per_h, std::sqrt(kSd * kSd + 2 * kN * kN + 0.4412712 * 1e-6 + mount * mount), 1e-8);
 }
+
+TEST(AtRest, LimitsAreThoseOfTheNoise) {
+  const RestLimits limits = rest_limits({0.5, 2, 3}, 100);
+  EXPECT_EQ(limits.second_sd_deg_per_h, 4.5);
+  EXPECT_NEAR(limits.step_deg_per_h, 4 * std::sqrt(2 * (0.25 * 36 + 0.4412712 * 4)), 1e-6);
+  EXPECT_NEAR(limits.difference_deg_per_h, 30.082134, 1e-9);
+  ModelInfo info;
+  EXPECT_FALSE(noise_of(info));
+  info.spread.emplace();
+  EXPECT_FALSE(noise_of(info)) << "of a model that states no noise";
+  info.spread->noise_deg_per_h = 3;  // of 100 s: 30 of a second, and 30 / 60 of an hour
+  EXPECT_EQ(noise_of(info), (RateNoise{0.5, 0, 30}));
+  info.noise = RateNoise{1, 2, 3};
+  EXPECT_EQ(noise_of(info), info.noise);
+}
+
+/// Blocks of 100 s of a gyro that points up, with the noise N 0.01, B 0.02 and an sd of 0.5 of seconds, and a model
+/// with an sd of 0.1. run SECONDS DIFFERENCE [SWING]: from the Earth rate, by SWING more and less each second.
+class RestPlayer {
+ public:
+  std::vector<std::string> play(const std::string& command, std::istream& words) {
+    using test::next;
+    if (command == "skip") {
+      second_ += next<int>(words);
+    } else if (command == "reset") {
+      rest_.reset();
+    } else if (command == "quality") {
+      quality_ = parse_quality(next<std::string>(words));
+    } else if (command == "sd") {
+      sd_ = next<double>(words);
+      if (sd_ < 0) sd_ = kUnknown;
+    } else if (command == "warming") {
+      state_ = WindowState::kWarming;
+    } else if (command == "ready") {
+      state_ = WindowState::kReady;
+    } else if (command == "run") {
+      const int seconds = next<int>(words);
+      const double difference = next<double>(words), swing = next<double>(words);
+      int ended = 0;
+      for (int i = 0; i < seconds; ++i, ++second_) {
+        CompensatedWindow row;
+        row.window.second_mean.second = second_;
+        row.window.state = state_;
+        row.corrected_mean_deg_per_h = rest_.earth_rate_deg_per_h() + difference;
+        row.corrected_deg_per_h = row.corrected_mean_deg_per_h + (i % 2 ? -swing : swing);
+        row.correction = {0, sd_, sd_, quality_};
+        ended += rest_.push(row);
+      }
+      const auto found = rest_.difference();
+      const auto differs = rest_.differs();
+      return {fmt::format(
+          "{} blocks, {}{}{}", ended, kNoDifferenceNames[static_cast<std::size_t>(rest_.reason())],
+          found ? fmt::format("{:.6g} with sd {:.6g} of {} s", found->deg_per_h, found->sd_deg_per_h, found->seen_s)
+                : "",
+          differs ? *differs ? ", differs" : ", as expected" : "")};
+    } else {
+      return {"unknown command"};
+    }
+    return {};
+  }
+
+ private:
+  AtRest rest_{kUp, 0, [] {
+                 ModelInfo info;
+                 info.kind = "polynomial";
+                 info.inputs = {"T"};
+                 info.noise = RateNoise{0.01, 0.02, 0.5};
+                 return std::make_shared<PolynomialModel>(std::move(info), std::vector<Term>{{{1}, 0}}, kSd);
+               }()};
+  std::int64_t second_ = 1000;
+  std::uint32_t quality_ = kGood;
+  WindowState state_ = WindowState::kReady;
+  double sd_ = 0.1;
+};
+
+TEST(AtRest, Scripts) { test::expect_scripts<RestPlayer>("compensation/at_rest.txt"); }
 
 TEST(AtRest, AnUnknownDifferenceHasAReason) {
   EXPECT_EQ(AtRest(std::nullopt, kMount, usual_model()).reason(), NoDifference::kNoSite);

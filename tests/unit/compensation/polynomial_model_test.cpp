@@ -130,6 +130,27 @@ TEST(Shrunk, KeepsTheBiasOfTheEdgeBeyondIt) {
   EXPECT_GT(shrunk(far).sd_deg_per_h, shrunk(inside).sd_deg_per_h);
 }
 
+// f = 5 beyond an edge of b = 3 and v_b = 0.4, mean 1, var_y = 4, v = 26, o = 0.35: e = 0.04 and (v − v_b)/var_y − 5
+// = 1.4.
+TEST(Shrunk, StatesTheErrorOfBothParts) {
+  Prediction p = predicted(0.3, 0.75);
+  p.knowledge->spread = {0.5, 0.25, 2, 1.5};
+  p.knowledge->edge = PredictiveUncertainty::Edge{3, 0.4};
+  p.knowledge->excess = 0.35;
+  p.knowledge->model_variance = 26;
+  const double g = (0.3 + 0.9 * 0.25 - 0.1) / 0.5, at_edge = g / (1 + 0.1 + 1.4 + 0.02), beyond = g / (1 + 6.5 + 0.4);
+  const double lost = (1 - at_edge) * (4 + 4) + (1 - beyond) * 4 + 0.5 * 0.35 * 4;
+  const double variance = 1.25 * (26 + 0.25 + lost) + 0.0625;
+  const Prediction found = shrunk(p);
+  EXPECT_NEAR(found.bias_deg_per_h, 1 + 2 * at_edge + 2 * beyond, 1e-12);
+  EXPECT_NEAR(found.sd_deg_per_h, 1.5 * std::sqrt(variance), 1e-12);
+  EXPECT_NEAR(found.sd_mean_deg_per_h, 1.5 * std::sqrt(variance + 4), 1e-12);
+  p.knowledge->model_variance = 20.4;  // exactly 5 above that of the edge, in units of var_y
+  EXPECT_NEAR(shrunk(p).bias_deg_per_h, 1 + 2 * g / (1 + 0.1 + 0.02) + 2 * g / (1 + 5.1 + 0.4), 1e-12);
+  p.knowledge.reset();
+  EXPECT_EQ(shrunk(p).bias_deg_per_h, 5) << "without knowledge";
+}
+
 // Models of version 0.2 have no edge: their policy stays.
 TEST(Shrunk, ServesOlderModelsAsBefore) {
   Prediction old = predicted(0.35, 1);
@@ -197,6 +218,58 @@ TEST(LssvmModel, BiasAndVarianceEqualTheBorderedSystem) {
     EXPECT_NEAR(found.sd_deg_per_h, std::sqrt(2.5 * fraction) * 1.5 * 0.02, 1e-12);
     EXPECT_EQ(found.extrapolating, fraction > 0.3);
   }
+}
+
+// Sd² = factor² (1.25 (v + nuisance²) + offset²) with the error between runs, and its noise² in the mean's; else the
+// model's own: the noise of a sample is its prior variance over c.
+TEST(LssvmModel, ItsKnowledgeIsThatOfItsFile) {
+  ModelInfo info = info_of(2);
+  info.domain = {{0, 0}, {4, 2}};
+  const LssvmParameters p = random_parameters(2, 30);
+  const std::vector<double> x = {5, 1};
+  const ModelPtr own = made(info, p);
+  const double v = std::pow(own->predict(x).sd_deg_per_h / 1.5, 2);
+  const PredictiveUncertainty known = own->predict(x).knowledge.value();
+  EXPECT_NEAR(known.model_variance, v, 1e-15);
+  EXPECT_EQ(known.target_variance, 0.02 * 0.02);
+  EXPECT_EQ(known.skill, 1);
+  EXPECT_EQ(known.excess, 0.25);
+  EXPECT_NEAR(known.spread.noise_deg_per_h, std::sqrt(2.5 / 20) * 0.02, 1e-15);
+  EXPECT_EQ(known.spread, (BetweenRunError{0, 0, known.spread.noise_deg_per_h, 1.5}));
+  EXPECT_FALSE(known.preset);
+  EXPECT_EQ(known.overlap, 1);
+  EXPECT_FALSE(known.edge);
+  EXPECT_TRUE(std::isnan(own->predict(x).sd_mean_deg_per_h));
+  EXPECT_EQ(own->predict(x).mean_deg_per_h, 0.01);
+
+  info.spread = BetweenRunError{0.003, 0.004, 0.005, 2, 10, 100};
+  const Prediction found = made(info, p)->predict(x);
+  const double variance = 1.25 * (v + 9e-6) + 16e-6;
+  EXPECT_NEAR(found.sd_deg_per_h, 2 * std::sqrt(variance), 1e-12);
+  EXPECT_NEAR(found.sd_mean_deg_per_h, 2 * std::sqrt(variance + 25e-6), 1e-12);
+  EXPECT_EQ(found.knowledge->spread, *info.spread);
+  LssvmParameters svr = p;
+  svr.uncertainty.reset(), svr.weight.resize(0);
+  info.kind = "svr";
+  const Prediction plain = made(info, svr)->predict(x);
+  EXPECT_FALSE(plain.knowledge);
+  EXPECT_NEAR(plain.sd_deg_per_h, 2 * std::sqrt(1.25 * 9e-6 + 16e-6), 1e-12);
+  EXPECT_TRUE(plain.extrapolating);
+  EXPECT_FALSE(made(info, svr)->predict(std::vector<double>{4, 2}).extrapolating);
+  info.spread.reset();
+  EXPECT_TRUE(std::isnan(made(info, svr)->predict(x).sd_deg_per_h));
+}
+
+// T, of a range of 4, may leave it by 0.08 and U by 0.2 of its range; a table's inputs by 0.02, models of version 0.1
+// by nothing.
+TEST(Model, TheMarginOfARangeIsThatOfItsInput) {
+  ModelInfo info = info_of(3);
+  info.inputs = {"T", "U", "dTdt"};
+  EXPECT_EQ(margin_of(info, 1), 0);
+  info.spread.emplace();
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(margin_of(info, i), i == 0 ? 0.02 : 0.2) << i;
+  info.table = true;
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(margin_of(info, i), 0.02) << i;
 }
 
 // A log must not depend on the machine: bias and standard deviation have the same bits at every microarchitecture level
@@ -280,7 +353,15 @@ TEST(LssvmModel, RejectsAChangedAlphaAndInconsistentParameters) {
   p.alpha.conservativeResize(5);
   EXPECT_EQ(refused(2, p), "found 5 alphas, expected 6");
   p = random_parameters(2, 6);
-  EXPECT_FALSE(LssvmModel::make(info_of(3), p));
+  EXPECT_EQ(refused(3, p), "found 2 inputs for each of 6 centres, expected 3");
+  p.weight.resize(0);
+  p.uncertainty->gram = Eigen::MatrixXd::Identity(7, 7);
+  EXPECT_TRUE(LssvmModel::make(info_of(2), p)) << "sparse";
+  p.uncertainty->gram = Eigen::MatrixXd::Identity(7, 6);
+  EXPECT_EQ(refused(2, p), "gram has 7 rows, expected 7");
+  p.uncertainty.reset();
+  EXPECT_TRUE(LssvmModel::make(info_of(2), p)) << "of SVR";
+  p = random_parameters(2, 6);
   p.uncertainty->gram = Eigen::MatrixXd::Identity(6, 6);
   EXPECT_EQ(refused(2, p), "gram has 6 rows, expected 7");
   p = random_parameters(2, 6);

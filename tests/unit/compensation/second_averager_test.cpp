@@ -78,7 +78,7 @@ TEST(SecondAverager, ASecondCutByTheSessionIsPartial) {
   EXPECT_EQ(partial_seconds(1, 60, 0, 44), "--") << "lost frames within a session make no second partial";
 }
 
-struct Reference {
+struct ReferenceMean {
   double sum = 0, weight = 0, wrong_sum = 0, wrong_weight = 0;
   std::size_t known = 0;
   bool any_implausible = false;
@@ -126,7 +126,7 @@ TEST(SecondAverager, EqualsAReferenceThatKeepsAllSamples) {
   if (const auto second_mean = averager.finish()) second_means.push_back(*second_mean);
   ASSERT_EQ(second_means.size(), kept.size());
   for (const SecondMean& mean : second_means) {
-    Reference rate, temperature, uhfo;
+    ReferenceMean rate, temperature, uhfo;
     std::uint32_t status = 0, missing = 0;
     for (const auto& [sample, implausible] : kept.at(mean.second)) {
       rate.add(sample.rate_deg_per_h, sample.interval_s, implausible.rate);
