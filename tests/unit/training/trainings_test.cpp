@@ -74,9 +74,13 @@ class TrainingPlayer {
       if (!found) return {"none"};
       return {
           fmt::format("{} s, {:.4g} to {:.4g}, gain {:.4g}", found->tau_s, found->low_s, found->high_s, found->gain)};
-    } else if (command == "train") {
+    } else if (command == "train") {  // [MOST]: a sparse model of at most so many centres
       settings_.siblings = siblings_;
-      const auto made = train(data_, {}, settings_);
+      const auto most = next<Eigen::Index>(words);
+      compensation::ModelInfo info;
+      info.inputs = data_.names;
+      const auto made = most > 0 ? settings_.method->train({data_, info, settings_, {0, 0, true, most}, runs_of(data_)})
+                                 : train(data_, {}, settings_);
       return made ? shown(*made) : Lines{made.error().text()};
     } else {
       return {"unknown command"};
