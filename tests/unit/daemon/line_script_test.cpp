@@ -26,6 +26,7 @@
 #include "daemon/line/live_line.hpp"
 #include "daemon/line/output_line.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/support/emulated.hpp"
 #include "tests/support/scripts.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -314,6 +315,11 @@ class LiveLinePlayer : public LinesPlayer {
 
 TEST(LiveLine, Scripts) { test::expect_scripts<LiveLinePlayer>("daemon/live_line.txt"); }
 
+TEST(LiveLine, ScriptsOfATerminal) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
+  test::expect_scripts<LiveLinePlayer>("daemon/serial_line.txt");
+}
+
 /// "send TEXT [AGE_MS]": bytes that leave because of bytes read so long ago.
 class OutputLinePlayer : public LinesPlayer {
  public:
@@ -394,6 +400,11 @@ class OutputLinePlayer : public LinesPlayer {
 };
 
 TEST(OutputLine, Scripts) { test::expect_scripts<OutputLinePlayer>("daemon/output_line.txt"); }
+
+TEST(OutputLine, ScriptsOfATerminal) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
+  test::expect_scripts<OutputLinePlayer>("daemon/serial_output.txt");
+}
 
 double seconds(std::chrono::steady_clock::duration time) { return std::chrono::duration<double>(time).count(); }
 

@@ -23,6 +23,7 @@
 #include "daemon/program.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"
+#include "tests/support/emulated.hpp"
 #include "tests/support/scripts.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -222,6 +223,11 @@ class ProgramPlayer {
 };
 
 TEST(Program, Scripts) { test::expect_scripts<ProgramPlayer>("daemon/program.txt"); }
+
+TEST(Program, SniffsATerminal) {
+  if (test::emulated()) GTEST_SKIP() << "qemu-user has no termios2 (emulator)";
+  test::expect_scripts<ProgramPlayer>("daemon/sniff_terminal.txt");
+}
 
 }  // namespace
 }  // namespace prism::daemon
