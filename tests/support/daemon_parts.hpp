@@ -118,17 +118,30 @@ class Asker {
   boost::asio::io_context& io() { return io_; }
 
   void hang_up() { mine_.close(); }
+  void shut_down() { mine_.shutdown(Socket::shutdown_send); }
+
+  void poll() {
+    io_.restart();
+    io_.poll();
+  }
+  /// Returns the text that was sent so far.
+  std::string take() {
+    std::string text;
+    for (char buffer[65536];;) {
+      const ssize_t size = ::recv(mine_.native_handle(), buffer, sizeof buffer, MSG_DONTWAIT);
+      if (size <= 0) return text;
+      text.append(buffer, static_cast<std::size_t>(size));
+    }
+  }
 
   /// Returns all text until no more arrives.
   std::string read() {
     std::string text;
     for (;;) {
-      io_.restart();
-      io_.poll();
-      char buffer[65536];
-      const ssize_t size = ::recv(mine_.native_handle(), buffer, sizeof buffer, MSG_DONTWAIT);
-      if (size <= 0) return text;
-      text.append(buffer, static_cast<std::size_t>(size));
+      poll();
+      const std::string more = take();
+      if (more.empty()) return text;
+      text += more;
     }
   }
   nlohmann::json ask(socket::Rpc& rpc, const std::string& line) {

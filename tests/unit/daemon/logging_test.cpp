@@ -41,8 +41,9 @@ TEST(Logging, TheJournalGetsThePriority) {
 
 TEST(Logging, ATerminalGetsTheTime) {
   ::unsetenv("JOURNAL_STREAM");
-  EXPECT_THAT(logged("error"), testing::MatchesRegex("2[0-9]{3}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}\\.[0-9]{3}Z "
-                                                     "prismd: error: error \\{\\} \\\\x07\n"));
+  EXPECT_THAT(logged("error"),
+              testing::MatchesRegex("2[0-9]{3}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}\\.[0-9]{3}Z "
+                                    "prismd: error: error \\{\\} \\\\x07\n"));
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Requests and their answers, as scripts (requests.txt); the configuration with every key in force.
+// Requests and their answers, as scripts (requests.txt, answers.txt); the configuration with every key in force.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -15,9 +16,11 @@
 #include <vector>
 
 #include "base/host_time.hpp"
+#include "config/version.hpp"
 #include "daemon/socket/publisher.hpp"
 #include "daemon/socket/rpc.hpp"
 #include "tests/support/daemon_parts.hpp"
+#include "tests/support/models.hpp"
 #include "tests/support/scripts.hpp"
 #include "tests/support/shared_files.hpp"
 
@@ -33,8 +36,48 @@ std::string shown_value(const json& value) {
   return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>()) : value.dump();
 }
 
+pipeline::RetentionStatus retention(std::optional<pipeline::NextDeletion> next) {
+  return {3, 1000, 2000, 86'400, 4, 50, std::move(next), uptime_s() - 450};
+}
+
+/// A log whose state is stated: its pages are those that a script gives.
+struct StatedLog : pipeline::RowWriter {
+  explicit StatedLog(Lines& told) : told_(told) {}
+  void append(const compensation::CompensatedWindow&, std::int64_t) override {}
+  void sync() override {}
+  void set_metadata(const std::string&) override {}
+  void close() override {}
+  void read(const pipeline::RowQuery& query, Pages done) override {
+    told_.push_back(
+        fmt::format("read {} from \"{}\"{}", query.limit, query.after, query.header ? " with headers" : ""));
+    done(pages.front());
+    if (pages.size() > 1) pages.erase(pages.begin());
+  }
+  std::optional<pipeline::RetentionStatus> retention() const override { return status; }
+  const pipeline::LogCounters& counters() const override { return counted; }
+
+  pipeline::LogCounters counted;
+  std::optional<pipeline::RetentionStatus> status;
+  std::vector<pipeline::RowResult> pages;  ///< the last one again and again
+
+ private:
+  Lines& told_;
+};
+
+struct StatedCapture : pipeline::CaptureSink {
+  void mark_opened(std::int64_t) override {}
+  void data(std::span<const std::uint8_t>, std::int64_t) override {}
+  void sent(std::span<const std::uint8_t>, std::int64_t) override {}
+  void flush() override {}
+  std::uint64_t dropped_bytes() const override { return 77; }
+  std::optional<pipeline::RetentionStatus> retention() const override { return status; }
+
+  std::optional<pipeline::RetentionStatus> status;
+};
+
 /// A daemon without a line, and a client. "ask METHOD [PARAMS] [: POINTER…]" prints these values of the result, or all
-/// of it; an error is "CODE MESSAGE". The members of an only axis are in the result itself.
+/// of it; an error is "CODE MESSAGE". The members of an only axis are in the result itself. "show METHOD [POINTER]"
+/// prints all values, with times of this host as NOW.
 class DaemonPlayer : test::DaemonPartsTest {
  public:
   ~DaemonPlayer() override { parts_->publisher.remove(asker_.client().get()); }
@@ -42,10 +85,66 @@ class DaemonPlayer : test::DaemonPartsTest {
   Lines play(const std::string& command, std::istream& words) {
     if (command == "daemon") {  // FRAMES [MORE of the configuration]
       frames_ = next<std::string>(words);
-      setup_ = make_setup(test::rest_of(words), frames_);
+      setup_ = make_setup(with_sources(test::rest_of(words)), frames_);
       encoder_ = wire::FrameEncoder(setup_.frames);
-      parts_ = std::make_unique<test::DaemonParts>(setup_);
-      rpc_.emplace(parts_->rpc([](auto done) { done(make_error("gyro.json", "no")); }));
+      start({});
+    } else if (command == "logged") {  // the same, with a log of each axis
+      std::vector<std::unique_ptr<pipeline::RowWriter>> logs;
+      for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+        auto log = std::make_unique<StatedLog>(sent_);
+        log_ = log.get();
+        log->counted.rows = 1, log->counted.dropped = 2, log->counted.segments = 3;
+        log->counted.gone = 4, log->counted.unsynced = 5;
+        logs.push_back(std::move(log));
+      }
+      start(std::move(logs));
+    } else if (command == "stored") {  // the last log's retention, and a capture: what is deleted next
+      const auto next = next_deletion(words);
+      auto capture = std::make_unique<StatedCapture>();
+      log_->status = capture->status = retention(next);
+      parts_->device.lines.back().capture = std::move(capture);
+    } else if (command == "pages") {  // that the log returns next
+      log_->pages.clear();
+      while (words >> std::ws && !words.eof()) page(words);
+    } else if (command == "synced") {
+      rpc_->synced();
+      return received_lines();
+    } else if (command == "waited") {  // for an answer
+      Lines lines;
+      while (lines.empty()) sent_.clear(), lines = received_lines();
+      return lines;
+    } else if (command == "state") {  // of a line: its state, its counters and settings that it did not accept
+      const auto number = next<std::size_t>(words);
+      const auto state = static_cast<pipeline::LineState>(next<int>(words));
+      set_state(parts_->device.lines[number], state, test::rest_of(words));
+    } else if (command == "out") {  // state and counters of the first output
+      output(next<int>(words));
+    } else if (command == "fallback") {  // of the first axis: 0.5 deg/h and 0.01 deg/h per degC
+      setup_.axes[0].fallback = test::linear_model({"T"}, {0.01}, 0.5);
+      start({});
+    } else if (command == "verdict") {
+      parts_->device.axes[0].verdict = pipeline::ModelVerdict{"drifted", test::rest_of(words), "id", 1'700'000'000};
+    } else if (command == "offset") {
+      const auto& model = parts_->device.setup.axes[0].model;
+      parts_->device.use_offset(0, pipeline::Offset{next<double>(words), "turned on", model->info().id, 5, 0}, "set");
+    } else if (command == "offsets") {  // are taken, but not that of 9 deg/h
+      rpc_->offset_by([this](std::size_t axis, std::optional<pipeline::Offset> offset, const Rpc::Done& done) {
+        sent_.push_back(offset
+                            ? fmt::format("axis {}: {} deg/h for {} s: {}", axis, offset->deg_per_h,
+                                          offset->expires_s > 0 ? offset->expires_s - offset->set_s : 0, offset->reason)
+                            : fmt::format("axis {}: none", axis));
+        if (offset && offset->deg_per_h == 9) return done(make_error("offset", "too large"));
+        done(std::string("in use"));
+      });
+    } else if (command == "reloads") {
+      rpc_.emplace(parts_->rpc([](auto done) { done(std::string("gyro.json in use")); }));
+    } else if (command == "summary") {
+      return {summary({parts_->device, parts_->events, parts_->publisher, parts_->started_ns})};
+    } else if (command == "show") {
+      return show(words);
+    } else if (command == "unanswered") {  // a request whose answer is later
+      rpc_->request(asker_.client(), test::rest_of(words));
+      return received_lines();
     } else if (command == "reload") {  // MORE of the configuration
       const auto done = parts_->device.reconfigure(make_setup(test::rest_of(words), frames_));
       return done ? Lines() : Lines{done.error().text()};
@@ -60,8 +159,17 @@ class DaemonPlayer : test::DaemonPartsTest {
     } else if (command == "bytes") {  // of a line, now
       const auto line = next<std::size_t>(words);
       const std::string text = test::rest_of(words);
+      const bool is_now = line > 0 && !parts_->device.lines[0].replays();
       parts_->device.feed(line, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
-                          line == 0 ? arrival_ns_ : host_time_ns());
+                          is_now ? host_time_ns() : arrival_ns_);
+    } else if (command == "pass") {  // seconds
+      arrival_ns_ += std::llround(1e9 * next<double>(words));
+    } else if (command == "problem") {  // KIND PART TEXT: a failure if the text ends with "!"
+      const auto kind = next<std::string>(words), part = next<std::string>(words), text = test::rest_of(words);
+      parts_->problems.set(kind, {.kind = kind,
+                                  .part = part == "-" ? "" : part,
+                                  .level = text.ends_with('!') ? Problem::Level::kFailed : Problem::Level::kCaution,
+                                  .text = text});
     } else if (command == "receives") {  // a sensor line, for these seconds
       parts_->device.lines[1].set(pipeline::LineState::kConnecting, {}, 0);
       parts_->device.lines[1].set(pipeline::LineState::kReceiving, {},
@@ -101,10 +209,106 @@ class DaemonPlayer : test::DaemonPartsTest {
  private:
   void TestBody() override {}
 
+  void start(std::vector<std::unique_ptr<pipeline::RowWriter>> logs) {
+    parts_ = std::make_unique<test::DaemonParts>(setup_, std::move(logs));
+    rpc_.emplace(parts_->rpc([](auto done) { done(make_error("gyro.json", "no")); }));
+  }
+
+  // BYTES or AGE or DISK_FULL, and in how many seconds; nothing: none.
+  static std::optional<pipeline::NextDeletion> next_deletion(std::istream& words) {
+    using Why = pipeline::NextDeletion::Why;
+    const auto why = next<std::string>(words);
+    if (why.empty()) return std::nullopt;
+    return pipeline::NextDeletion{"gyro-1.csv", 10, 300,
+                                  why == "age"     ? Why::kAge
+                                  : why == "bytes" ? Why::kBytes
+                                                   : Why::kDiskFull,
+                                  next<std::int64_t>(words)};
+  }
+
+  // ROWS MISSING, or a refusal: WHY.
+  void page(std::istream& words) {
+    using Why = pipeline::RowRefusal::Why;
+    const std::map<std::string, Why> refusals = {{"bad", Why::kBadCursor},
+                                                 {"foreign", Why::kForeignCursor},
+                                                 {"unreadable", Why::kUnreadable},
+                                                 {"gone", Why::kGone}};
+    const auto word = next<std::string>(words);
+    if (const auto why = refusals.find(word); why != refusals.end()) {
+      const pipeline::RowCursor after{std::string(32, 'a'), 0, 0, why->second == Why::kGone ? 20U : 0U};
+      log_->pages.emplace_back(tl::unexpected(
+          pipeline::RowRefusal{why->second, "rows: " + word, after, why->second == Why::kGone ? 7U : 0U}));
+    } else {
+      pipeline::RowPage page{
+          fmt::format(R"({{"page":{})", log_->pages.size()), {}, std::stoul(word), next<std::uint64_t>(words)};
+      log_->pages.emplace_back(std::move(page));
+    }
+  }
+
+  void set_state(pipeline::LineStatus& line, pipeline::LineState state, const std::string& detail) const {
+    line.set(state, detail, arrival_ns_);
+    line.hardware = transport::LineCounters{1, 2, 3, 4, 5, 6};
+    line.polls = {7, 8, 9};
+    line.notes = {"a note"};
+  }
+
+  void output(int state) {
+    parts_->device.output_lines.resize(parts_->device.outputs.size());
+    pipeline::OutputStatus& line = parts_->device.output_lines.front();
+    line.set(static_cast<pipeline::LineState>(state), "detail", host_time_ns());
+    line.bytes = 11, line.lost_bytes = 12;
+    for (int i = 0; i <= 100; ++i) line.latencies_s.push_back(0.25F * static_cast<float>(100 - i));
+  }
+
+  Lines received_lines() {
+    std::istringstream in(asker_.read());
+    Lines lines = std::exchange(sent_, {});
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+  }
+
+  static std::string with_sources(std::string text) {
+    for (std::size_t at; (at = text.find("SOURCE")) != std::string::npos;) text.replace(at, 6, PRISM_SOURCE_DIR);
+    return text;
+  }
+
+  /// All values of a result, without the version. Of this host: seconds since 1970 as NOW if they are of this test,
+  /// else with their difference in hundreds; ages and waits in hundreds.
+  Lines show(std::istream& words) {
+    const auto method = next<std::string>(words), part = next<std::string>(words);
+    Lines lines;
+    add_values(lines, part, asker_.ask(*rpc_, method, nullptr).at("result").at(json::json_pointer(part)));
+    return lines;
+  }
+  void add_values(Lines& lines, const std::string& name, const json& value) const {
+    std::string text = shown_now(name, value).dump();
+    for (const std::string& path : {folder_.file(""), std::string(PRISM_SOURCE_DIR "/")})
+      for (std::size_t at; (at = text.find(path)) != std::string::npos;) text.erase(at, path.size());
+    if (!value.is_object() || text.size() <= 240) return lines.push_back(name + " " + text);
+    for (const auto& [key, member] : value.items()) add_values(lines, name + "/" + key, member);
+  }
+  json shown_now(const std::string& name, json value) const {
+    const auto in_hundreds = [](double seconds) { return 100 * static_cast<std::int64_t>(std::floor(seconds / 100)); };
+    if (value == kVersion) return "VERSION";
+    if (value.is_structured())
+      for (auto& [key, member] : value.items()) member = shown_now(key, member);
+    if (!value.is_number()) return value;
+    const double number = value, now_s = host_time_s(), since_now_s = number - now_s;
+    if (number >= static_cast<double>(parts_->started_ns / 1000) / 1e6 && since_now_s <= 0) return "NOW";
+    if (std::abs(since_now_s) < 1e5) return fmt::format("NOW {:+}", in_hundreds(since_now_s));
+    if (name.ends_with("age_s") && number > 1e6) return fmt::format("NOW - {}", in_hundreds(-since_now_s));
+    if (name == "in_s" || name.ends_with("/in_s")) return in_hundreds(number);
+    if (!value.is_number_float()) return value;
+    if (std::abs(number) < 1e-9) return 0;  // rounding
+    return json::parse(number < 1e6 ? fmt::format("{:.5g}", number) : fmt::format("{:.3f}", number));
+  }
+
   static std::string shown_answer(const json& answer) {
     const std::string id = answer["id"].dump() + ": ";
     if (!answer.contains("error")) return id + "result";
-    return id + fmt::format("{} {}", answer["error"]["code"].get<int>(), answer["error"]["message"].get<std::string>());
+    const json& error = answer["error"];
+    return id + fmt::format("{} {}{}", error["code"].get<int>(), error["message"].get<std::string>(),
+                            error.contains("data") ? " " + error["data"].dump() : "");
   }
 
   Lines ask(std::istream& words) {
@@ -145,12 +349,14 @@ class DaemonPlayer : test::DaemonPartsTest {
   }
 
   std::string frames_;
+  StatedLog* log_ = nullptr;  ///< of the last axis
   std::optional<Rpc> rpc_;
   test::Asker asker_;
   Lines sent_;
 };
 
 TEST(Requests, Scripts) { test::expect_scripts<DaemonPlayer>("socket/requests.txt"); }
+TEST(Answers, Scripts) { test::expect_scripts<DaemonPlayer>("socket/answers.txt"); }
 
 class RpcTest : public test::DaemonPartsTest {
  protected:

@@ -95,13 +95,27 @@ class PublisherPlayer {
     } else if (command == "answer") {
       client.answer(test::rest_of(words) + "\n");
     } else if (command == "answers") {  // without reading
-      int answers = 0;
-      for (; client.open() && answers < 10'000; ++answers) client.answer(std::string(9999, 'a') + "\n");
-      return {answers < 10'000 ? "closed" : "open"};
+      std::size_t queued = 0;
+      for (int i = 0; client.open() && i < 10'000; ++i) {
+        queued = client.queued_bytes();
+        client.answer(std::string(9999, 'a') + "\n");
+      }
+      return {fmt::format("{} with {} bytes queued", client.open() ? "open" : "closed", queued)};
+    } else if (command == "pieces") {  // NAME SIZE FROM …: of one response
+      std::vector<Piece> pieces;
+      for (std::size_t size; words >> size;)
+        pieces.push_back({std::make_shared<const std::string>(size, 'a'), next<std::size_t>(words)});
+      client.answer(std::move(pieces));
+    } else if (command == "queued") {
+      return {std::to_string(client.queued_bytes())};
+    } else if (command == "shut_down") {  // only sending
+      asker.shut_down();
+    } else if (command == "take") {  // what was sent without the peer's reading
+      return {fmt::format("{} bytes", asker.take().size())};
     } else if (command == "hang_up") {
       asker.hang_up();
     } else if (command == "poll") {
-      asker.io().poll();
+      asker.poll();
     } else if (command == "close") {
       client.close();
     } else if (command == "read") {
@@ -194,8 +208,8 @@ class EventPlayer {
       log_.tell_late(now_);
     } else if (command == "host_time") {
       time_ns_ = next<std::int64_t>(words);
-    } else if (command == "severity") {
-      severity_ = next<std::string>(words) == "error" ? Severity::kError : Severity::kInfo;
+    } else if (command == "severity") {  // 0 debug to 3 error
+      severity_ = static_cast<Severity>(next<int>(words));
     } else if (command == "kept") {
       return {fmt::format("{}: {} to {}", log_.recent().size(), log_.recent().front().text, log_.recent().back().text)};
     } else if (command == "json") {
@@ -230,6 +244,46 @@ TEST(EventLog, UsesTheClockThatRuns) {
   EXPECT_EQ(told, 1);
   EXPECT_EQ(log.recent().back().json, "{\"time_s\":0.0,\"severity\":\"info\",\"kind\":\"a\",\"text\":\"\xef\xbf\xbd\"}")
       << "UTF-8, whatever the text contains";
+}
+
+// The rows of the last hour in blocks, compared with a list of them.
+TEST(History, HasTheLastRowsInOrder) {
+  History history;
+  std::vector<std::string> all;
+  for (const std::size_t size :
+       {0, 1, 2, 99, 100, 101, 199, 200, 250, 3599, 3600, 3601, 3699, 3700, 3701, 3750, 7300}) {
+    for (; all.size() < size; all.push_back(std::to_string(all.size()))) history.add(std::to_string(all.size()));
+    EXPECT_EQ(history.size(), std::min<std::size_t>(size, 3600));
+    for (const std::size_t count : {1, 2, 50, 51, 99, 100, 101, 3599, 3600}) {
+      std::vector<Piece> pieces;
+      history.append_to(pieces, count);
+      std::string text;
+      for (const Piece& piece : pieces) text += piece.text->substr(piece.from);
+      const std::size_t taken = std::min(count, history.size());
+      EXPECT_EQ(text, fmt::to_string(fmt::join(all.end() - static_cast<std::ptrdiff_t>(taken), all.end(), ",")))
+          << count << " of " << size;
+      EXPECT_LE(pieces.size(), 37u);
+    }
+  }
+}
+
+// What all hold may reach the limit, and not exceed it.
+TEST(Client, TheLimitOfAllIsExact) {
+  const auto memory = std::make_shared<ClientMemory>(1000);
+  test::Asker full(1 << 20, memory), other(1 << 20, memory);
+  const auto row = std::make_shared<const std::string>(std::string(99, 'r') + "\n");
+  while (full.client()->lost_rows() == 0) full.client()->send(row, 1);
+  EXPECT_EQ(full.client()->queued_bytes(), 1000u);
+  EXPECT_EQ(memory->used_bytes(), 1000u);
+  EXPECT_TRUE(memory->has_room(0));
+  EXPECT_FALSE(memory->has_room(1));
+  other.client()->answer("\n");
+  EXPECT_FALSE(full.client()->open());
+  EXPECT_TRUE(other.client()->open());
+  EXPECT_EQ(other.read(), "\n");
+  EXPECT_EQ(memory->used_bytes(), 0u);
+  EXPECT_TRUE(memory->has_room(1000));
+  EXPECT_FALSE(memory->has_room(1001));
 }
 
 // Earlier bug: 250 clients with unread responses used 324 to 555 MB.
