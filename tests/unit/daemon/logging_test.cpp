@@ -14,7 +14,7 @@ namespace {
 
 using pipeline::Severity;
 
-/// What is written for one event of each severity, one of which was repeated.
+/// The output for one event of each severity, one of which was repeated.
 std::string logged(const std::string& level) {
   testing::internal::CaptureStderr();
   begin_logging(level);

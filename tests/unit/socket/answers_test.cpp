@@ -98,7 +98,7 @@ class DaemonPlayer : test::DaemonPartsTest {
         logs.push_back(std::move(log));
       }
       start(std::move(logs));
-    } else if (command == "stored") {  // the last log's retention, and a capture: what is deleted next
+    } else if (command == "stored") {  // [WHY SECONDS]: the next deletion of the last log, and of a capture
       const auto next = next_deletion(words);
       auto capture = std::make_unique<StatedCapture>();
       log_->status = capture->status = retention(next);

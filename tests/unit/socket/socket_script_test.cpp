@@ -267,7 +267,7 @@ TEST(History, HasTheLastRowsInOrder) {
   }
 }
 
-// What all hold may reach the limit, and not exceed it.
+// The sum of all queues may reach the limit, and not exceed it.
 TEST(Client, TheLimitOfAllIsExact) {
   const auto memory = std::make_shared<ClientMemory>(1000);
   test::Asker full(1 << 20, memory), other(1 << 20, memory);
