@@ -3,6 +3,7 @@
 #include "compensation/evaluation/allan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,6 +16,7 @@
 #include "compensation/evaluation/allan_fit.hpp"
 #include "tests/support/power_law_noise.hpp"
 #include "tests/support/random_series.hpp"
+#include "tests/support/scripts.hpp"
 
 namespace prism::evaluation {
 namespace {
@@ -255,6 +257,46 @@ TEST(Allan, CoefficientsHaveTheUnitsOfTheStandard) {
     }
   }
 }
+
+/// series VALUES SEED Q N B K SLOPE: as in allan_reference.txt; lose FIRST COUNT; analyse TAU0_S.
+class AllanPlayer {
+ public:
+  std::vector<std::string> play(const std::string& command, std::istream& words) {
+    using test::next;
+    if (command == "series") {
+      const auto values = next<std::size_t>(words);
+      const auto seed = next<std::uint64_t>(words);
+      std::vector<double> strength(5);
+      for (double& each : strength) words >> each;
+      rate_ = reference_series(values, seed, strength);
+      return {};
+    }
+    if (command == "lose") {
+      const auto first = next<std::size_t>(words);
+      std::fill_n(rate_.begin() + static_cast<std::ptrdiff_t>(first), next<int>(words), kUnknown);
+      return {};
+    }
+    const AllanAnalysis found = analyse_allan(rate_, next<double>(words), "x").value();
+    std::vector<std::string> lines;
+    for (const AllanPoint& p : found.points)
+      lines.push_back(fmt::format("{:g} s: {:.5g}, {:.5g} to {:.5g}, edf {:.5g} of {}, {}", p.tau_s, p.deviation, p.low,
+                                  p.high, p.edf, p.windows, "QNBKR"[static_cast<std::size_t>(p.noise)]));
+    for (std::size_t k = 0; k < kNoiseTypes; ++k) {
+      const AllanCoefficient& c = (*found.coefficients)[k];
+      lines.push_back(c.value ? fmt::format("{} {:.5g}, {:.5g} to {:.5g}", "QNBKR"[k], *c.value, c.low, c.high)
+                              : fmt::format("{} at most {:.5g}", "QNBKR"[k], c.high));
+    }
+    if (!found.unexplained_s.empty())
+      lines.push_back(fmt::format("unexplained: {}", fmt::join(found.unexplained_s, " ")));
+    return lines;
+  }
+
+ private:
+  std::vector<double> rate_;
+};
+
+// Recorded: allan_reference.txt has the coefficients of such series by another program, within one per cent.
+TEST(Allan, Scripts) { test::expect_scripts<AllanPlayer>("evaluation/allan.txt"); }
 
 TEST(Allan, APointNamesTheNoiseWithTheLargestPart) {
   const auto names = [](const std::vector<double>& strength) {
