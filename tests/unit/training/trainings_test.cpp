@@ -74,7 +74,7 @@ class TrainingPlayer {
       if (!found) return {"none"};
       return {
           fmt::format("{} s, {:.4g} to {:.4g}, gain {:.4g}", found->tau_s, found->low_s, found->high_s, found->gain)};
-    } else if (command == "train") {  // [MOST]: a sparse model of at most so many centres
+    } else if (command == "train") {  // [MOST]: a sparse model of at most MOST centres
       settings_.siblings = siblings_;
       const auto most = next<Eigen::Index>(words);
       compensation::ModelInfo info;
