@@ -68,6 +68,47 @@ TEST(SvgChart, DrawsPoints) {
   expect_drawing("points", plot);
 }
 
+// Both axes of a panel have the range; the steps, the digits of the labels, and which of them fit.
+TEST(SvgChart, DrawsTheTicksOfEachRange) {
+  struct Case {
+    double low, high;
+    bool logarithmic = false;
+  };
+  Plot plot{4, 130, {}};
+  for (const auto& [low, high, logarithmic] : std::vector<Case>{{0, 1},
+                                                                {0, 1.01},
+                                                                {0, 2.1},
+                                                                {-3, 5.1},
+                                                                {-0.05, 0.021},
+                                                                {7, 7},
+                                                                {0, 0},
+                                                                {-4e-3, -4e-3},
+                                                                {1e6, 1e6 + 1},
+                                                                {123456.7, 123456.9},
+                                                                {-1e7, 2e7},
+                                                                {0, 1e-9},
+                                                                {-1e-200, 1e-200},
+                                                                {1e9, 1.5e9},
+                                                                {-60, 80},
+                                                                {1, 10, true},
+                                                                {1, 4.9, true},
+                                                                {1, 5.1, true},
+                                                                {2, 30, true},
+                                                                {1, 99, true},
+                                                                {1, 100, true},
+                                                                {0.3, 400, true},
+                                                                {1e-3, 1e5, true},
+                                                                {1e-9, 1e12, true},
+                                                                {5, 5, true},
+                                                                {1000, 1001, true},
+                                                                {0.011, 0.019, true},
+                                                                {1, 101, true}}) {
+    Series series{"s", Ink::kModel, SeriesStyle::kLine, {low, high}, {low, high}};
+    plot.panels.push_back({"", {"x", logarithmic}, {"y", logarithmic}, {series}});
+  }
+  expect_drawing("ticks", plot);
+}
+
 TEST(SvgChart, IsWellFormedAndWithoutNan) {
   for (const SeriesStyle form : kForms) {
     for (const double bad :
@@ -214,6 +255,24 @@ TEST(Reduced, ALongTableKeepsItsExtremes) {
                              [](const auto& a, const auto& b) { return std::stoi(a[0].text) < std::stoi(b[0].text); }));
   EXPECT_NE(few.caption.find(" of 1000 rows: those with the smallest and largest values"), std::string::npos);
   EXPECT_EQ(json_text(reduced(once)), json_text(once));
+}
+
+TEST(Reduced, ATableOfTheMostRowsIsUnchanged) {
+  const auto rows_of = [](std::size_t count) {
+    Table table{"t", "T", "Of all.", columns("n | m"), {}};
+    for (std::size_t i = 0; i < count; ++i) table.rows.push_back({count_cell(i), count_cell((i * 7919 + 100) % count)});
+    const Table few = std::get<Table>(reduced(Block(table)));
+    std::string text = few.caption;
+    for (std::size_t i = 0; i < few.rows.size(); ++i) {
+      if (i < 3 || i + 3 >= few.rows.size()) text += " " + few.rows[i][0].text;
+    }
+    return text;
+  };
+  EXPECT_EQ(rows_of(kMostRows), fmt::format("Of all. 0 1 2 {} {} {}", kMostRows - 3, kMostRows - 2, kMostRows - 1));
+  const char* const how =
+      "those with the smallest and largest values, and others at equal distances; all: --all-blocks.";
+  EXPECT_EQ(rows_of(kMostRows + 1), fmt::format("Of all. 397 of 401 rows: {} 0 1 2 398 399 400", how));
+  EXPECT_EQ(rows_of(3 * kMostRows), fmt::format("Of all. 397 of 1200 rows: {} 0 3 6 1193 1196 1199", how));
 }
 
 }  // namespace
