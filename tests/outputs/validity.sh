@@ -7,7 +7,7 @@ prismcal train a --out m.json --quiet >made
 monitor m.json a
 sed -E 's/("delay_h": *)[0-9.]+/\112/' m.json >sure.json
 monitor sure.json a
-log aged 104 2 --profile paper --ageing 0.003 --age 30
+log aged 52 2 --profile paper --ageing 0.01 --age 30
 monitor m.json aged
 python3 -c 'import json; m = json.load(open("m.json")); del m["monitor"]; json.dump(m, open("old.json", "w"))'
 monitor old.json a

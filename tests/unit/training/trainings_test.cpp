@@ -133,7 +133,8 @@ class TrainingPlayer {
       lines.push_back(fmt::format("{} solves{}{}, scale {:.5g}, {} dropped", r->solves, r->converged ? "" : ", no end",
                                   r->oscillating ? ", oscillating" : "", r->scale, r->dropped));
     if (t.tuning) {
-      lines.push_back(fmt::format("{} evaluations of {} choices: a cost of {:.4g}", t.tuning->evaluations,
+      // The last digits of a kernel decide how many steps the end of a search has.
+      lines.push_back(fmt::format("{} hundred evaluations, {} choices: a cost of {:.4g}", t.tuning->evaluations / 100,
                                   t.tuning->surface.size(), t.tuning->best.cost));
       double sum = 0;
       for (const TuningPoint& p : t.tuning->surface) sum += std::isfinite(p.cost) ? p.cost : 0;
