@@ -47,6 +47,10 @@ CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
   const wire::FrameDescriptionPtr& frames = setup.outputs[index].frames;
   if (!frames) return;
   encoder_.emplace(frames);
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    axes_[i].can_be_invalid = std::ranges::all_of(frames->kinds, [i](const wire::MessageType& kind) {
+      return kind.roles.axes[i].gyro.empty() || !kind.roles.axes[i].valid.empty();
+    });
   for (const wire::Channel& rule : frames->sensors())  // load_setup checked that the stream has them
     sensors_.push_back(sensor_index(sensors_of_list(setup.sensors), rule.sensor.name));
 }
@@ -100,6 +104,8 @@ Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::De
   }
   Form form = samples.empty() && (!same_ || config_.then_drop) ? Form::kDropped : Form::kCorrected;
   for (const Rows::Sample& sample : samples) form = std::max(form, follow(axes_[sample.axis], sample.row));
+  const auto has_number = [](const AxisState& axis) { return axis.sample != nullptr || axis.can_be_invalid; };
+  if (encoder_ && !std::ranges::all_of(axes_, has_number)) form = Form::kDropped;
   if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes));
   if (form == Form::kDropped) return form;
   if (encoder_) encode(samples, message);

@@ -60,6 +60,7 @@ class CorrectedFrames {
     std::optional<std::pair<Form, bool>> source;  ///< of the correction; true: the fallback model
     double correction = 0;                        ///< sent, deg/h
     bool fading = false;
+    bool can_be_invalid = true;  ///< without a rate, a bit of the encoded frame says so
     double known = kUnknown;     ///< the last correction of the engine
     std::int64_t known_ns = 0;   ///< time of its last sample
     double carry = 0;            ///< lost by rounding so far, in units of AxisReading::value
