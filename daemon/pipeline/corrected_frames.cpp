@@ -47,10 +47,6 @@ CorrectedFrames::CorrectedFrames(const Setup& setup, std::size_t index)
   const wire::FrameDescriptionPtr& frames = setup.outputs[index].frames;
   if (!frames) return;
   encoder_.emplace(frames);
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    axes_[i].can_be_invalid = std::ranges::all_of(frames->kinds, [i](const wire::MessageType& kind) {
-      return kind.roles.axes[i].gyro.empty() || !kind.roles.axes[i].valid.empty();
-    });
   for (const wire::Channel& rule : frames->sensors())  // load_setup checked that the stream has them
     sensors_.push_back(sensor_index(sensors_of_list(setup.sensors), rule.sensor.name));
 }
@@ -104,11 +100,9 @@ Form CorrectedFrames::send(std::span<const Rows::Sample> samples, const wire::De
   }
   Form form = samples.empty() && (!same_ || config_.then_drop) ? Form::kDropped : Form::kCorrected;
   for (const Rows::Sample& sample : samples) form = std::max(form, follow(axes_[sample.axis], sample.row));
-  const auto has_number = [](const AxisState& axis) { return axis.sample != nullptr || axis.can_be_invalid; };
-  if (encoder_ && !std::ranges::all_of(axes_, has_number)) form = Form::kDropped;
   if (same_ && form != Form::kDropped) form = std::max(form, edit(message, bytes));
   if (form == Form::kDropped) return form;
-  if (encoder_) encode(samples, message);
+  if (encoder_ && !encode(samples, message)) return Form::kDropped;
   for (const Rows::Sample& sample : samples) {
     AxisState& axis = axes_[sample.axis];
     if (!same_ && !encoder_)
@@ -189,7 +183,7 @@ Form CorrectedFrames::edit_axis(std::size_t index, double value) {
   return axis.form;
 }
 
-void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message) {
+bool CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message) {
   const Sample& first = samples.front().row.sample;
   wire::GyroState state{.interval_s = first.interval_s,
                         .temperature_degc = first.temperature_degc,
@@ -202,8 +196,10 @@ void CorrectedFrames::encode(std::span<const Rows::Sample> samples, const wire::
     if (axis.sample != nullptr) state.rate_deg_per_h[sample.axis] = axis.sent;
   }
   for (std::size_t i = 0; i < sensors_.size(); ++i) state.sensors[i] = message.sensors[sensors_[i]];
+  if (!encoder_->can_state(state)) return false;
   if (first.missing_frames > 0) encoder_->skip(state, first.missing_frames);
   encoder_->encode(state, out_);
+  return true;
 }
 
 }  // namespace prism::pipeline

@@ -60,7 +60,6 @@ class CorrectedFrames {
     std::optional<std::pair<Form, bool>> source;  ///< of the correction; true: the fallback model
     double correction = 0;                        ///< sent, deg/h
     bool fading = false;
-    bool can_be_invalid = true;  ///< without a rate, a bit of the encoded frame says so
     double known = kUnknown;     ///< the last correction of the engine
     std::int64_t known_ns = 0;   ///< time of its last sample
     double carry = 0;            ///< lost by rounding so far, in units of AxisReading::value
@@ -77,7 +76,8 @@ class CorrectedFrames {
             std::span<const std::uint8_t> bytes);
   Form edit(const wire::DecodedMessage& message, std::span<const std::uint8_t> bytes);
   Form edit_axis(std::size_t index, double value);
-  void encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message);
+  /// False, without a frame: a quantity is unknown, and the frame cannot state that.
+  bool encode(std::span<const Rows::Sample> samples, const wire::DecodedMessage& message);
 
   const config::OutputConfig config_;
   const bool is_first_, same_;

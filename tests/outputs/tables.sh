@@ -14,5 +14,7 @@ prismcal inspect plain.csv --json
 prismcal train plain.csv "${map[@]}" --method stepwise --inputs T --out m.json
 prismcal evaluate m.json plain.csv "${map[@]}" --in-sample
 prismcal convert plain.csv "${map[@]}" --out t.pcap
+sed 's/"rate_hz": 200/"rate_hz": 1/; /"valid": {/d' "$SOURCE/config/frames/trplg.json" >one.json  # its frames cannot mark an unknown rate
+prismcal convert plain.csv "${map[@]}" --frames ./one.json --out one.pcap
 prismcal inspect t.pcap || echo "exit $?"
 for form in v6 v7; do prismcal inspect "$SOURCE/tests/files/octave/octave-$form.mat" || echo "exit $?"; done

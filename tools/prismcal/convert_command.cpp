@@ -40,8 +40,8 @@ Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
 }
 
 /// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
-/// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second. Sessions begin as in
-/// the recording. Returns the number of frames.
+/// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second, and those with an
+/// unknown value that the frame cannot mark. Sessions begin as in the recording. Returns the number of frames.
 Result<std::size_t> convert(const ConvertChoice& choice) {
   const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
@@ -73,6 +73,7 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
     state.rate_deg_per_h[0] = state.valid[0] ? second_mean.rate_deg_per_h : 0;
     state.temperature_degc = second_mean.temperature_degc;
     state.uhfo_v = second_mean.uhfo_v;
+    if (!encoder.can_state(state)) return {};
     if (second_mean.second > next) encoder.skip(state, static_cast<std::uint64_t>(second_mean.second - next));
     next = second_mean.second + 1;
     bytes.clear();

@@ -102,12 +102,15 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
   angles_[axis] -= sent;
 }
 
+// Another value of the field that `when` names leaves it out.
+bool FrameEncoder::marks_absent(const Field& field) { return field.when.values.size() == 1; }
+
 void FrameEncoder::write_channel(const Channel& channel, const ChannelFields& fields, double value,
                                  std::uint64_t& latched) {
   const int high = fields.high, low = fields.low;
   for (const int field : fields.whole) {
     const Field& f = kind_->fields[static_cast<std::size_t>(field)];
-    if (std::isnan(value) && f.when.values.size() == 1)
+    if (std::isnan(value) && marks_absent(f))
       put_bits(f.when.field, ~f.when.values.front());
     else
       put_number(field, f.scaling.invert(value));
@@ -185,22 +188,45 @@ void FrameEncoder::begin_frame(int kind, const GyroState& state) {
   if (prepared.usable) prepared = {true, state.status, state.valid, frame_};
 }
 
+const MessageType* FrameEncoder::next_kind() const {
+  const auto& kinds = description_->sent_kinds;
+  return kinds.empty() ? nullptr : &description_->kinds[static_cast<std::size_t>(kinds[frame_number_ % kinds.size()])];
+}
+
+double FrameEncoder::value_of(std::size_t channel, const GyroState& state) const {
+  const ChannelRole role = description_->channels[channel].role;
+  return role == ChannelRole::kTemperature ? state.temperature_degc
+         : role == ChannelRole::kUhfo      ? state.uhfo_v
+                                           : state.sensors[channel - kRoleChannels];
+}
+
+bool FrameEncoder::can_state(const GyroState& state) const {
+  const MessageType* const kind = next_kind();
+  if (kind == nullptr) return true;
+  for (std::size_t i = 0; i < kind->roles.axes.size(); ++i) {
+    const AxisRoles& axis = kind->roles.axes[i];
+    if (!state.valid[i] && !axis.gyro.empty() && axis.valid.empty()) return false;
+  }
+  const auto marks = [&](int field) { return marks_absent(kind->fields[static_cast<std::size_t>(field)]); };
+  for (std::size_t i = 0; i < description_->channels.size(); ++i) {
+    const ChannelFields& fields = kind->roles.channels[i];
+    if (std::isnan(value_of(i, state)) && (fields.high >= 0 || !std::ranges::all_of(fields.whole, marks))) return false;
+  }
+  return true;
+}
+
 void FrameEncoder::encode(const GyroState& state, std::vector<std::uint8_t>& out) {
-  if (description_->sent_kinds.empty()) return;  // the columns are not chosen yet: nothing to send
-  const int index = description_->sent_kinds[frame_number_ % description_->sent_kinds.size()];
+  const MessageType* const kind = next_kind();
+  if (kind == nullptr) return;  // the columns are not chosen yet: nothing to send
   turn(state);
-  begin_frame(index, state);
+  begin_frame(static_cast<int>(kind - description_->kinds.data()), state);
   const MessageFields& roles = kind_->roles;
   write_counter(roles);
   for (std::size_t i = 0; i < roles.axes.size(); ++i) write_axis(roles.axes[i].gyro, state, i);
   latched_.resize(description_->channels.size());
   for (std::size_t n = 0; n < latched_.size(); ++n) {
     const std::size_t i = (n + kRoleChannels) % latched_.size();  // T and U last: they may be fields of sensors
-    const Channel& channel = description_->channels[i];
-    const double value = channel.role == ChannelRole::kTemperature ? state.temperature_degc
-                         : channel.role == ChannelRole::kUhfo      ? state.uhfo_v
-                                                                   : state.sensors[i - kRoleChannels];
-    write_channel(channel, roles.channels[i], value, latched_[i]);
+    write_channel(description_->channels[i], roles.channels[i], value_of(i, state), latched_[i]);
   }
   if (kind_->structure == Structure::kColumns)
     frame_ = print_frame(*kind_, raw_);

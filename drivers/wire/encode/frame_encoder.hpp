@@ -40,7 +40,11 @@ class FrameEncoder {
  public:
   explicit FrameEncoder(FrameDescriptionPtr description);
 
-  /// Appends one complete frame.
+  /// False if the next frame would state a number for a quantity that is unknown: an axis that is not valid without a
+  /// `valid` rule, or a channel without a value that `when` cannot leave out.
+  bool can_state(const GyroState& state) const;
+
+  /// Appends one complete frame. An unknown number without a mark is 0.
   void encode(const GyroState& state, std::vector<std::uint8_t>& out);
 
   /// The device measured `frames` intervals without sending: the counter advances, and so does an accumulated angle;
@@ -62,6 +66,9 @@ class FrameEncoder {
     std::vector<std::uint8_t> frame;  ///< empty: not yet
   };
 
+  const MessageType* next_kind() const;  ///< null: none is known yet
+  double value_of(std::size_t channel, const GyroState& state) const;
+  static bool marks_absent(const Field& field);
   void find_selectors();
   void begin_frame(int kind, const GyroState& state);
   void turn(const GyroState& state);

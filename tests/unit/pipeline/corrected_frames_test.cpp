@@ -47,6 +47,7 @@ class Line {
       Rows::Sample& sample = rows.samples.emplace_back();
       sample.row.sample.time_ns = time_ns_;
       sample.row.sample.rate_deg_per_h = rate;
+      sample.row.sample.temperature_degc = state.temperature_degc;
       sample.row.sample.interval_s = frames_->period_s();
       sample.row.correction = {.bias_deg_per_h = bias, .quality = std::isnan(bias) ? 1U : 0U};
       sample.row.corrected_deg_per_h = rate - bias;

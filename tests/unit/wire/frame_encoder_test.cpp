@@ -39,7 +39,10 @@ TEST(FrameEncoder, EachFrameHasItsOwnStatusAndValidity) {
     const bool has_status = description->name == "dsp1760";
     FrameEncoder encoder(description);
     Bytes bytes;
-    for (const GyroState& state : states) encoder.encode(state, bytes);
+    for (const GyroState& state : states) {
+      EXPECT_EQ(encoder.can_state(state), !has_status || std::isfinite(state.temperature_degc));
+      encoder.encode(state, bytes);
+    }
     const auto readings = test::decode(description, bytes);
     ASSERT_EQ(readings.size(), states.size());
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -69,7 +72,11 @@ TEST(FrameEncoder, HoldsJoinedHalvesWithinTheirBits) {
     const auto halves = [&](double degc) {
       FrameEncoder encoder(*description);
       Bytes bytes;
-      encoder.encode({.rate_deg_per_h = {1}, .interval_s = 0.1, .temperature_degc = degc}, bytes);
+      GyroState state{.rate_deg_per_h = {1}, .interval_s = 0.1, .temperature_degc = degc};
+      EXPECT_EQ(encoder.can_state(state), std::isfinite(degc));
+      encoder.encode(state, bytes);
+      state.valid[0] = false;
+      EXPECT_FALSE(encoder.can_state(state)) << "no bit marks the rate";
       return 256 * bytes.at(5) + bytes.at(6);
     };
     EXPECT_EQ(halves(25.37), 2537);
