@@ -167,7 +167,8 @@ class ShownLog : public RowWriter {
     text += ", " + compensation::quality_text(row.correction.quality) + shown("bias", row.correction.bias_deg_per_h) +
             shown("offset", row.correction.offset_deg_per_h) + shown("corrected", row.corrected_deg_per_h) +
             shown("sent", row.sent_deg_per_h) + (mean.partial ? ", partial" : "");
-    const auto end_s = static_cast<double>(mean.second + 1 - kStart_ns / 1'000'000'000);
+    const std::int64_t end = mean.second + 1 - kStart_ns / 1'000'000'000;
+    const auto end_s = static_cast<double>(end);
     text +=
         fmt::format(", arrived {:+.4g}, session {:g}", after_start(mean.arrival_ns) - end_s, after_start(session_ns));
     transcript_.add("log " + name_, end_s, text);

@@ -285,7 +285,7 @@ class DaemonPlayer : test::DaemonPartsTest {
     for (const std::string& path : {folder_.file(""), std::string(PRISM_SOURCE_DIR "/")})
       for (std::size_t at; (at = text.find(path)) != std::string::npos;) text.erase(at, path.size());
     if (!value.is_object() || text.size() <= 240) return lines.push_back(name + " " + text);
-    for (const auto& [key, member] : value.items()) add_values(lines, name + "/" + key, member);
+    for (const auto& [key, member] : value.items()) add_values(lines, fmt::format("{}/{}", name, key), member);
   }
   json shown_now(const std::string& name, json value) const {
     const auto in_hundreds = [](double seconds) { return 100 * static_cast<std::int64_t>(std::floor(seconds / 100)); };
@@ -294,7 +294,8 @@ class DaemonPlayer : test::DaemonPartsTest {
       for (auto& [key, member] : value.items()) member = shown_now(key, member);
     if (!value.is_number()) return value;
     const double number = value, now_s = host_time_s(), since_now_s = number - now_s;
-    if (number >= static_cast<double>(parts_->started_ns / 1000) / 1e6 && since_now_s <= 0) return "NOW";
+    const std::int64_t started_us = parts_->started_ns / 1000;
+    if (number >= static_cast<double>(started_us) / 1e6 && since_now_s <= 0) return "NOW";
     if (std::abs(since_now_s) < 1e5) return fmt::format("NOW {:+}", in_hundreds(since_now_s));
     if (name.ends_with("age_s") && number > 1e6) return fmt::format("NOW - {}", in_hundreds(-since_now_s));
     if (name == "in_s" || name.ends_with("/in_s")) return in_hundreds(number);

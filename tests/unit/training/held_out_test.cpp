@@ -72,7 +72,8 @@ struct Spread : testing::Test {
   Spread() {
     held.error.resize(42), residual.resize(42);
     for (Eigen::Index i = 0; i < 42; ++i) {
-      held.error[i] = (i % 2 ? -1 : 1) * static_cast<double>(1 + i / 2);
+      const Eigen::Index size = 1 + i / 2;
+      held.error[i] = (i % 2 ? -1 : 1) * static_cast<double>(size);
       held.folds.push_back(static_cast<int>(i / 21));
       residual[i] = i % 2 ? 3 : 0;
     }

@@ -45,12 +45,12 @@ class TrainingPlayer {
       const auto size = next<double>(words);
       for (Eigen::Index row = 0; words >> row;) data_.target[row] += size;
     } else if (command == "runs") {  // COUNT HOURS of each
-      const int count = next<int>(words), rows = static_cast<int>(data_.target.size());
+      const int count = next<int>(words), rows = static_cast<int>(data_.target.size()), length = rows / count;
       const double hours = next<double>(words);
       data_.runs.clear();
       for (int i = 0; i < rows; ++i) {
         data_.runs.push_back(i * count / rows);
-        data_.time_s[i] = (i % (rows / count)) * 3600 * hours / (rows / count - 1);
+        data_.time_s[i] = (i % length) * 3600 * hours / (length - 1);
       }
     } else if (command == "body") {  // SECONDS: of a response, over blocks of 600 s of T and its slope
       const auto tau_s = next<double>(words);
