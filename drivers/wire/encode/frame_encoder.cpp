@@ -13,6 +13,9 @@
 namespace prism::wire {
 namespace {
 
+/// Another value of the field that `when` names leaves it out.
+bool marks_absent(const Field& field) { return field.when.values.size() == 1; }
+
 /// x modulo m, in [0, m).
 double modulo(double x, double m) {
   const double rest = std::fmod(x, m);
@@ -101,9 +104,6 @@ void FrameEncoder::write_axis(const FieldList& fields, const GyroState& state, s
   }
   angles_[axis] -= sent;
 }
-
-// Another value of the field that `when` names leaves it out.
-bool FrameEncoder::marks_absent(const Field& field) { return field.when.values.size() == 1; }
 
 void FrameEncoder::write_channel(const Channel& channel, const ChannelFields& fields, double value,
                                  std::uint64_t& latched) {

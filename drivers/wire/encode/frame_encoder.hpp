@@ -68,7 +68,6 @@ class FrameEncoder {
 
   const MessageType* next_kind() const;  ///< null: none is known yet
   double value_of(std::size_t channel, const GyroState& state) const;
-  static bool marks_absent(const Field& field);
   void find_selectors();
   void begin_frame(int kind, const GyroState& state);
   void turn(const GyroState& state);
