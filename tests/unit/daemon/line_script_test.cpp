@@ -152,10 +152,13 @@ class LinesPlayer {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (!what()) {
       if (std::chrono::steady_clock::now() >= end) return false;
-      io_.restart();
-      io_.run_for(std::chrono::milliseconds(1));
+      turn();
     }
     return true;
+  }
+  void turn() {
+    io_.restart();
+    io_.run_for(std::chrono::milliseconds(1));
   }
   Lines given(bool good = true) {
     Lines events = std::exchange(events_, {});
@@ -350,9 +353,15 @@ class OutputLinePlayer : public LinesPlayer {
     } else if (command == "send") {
       const auto text = next<std::string>(words);
       send(text, next<int>(words));
-    } else if (command == "fill") {  // until bytes wait
+    } else if (command == "fill") {  // until bytes wait, also after the kernel has moved what it took first
       const int age_ms = next(words, 0);
-      for (int i = 0; i < 10'000 && waiting() == 0; ++i) send(std::string(1000, '.'), age_ms);
+      for (int sent = 0, turns = 0; sent < 10'000 && turns < 100; turn()) {
+        if (waiting() > 0) {
+          ++turns;
+        } else {
+          send(std::string(1000, '.'), age_ms), ++sent, turns = 0;
+        }
+      }
       filled_ = status().latencies_s.size();
       events_.emplace_back(waiting() > 0 ? "bytes wait" : "no byte waits");
     } else if (command == "drain") {  // the far end reads all
