@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tests/unit/wire/descriptions.hpp"
@@ -52,6 +53,16 @@ TEST(FrameEncoder, EachFrameHasItsOwnStatusAndValidity) {
       else
         EXPECT_EQ(std::isnan(readings[i].temperature_degc), std::isnan(states[i].temperature_degc)) << i;
     }
+  }
+}
+
+TEST(FrameEncoder, WritesAnAngleInTheRangeOfItsField) {
+  Field field;
+  field.type = NumberType::kFloat32;
+  for (const auto& [min, raw] : {std::pair{-180.0, -90.0}, {0.0, 270.0}}) {
+    field.scaling.min = min;
+    for (const double angle : {-450.0, -90.0, 270.0})
+      EXPECT_EQ(raw_number(field, angle, 360), raw) << min << " " << angle;
   }
 }
 
