@@ -133,6 +133,20 @@ TEST(TcpLine, ConnectsAndCarriesBytesBothWays) {
   EXPECT_TRUE(line->has_unread());
 }
 
+TEST(TcpLine, WritesNoByteThatDoesNotFit) {
+  Far device(SOCK_STREAM);
+  device.listen();
+  const auto line = opened(on("tcp", false, "127.0.0.1:" + std::to_string(device.port())));
+  ASSERT_TRUE(line);
+  EXPECT_EQ(open_it(*line), "");
+  const std::vector<std::uint8_t> bytes(1 << 20);
+  for (std::size_t written = 1; written > 0;) {
+    const auto done = line->write(bytes);
+    ASSERT_TRUE(done) << done.error().text();
+    written = *done;
+  }
+}
+
 TEST(TcpLine, AsksTheKernelToFindAPeerThatIsGone) {
   Far device(SOCK_STREAM);
   device.listen();
@@ -269,6 +283,15 @@ TEST(UdpLine, SendsToTheConfiguredAddress) {
     EXPECT_EQ(line->write(question).value(), 1u);
     EXPECT_EQ(received(device, port), "?");
   }
+}
+
+TEST(UdpLine, ADatagramThatIsTooLongIsAnError) {
+  const std::string address = "127.0.0.1:" + std::to_string(free_port(SOCK_DGRAM));
+  const auto line = opened(on("udp", false, address));
+  ASSERT_TRUE(line);
+  const auto done = line->write(std::vector<std::uint8_t>(1 << 16));
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().text(), "udp " + address + ": cannot write: Message too long");
 }
 
 TEST(UdpLine, IgnoresOtherHosts) {
