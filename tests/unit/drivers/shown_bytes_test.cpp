@@ -33,6 +33,16 @@ TEST(ShownBytes, OfEachProgramAreRefused) {
   EXPECT_EQ(kind_of(*read_text_file(kFiles + "import/sentences.log", 1 << 20)), refused("log of sentences"));
 }
 
+TEST(ShownBytes, BehindAnOffsetOf6To16DigitsAreRefused) {
+  const auto dump = [](std::size_t digits) {
+    std::string text;
+    for (int i = 0; i < 4; ++i) text += fmt::format("{:0{}x}: a55a 0102 0304 {:04x}\n", 8 * i, digits, 99 * i);
+    return text;
+  };
+  for (const std::size_t digits : {6, 8, 16}) EXPECT_EQ(kind_of(dump(digits)), refused("hex dump")) << digits;
+  for (const std::size_t digits : {5, 17}) EXPECT_EQ(kind_of(dump(digits)), "") << digits;
+}
+
 TEST(ShownBytes, OfOneLongLineAreRefused) {
   for (const char* separator : {" ", "", ", 0x"}) {
     std::string line = "A5";
