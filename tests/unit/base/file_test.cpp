@@ -46,6 +46,19 @@ TEST_F(File, ReadsBackWrittenText) {
   EXPECT_NE(read_text_file("/proc/self/status")->find("Name:"), std::string::npos) << "a file without a size";
 }
 
+TEST_F(File, ReadsALongTextWithoutASize) {
+  int ends[2];
+  ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
+  const Descriptor in(ends[0]);
+  Descriptor out(ends[1]);
+  ASSERT_GT(::fcntl(out.get(), F_SETPIPE_SZ, 1 << 18), 200'000);
+  std::string text;
+  while (text.size() < 200'000) text += std::to_string(text.size());
+  ASSERT_TRUE(write_all(out.get(), text));
+  out.reset();
+  EXPECT_TRUE(*read_text(in, "pipe") == text);
+}
+
 TEST_F(File, KeepsTheOldFileOnAFullDisk) {
   const std::string old(1000, 'o');
   ASSERT_TRUE(write_text_file(path("a"), old));
