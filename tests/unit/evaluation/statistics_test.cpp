@@ -285,6 +285,16 @@ TEST(ImprovementInterval, OfADifferenceIsThatOfBothStandardDeviations) {
   EXPECT_NEAR((interval->high - interval->value) / std::sqrt(2.0) / 1.97, sd, 0.1 * sd);
 }
 
+// The slow drift that both leave does not make the blocks of their difference longer.
+TEST(ImprovementInterval, TheBlocksOfADifferenceAreThoseOfItsContributions) {
+  std::mt19937_64 random(23);
+  const std::vector<double> before = coloured(2000, 0.98, 1, random), noise = coloured(2000, 0, 0.01, random);
+  std::vector<double> after;
+  for (std::size_t i = 0; i < before.size(); ++i) after.push_back(0.5 * before[i] + noise[i]);
+  EXPECT_GT(bootstrap_block(after), 60u);
+  EXPECT_LT(next_difference(before, after, after, "half")->block, 20u);
+}
+
 // Recordings with a ratio of 0.5 ± 12 %.
 TEST(ImprovementInterval, OfSeveralRecordingsContainsTheNextOne) {
   std::mt19937_64 random(8);
