@@ -98,7 +98,7 @@ Result<Spectrum> power_spectrum(std::span<const double> rate, double tau0_s, con
   const auto interval = [](std::size_t k) { return std::floor(kPerDecade * std::log10(static_cast<double>(k))); };
   for (std::size_t k = 1, next = 1; k < found.density.size(); k = next) {
     double frequency = 0, density = 0;
-    for (next = k; next < found.density.size() && interval(next) == interval(k); ++next)
+    for (; next < found.density.size() && interval(next) == interval(k); ++next)
       frequency += static_cast<double>(next) * step_hz, density += found.density[next];
     spectrum.frequency_hz.push_back(frequency / static_cast<double>(next - k));
     spectrum.density.push_back(density / static_cast<double>(next - k));
