@@ -22,3 +22,4 @@ for method in "lssvm --c 50 --sigma2 0.8" "svr --c 10 --sigma2 1 --epsilon 0.05"
   head -8 p.csv
 done
 prismcal fit u.csv --target y --out m.json --inputs two --method ls || echo "exit $?"
+prismcal fit --help | grep -e '--method TEXT'

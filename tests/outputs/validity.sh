@@ -16,6 +16,11 @@ log short 0.5 3 --profile fast
 monitor old.json a --training short
 monitor m.json short
 monitor m.json short --any-gyro --leave-out 0..100000
+monitor --instance none.json
+awk 'BEGIN {print "T,y"; for (i = 0; i < 60; ++i) print i % 17 "," i % 17 + i * 7 % 5 / 10}' >t.csv
+prismcal fit t.csv --target y --inputs T --method ls --out table.json --quiet >>made
+jq -s '.[0] + {monitor: .[1].monitor}' table.json m.json >with.json
+monitor with.json a
 log moved 3 2 --profile steady --turn-on 0.1
 log same 3 2 --profile steady
 made --from m.json same --out x.json
