@@ -108,7 +108,7 @@ Problem noisy_waves(Eigen::Index n) {
 TEST(LowRank, LeavesAtMostItsStatedRemainderAndACoarseOneIsTheBeginningOfAFineOne) {
   const Problem p = noisy_waves(300);
   const LowRank fine = low_rank(p.x, 1.5, 1e-10, 300);
-  for (const double tolerance : {0.5, 1e-2, 1e-6, 1e-9, 1e-10}) {
+  for (const double tolerance : {0.5, fine.left_before[20], 1e-2, 1e-6, 1e-9, 1e-10}) {
     const LowRank system = low_rank(p.x, 1.5, tolerance, 300), cut = coarser(fine, tolerance);
     const Eigen::MatrixXd g = system.phi.topRows(system.rank());
     const Eigen::MatrixXd rest = compensation::kernel_matrix(p.x, {1.5}) - g.transpose() * g;

@@ -60,6 +60,11 @@ TEST(Response, IsUnknownOfARecordThatCannotTell) {
     other.names = names;
     EXPECT_FALSE(find_response(other, {}, kBlock_s));
   }
+  TrainingData constant = record(900, 1800);
+  constant.names.emplace_back("U");
+  constant.inputs.conservativeResize(3, Eigen::NoChange);
+  constant.inputs.row(2).setConstant(5);
+  EXPECT_FALSE(find_response(constant, {}, kBlock_s));
   const std::atomic<bool> stop = true;
   TrainingSettings stopped;
   stopped.stop = &stop;

@@ -205,7 +205,8 @@ TEST(Normalisation, IsThatOfItsMethodAndTheWayBack) {
   data.inputs(0, 0) = std::nan("");
   EXPECT_FALSE(normalise(data, NormalisationMethod::kNone));
   data.inputs.conservativeResize(3, 1);
-  EXPECT_FALSE(normalise(data, NormalisationMethod::kNone));
+  EXPECT_EQ(normalise(data, NormalisationMethod::kNone).error().text(),
+            "training data: found fewer than two rows, expected at least 2");
 }
 
 TEST(Trainer, FoldsAreTwoToOnePerSampleWhereTheyAreUsed) {

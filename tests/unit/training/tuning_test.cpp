@@ -93,6 +93,8 @@ TEST(MinimiseSmooth, AWrongHessianIsReplaced) {
     EXPECT_LT(end.x.norm(), 0.01) << scale;
     EXPECT_LT(search.evaluations, 20) << scale;
   }
+  Bfgs search{bowl, Eigen::Vector2d(0.5, 0), 2 * Eigen::MatrixXd::Identity(2, 2)};
+  EXPECT_LT(search().x.norm(), 1e-12) << "not the mirror point, which is as high as the start";
 }
 
 TEST(MinimiseSmooth, FindsTheHessianAndStepsBackFromWhereTheFunctionIsNotFinite) {
