@@ -165,6 +165,17 @@ TEST(SampleGrid, FewTimes) {
   EXPECT_EQ(refusal_of({1, 1, 1}), "x: found the same time in all rows");
   EXPECT_EQ(refusal_of({0, 500'000'000}), "every 0.5 s, 0 lost");
   EXPECT_EQ(refusal_of({0, 1'000'000'000, 2'000'000'000, 4'000'000'000, 5'000'000'000}), "every 1 s, 1 lost");
+  EXPECT_EQ(refusal_of({0, 2'000'000'000, 3'000'000'000, 4'000'000'000, 5'000'000'000}), "every 1 s, 1 lost");
+}
+
+// One time that is late by this share of the step.
+TEST(SampleGrid, NamesJitterOfMoreThanAHundredthOfTheStep) {
+  const auto notes_of = [](double late) {
+    return sample_grid({0, std::llround(1e9 * (1 + late)), 2'000'000'000, 3'000'000'000}, "x")->notes;
+  };
+  EXPECT_THAT(notes_of(0.005), testing::IsEmpty());
+  EXPECT_THAT(notes_of(0.015),
+              testing::ElementsAre("time: mean step 1 s, median step 1 s; used: 1 s, count over span"));
 }
 
 }  // namespace
