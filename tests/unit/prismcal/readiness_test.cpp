@@ -56,6 +56,9 @@ TEST(Readiness, ExpectsWhatHeldOutPartsShow) {
   EXPECT_NEAR(expected->improvement->value, 0.5, 1e-6);
   EXPECT_LT(expected->improvement->low, 1 - 0.5 * std::exp(0.36)) << "another day differs more than parts of one day";
   EXPECT_GT(expected->improvement->high, 1 - 0.5 * std::exp(-0.36));
+  auto perfect = half_of(data);
+  perfect.error *= 1e-20;
+  EXPECT_EQ(expectation_of(perfect, data)->improvement->low, 1);
   const auto json = expectation_json(expected);
   EXPECT_NEAR(json["improvement_percent"].get<double>(), 50, 1e-4);
   EXPECT_TRUE(expectation_json(std::nullopt).is_null());
