@@ -203,10 +203,7 @@ Result<void> SecondFeed::begin() {
 }
 
 Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
-  if (!any_) {
-    any_ = true;
-    if (auto good = leave_out_.begin(second_mean.second, recording_.is_date); !good) return good;
-  }
+  if (auto good = leave_out_.begin(second_mean.second, recording_.is_date); !good) return good;
   session_begins_ = session_begins_ || begins_session;
   if (leave_out_.contains(second_mean.second)) return {};
   begins_session = std::exchange(session_begins_, false);

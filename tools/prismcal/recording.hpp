@@ -95,7 +95,7 @@ class SecondFeed {
   LeaveOut leave_out_;
   const SecondConsumer& consumer_;
   JumpFinder jumps_;
-  bool any_ = false, begun_ = false;
+  bool begun_ = false;
   bool session_begins_ = false;  ///< its first seconds were left out
 };
 
