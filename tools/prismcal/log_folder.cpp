@@ -135,8 +135,7 @@ std::string axis_of(const LogSegment& segment) {
 
 std::uint64_t size_of(const LogSegment& segment) {
   std::error_code error;
-  const auto size = fs::file_size(segment.path, error);
-  return error ? 0 : size;
+  return fs::file_size(segment.path, error);
 }
 
 using Beginning = std::tuple<std::int64_t, std::uint64_t, std::string>;  ///< first second, size and first lines
