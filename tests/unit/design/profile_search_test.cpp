@@ -48,6 +48,12 @@ TEST(ProfileSearch, FindsNothingInTooShortATime) {
   EXPECT_TRUE(find_profile({-40, 70, 0.1, 25}, 0.5, cost, 3000).profile.segments.empty());
 }
 
+// The longest is the best: a ramp at half the speed takes 2 min.
+TEST(ProfileSearch, EndsInItsTime) {
+  const auto cost = [](const simulation::ChamberProfile& profile) { return -profile.duration_s(); };
+  EXPECT_EQ(find_profile({25, 27, 2, 25}, 1.0 / 60, cost, 3000).profile.duration_s(), 60);
+}
+
 TEST(Plan, IsBetterThanSimpleProfilesOfTheSameLength) {
   PlanSettings settings;
   settings.chamber = kLimits;
