@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# A blocked disk is reported after 5 s, the status counts the pending rows, and no row is lost if the disk recovers. SIGTERM ends
+# A blocked disk is reported after 3 s, the status counts the pending rows, and no row is lost if the disk recovers. SIGTERM ends
 # prismd all the same and prints the number of rows not written.
 # History: no event, "0 dropped", SIGTERM waited 16 to 30 s, 20 rows were lost.
 . "$(dirname "$0")/lib.sh"
