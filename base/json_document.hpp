@@ -18,9 +18,9 @@ using Json = nlohmann::ordered_json;
 struct JsonDocument {
   Json value;                            ///< an object
   std::string where;                     ///< the file, for error messages
-  std::vector<std::uint32_t> key_lines;  ///< the line of every key, in the order of the text
+  std::vector<std::uint32_t> key_lines;  ///< the line of every key, in the order of the text; empty: unknown
 
-  /// The line of a key of `object`, which is a part of `value`.
+  /// The line of a key of `object`, which is a part of `value`; 0: unknown.
   std::uint32_t line_of(const Json& object, const std::string& key) const;
 };
 

@@ -24,6 +24,13 @@ std::string pointer_step(std::string_view key) {
   return step;
 }
 
+/// The line of a key between two texts; empty if it is unknown.
+std::string line_text(const JsonDocument& document, const Json& object, const std::string& key, const char* before,
+                      const char* after = "") {
+  const std::uint32_t line = document.line_of(object, key);
+  return line > 0 ? fmt::format("{}{}{}", before, line, after) : "";
+}
+
 std::string expected_text(std::string_view type, Range range) {
   if (range.min == range.max) return fmt::format("{:.10g}", range.min);
   return fmt::format("{} within {:.10g} to {:.10g}", type, range.min, range.max);
@@ -86,10 +93,11 @@ const Json* Section::take(const std::string& key, bool required) const {
     if (!state_->asked[object_].contains(name)) others.push_back(name);
   }
   const std::string near = nearest_name(key, others);
-  fail("", fmt::format("\"{}\" is missing", key) + (near.empty()
-                                                        ? ""
-                                                        : fmt::format("; found \"{}\" in line {}", plain_text(near),
-                                                                      state_->document->line_of(*object_, near))));
+  std::string what = fmt::format("\"{}\" is missing", key);
+  if (!near.empty())
+    what +=
+        fmt::format("; found \"{}\"{}", plain_text(near), line_text(*state_->document, *object_, near, " in line "));
+  fail("", std::move(what));
   return nullptr;
 }
 
@@ -129,8 +137,8 @@ void Section::mark_removed(const Json& value, const std::string& pointer, std::s
       continue;
     }
     state_->asked[&value].insert(name);
-    const std::string what =
-        fmt::format("removed in prism 0.4 (line {}); {}", state_->document->line_of(value, name), key.instead);
+    const std::string what = fmt::format("removed in prism 0.4{}; {}",
+                                         line_text(*state_->document, value, name, " (line ", ")"), key.instead);
     if (!key.stops) {
       warnings.push_back(fmt::format("{}:{}: {}", state_->document->where, plain_text(place, 120), what));
     } else if (!state_->error) {
@@ -350,8 +358,9 @@ void Section::reject_unknown(const Json& object, const std::string& pointer) con
     const std::string hint = !near.empty()   ? fmt::format("did you mean \"{}\"?", near)
                              : known.empty() ? "expected none"
                                              : fmt::format("expected one of {}", fmt::join(known, ", "));
-    state_->error = Error{fmt::format("{}:{}/{}", state_->document->where, plain_text(pointer, 120), pointer_step(key)),
-                          fmt::format("unknown key in line {}; {}", state_->document->line_of(object, key), hint)};
+    state_->error =
+        Error{fmt::format("{}:{}/{}", state_->document->where, plain_text(pointer, 120), pointer_step(key)),
+              fmt::format("unknown key{}; {}", line_text(*state_->document, object, key, " in line "), hint)};
     return;
   }
 }

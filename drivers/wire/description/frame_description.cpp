@@ -191,10 +191,12 @@ std::string printed(const TextColumns& choice) {
 
 // Writes the chosen columns into a description's JSON, as if they were part of it. Without a choice it has no effect.
 // Errors: the description does not have exactly one message type of text lines, or has a gyro.
-Result<void> choose_columns(Json& description, const std::string& where, const TextColumns& choice) {
+Result<void> choose_columns(JsonDocument& document, const TextColumns& choice) {
   if (choice.columns.empty()) return {};
+  Json& description = document.value;
   if (!is_text_line(description))
-    return make_error(where, "does not describe text lines without a gyro, as required by \"columns\"");
+    return make_error(document.where, "does not describe text lines without a gyro, as required by \"columns\"");
+  document.key_lines.clear();  // keys are added
   Json& kind = description["kinds"][0];
   const char* end = choice.ends_with_cr ? "0D" : "0A";
   kind["after"] = end;
@@ -250,8 +252,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
   Result<JsonDocument> document = parse_json_object(text, where);
   if (!document) return tl::unexpected<Error>(document.error());
   if (const auto fits = check_choice(document->where, choice); !fits) return tl::unexpected<Error>(fits.error());
-  if (const auto chosen = choose_columns(document->value, document->where, choice.text); !chosen)
-    return tl::unexpected<Error>(chosen.error());
+  if (const auto chosen = choose_columns(*document, choice.text); !chosen) return tl::unexpected<Error>(chosen.error());
   FrameDraft draft;
   draft.choice = choice;
   const Section whole(*document);
