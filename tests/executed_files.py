@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
-# Counts the files of the project, besides base, that one more frame executes in prismd, or one more request in prismweb,
-# built for gcov. A header and its source are one file. usage: executed_files.py BUILD frame|request MOST
+# Counts the files of the project, besides base, that one more frame executes in prismd, one more request in prismweb, or the
+# training on a small table in prismcal, built for gcov. A header and its source are one file.
+# usage: executed_files.py BUILD frame|request|train MOST
 # frame: prismd replays a capture, and the same with one more frame. What only reads the capture and begins and ends the
 # replay is not counted.
 # request: prismweb gets REQUESTS more. A file that only its timers execute is executed less often and is not counted.
+# train: compared with prismcal --version; without compensation/training.
 import collections
 import glob
 import json
+import math
 import os
 import struct
 import subprocess
@@ -132,11 +135,30 @@ def request(build, folder, most):
         prismd.wait()
 
 
+def train(build, folder, most):
+    with open(folder + "/table.csv", "w") as table:
+        table.write("time_s,rate [deg/h],T [degC],U [V]\n")
+        for i in range(20000):  # two cycles of 40 degC, and a noise of a few hundredths
+            degc, uhfo_v = 20 * math.sin(i / 1500), 5.3 + 0.1 * math.sin(i / 700)
+            table.write(f"{i},{8.4 + 2e-3 * degc + 0.3 * (uhfo_v - 5.3) + 0.02 * math.sin(i * i):.6f},{degc:.4f},{uhfo_v:.5f}\n")
+
+    def prismcal(*arguments):
+        return counts(build, folder, lambda env: subprocess.run([build + "/tools/prismcal/prismcal", *arguments], check=True, cwd=folder,
+                                                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=env))
+
+    trained = prismcal("train", "table.csv", "--map", "rate=rate [deg/h]:deg/h,temperature=T [degC]:degC,uhfo=U [V]:V,time=time_s:s", "--latitude", "34",
+                       "--elevation", "90", "--inputs", "T,dTdt,U", "--method", "stepwise", "--out", "model.json")
+    files = {file for file in files_of(prismcal("--version"), trained, 1) if not file.startswith("compensation/training/")}
+    print(f"training on a table, {len(files)} files:", *sorted(files))
+    assert "tools/prismcal/plain_table" in files, "found no execution of the table's reader"
+    assert len(files) <= most, f"found {len(files)} files, expected at most {most}"
+
+
 def main(build, what, most):
     with tempfile.TemporaryDirectory() as folder:
         with open(folder + "/g.json", "w") as file:
             json.dump(CONFIG, file)
-        {"frame": frame, "request": request}[what](build, folder, most)
+        {"frame": frame, "request": request, "train": train}[what](build, folder, most)
 
 
 main(os.path.abspath(sys.argv[1]), sys.argv[2], int(sys.argv[3]))
