@@ -18,6 +18,7 @@
 #include <optional>
 #include <regex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -223,6 +224,8 @@ class LiveLinePlayer : public LinesPlayer {
       return given(comes([&] { return far_.connect(); }) && comes([&] { return line_->is_open(); }));
     } else if (command == "connect_other") {
       far_.connect_other();
+    } else if (command == "pass_ms") {  // time, in which the line does nothing
+      std::this_thread::sleep_for(std::chrono::milliseconds(next<int>(words)));
     } else if (command == "plug") {
       far_.open_terminal(tty());
       if (device_->lines[number_].state != pipeline::LineState::kNone)
