@@ -37,11 +37,11 @@ constexpr const char* kPlain = R"({"format": "prism-frames", "version": 1, "name
   "gyro": {"meaning": "rate", "unit": "deg/h", "axes": {"z": "rate"}}, "temperature": {"field": "t"}})";
 
 /// A description by its name: "plain", "loose" (trplg at 1000 Hz from a device whose clock has an error up to 5 %),
-/// "slow" (trplg at 0.4 Hz), "triggered" (increments, a counter of 2000 Hz), or a shipped one.
+/// "triggered" (increments, a counter of 2000 Hz), a rate in Hz (trplg), or a shipped one.
 FrameDescriptionPtr described(const std::string& name) {
   if (name == "plain") return test::description_of(kPlain);
-  const bool is_triggered = name == "triggered";
-  if (name != "loose" && name != "slow" && !is_triggered) return test::shipped(name);
+  const bool is_triggered = name == "triggered", is_rate = name.front() >= '0' && name.front() <= '9';
+  if (name != "loose" && !is_rate && !is_triggered) return test::shipped(name);
   std::string text = test::read_file(test::frames_dir() / (is_triggered ? "trplg-increment.json" : "trplg.json"));
   const auto replace = [&](const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
@@ -49,8 +49,8 @@ FrameDescriptionPtr described(const std::string& name) {
   if (name == "loose") {
     replace("\"rate_hz\": 200", "\"rate_hz\": 1000");
     text.replace(text.find("\"rate_tolerance\": "), 24, "\"rate_tolerance\": 0.05,");
-  } else if (name == "slow") {
-    replace("\"rate_hz\": 200", "\"rate_hz\": 0.4");
+  } else if (is_rate) {
+    replace("\"rate_hz\": 200", "\"rate_hz\": " + name);
   } else {
     replace("\"counter\": {\"field\": \"counter\",",
             "\"counter\": {\"field\": \"counter\", \"ticks_per_s\": 2000, \"step_varies\": true,");
