@@ -372,34 +372,33 @@ std::optional<Finding> sign_question(double mean_deg_per_h, double earth_rate_de
 
 std::string spikes_text(const std::vector<Series>& rates) {
   constexpr double kFar = 20, kMost = 0.2;  // robust sd; share of the seconds
-  std::size_t count = 0;
+  std::size_t seconds = 0;
+  for (const Series& series : rates) seconds += series.values.size();
   double middle = 0;
   const auto median_of = [&](const auto& value_of) {  // one copy at a time: a year has 250 MB
     std::vector<double> values;
-    count = 0;
-    for (const Series& series : rates) count += series.values.size();
-    values.reserve(count);
+    values.reserve(seconds);
     for_each_known(rates, [&](std::int64_t, double rate) { values.push_back(value_of(rate)); });
-    count = values.size();
-    return count > 0 ? evaluation::median_of(std::move(values)) : 0;
+    return values.empty() ? 0 : evaluation::median_of(std::move(values));
   };
   const auto distance_of = [&](double rate) { return std::abs(rate - middle); };
   middle = median_of([](double rate) { return rate; });
   const double limit = kFar * 1.4826 * median_of(distance_of);
   if (!(limit > 0)) return {};
-  std::size_t far = 0, runs = 0;
+  std::size_t known = 0, far = 0, runs = 0;
   double most = 0;
   bool is_far = false;
   for_each_known(rates, [&](std::int64_t, double rate) {
     const bool was_far = std::exchange(is_far, distance_of(rate) > limit);
+    ++known;
     far += is_far;
     runs += is_far && !was_far;
     most = std::max(most, distance_of(rate));
   });
-  if (far == 0 || 2 * runs < far || static_cast<double>(far) > kMost * static_cast<double>(count)) return {};
+  if (far == 0 || 2 * runs < far || static_cast<double>(far) > kMost * static_cast<double>(known)) return {};
   return fmt::format(
       "the rate has {} of {} seconds far from the rest, by up to {:.3g} deg/h: shocks, or a fault of the line?", far,
-      count, most);
+      known, most);
 }
 
 }  // namespace prism::recordings
