@@ -127,8 +127,9 @@ def main():
     with open(f"{DIR}/pids", "w") as file:
         file.write(" ".join(str(d.pid) for d in daemons))
     deadline = time.monotonic() + 60
-    while not all(os.path.exists(f"{DIR}/s/{instance}.sock") for _, _, instance, _, _ in made):
-        assert time.monotonic() < deadline, "a prismd did not create its socket"
+    answers = lambda instance: subprocess.run([PROGRAMS["prismctl"], "--socket", f"{DIR}/s/{instance}.sock", "version"], capture_output=True).returncode == 0
+    while not all(answers(instance) for _, _, instance, _, _ in made):
+        assert time.monotonic() < deadline, "a prismd did not answer"
         time.sleep(0.05)
     for _, _, instance, text, home in made:
         check_socket(instance, text)

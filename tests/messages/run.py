@@ -90,15 +90,15 @@ class Daemon:
     def __init__(self, scratch):
         self.scratch = scratch
         scratch.start("prismsim", "--link", "tty")
-        self.wait_for(os.path.join(scratch.path, "tty"))
+        self.wait_for("tty", lambda: os.path.exists(os.path.join(scratch.path, "tty")))
         scratch.start("prismd", "--socket", scratch.environment["PRISM_SOCKET"], "live.json")
-        self.wait_for(scratch.environment["PRISM_SOCKET"])
+        self.wait_for("an answer of prismd", lambda: scratch.run(["prismctl", "version"]).returncode == 0)
 
     @staticmethod
-    def wait_for(path):
-        deadline = time.monotonic() + 20
-        while not os.path.exists(path):
-            assert time.monotonic() < deadline, f"{path} did not appear"
+    def wait_for(what, is_there):
+        deadline = time.monotonic() + 60
+        while not is_there():
+            assert time.monotonic() < deadline, f"{what} did not appear"
             time.sleep(0.02)
 
     def report(self, request):
