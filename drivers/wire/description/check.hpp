@@ -2,6 +2,7 @@
 // One check of a frame: covered bytes, algorithm, position and format.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -21,27 +22,18 @@ struct CrcParameters {
   std::uint64_t xor_out = 0;
 };
 
-/// Returns true if this processor has carry-less multiplication: x86-64 with PCLMULQDQ.
-bool has_carryless_product();
-
-/// Eight bytes per step, by two carry-less products without a table. Processors without the instruction compute the
-/// products by shifts: the same result, slower. Immutable and thread-safe.
+/// Eight bytes per step, by tables. Immutable and thread-safe.
 class Crc {
  public:
-  explicit Crc(const CrcParameters& parameters, bool by_instruction = has_carryless_product());
+  explicit Crc(const CrcParameters& parameters);
 
   /// CRC of `bytes` followed by `zeros` zero bytes.
   std::uint64_t compute(std::span<const std::uint8_t> bytes, std::size_t zeros = 0) const;
   const CrcParameters& parameters() const { return parameters_; }
 
  private:
-  std::uint64_t remainder(std::uint64_t x) const;
-  std::uint64_t push(std::uint64_t state, std::uint64_t word, std::size_t bytes) const;
-
   CrcParameters parameters_;
-  bool by_instruction_;
-  std::uint64_t polynomial_;    ///< left-aligned: the highest power below the leading one at the top
-  std::uint64_t quotient_ = 0;  ///< floor(t^128 / P) without its leading t^64
+  std::array<std::array<std::uint64_t, 256>, 8> remainders_;  ///< of a byte, by the number of zero bytes after it
 };
 
 struct CheckRule {
