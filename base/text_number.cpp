@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "base/text_number.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <system_error>
 
 namespace prism {
@@ -138,13 +139,7 @@ void append_fixed(std::string& text, double value, int decimals) {
 
 std::string utc_text(std::int64_t second) {
   if (second < kYear0 || second >= kYear10000) return std::to_string(second);
-  const std::chrono::sys_seconds time{std::chrono::seconds{second}};
-  const auto midnight = std::chrono::floor<std::chrono::days>(time);
-  const std::chrono::year_month_day date(midnight);
-  const std::chrono::hh_mm_ss clock(time - midnight);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", static_cast<int>(date.year()),
-                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()), clock.hours().count(),
-                     clock.minutes().count(), clock.seconds().count());
+  return fmt::format("{:%FT%TZ}", fmt::gmtime(second));
 }
 
 std::string utc_nano_text(std::int64_t time_ns) {
@@ -156,31 +151,15 @@ std::string utc_nano_text(std::int64_t time_ns) {
 
 std::string utc_file_text(std::int64_t second) {
   if (second < kYear0 || second >= kYear10000) return std::to_string(second);
-  std::string text;
-  for (const char c : utc_text(second)) {
-    if (c != '-' && c != ':') text += c;
-  }
-  return text;
+  return fmt::format("{:%Y%m%dT%H%M%SZ}", fmt::gmtime(second));
 }
 
 std::optional<std::int64_t> parse_utc_file_text(std::string_view text) {
-  constexpr std::string_view kForm = "00000000T000000Z";
-  if (text.size() < kForm.size()) return std::nullopt;
-  for (std::size_t i = 0; i < kForm.size(); ++i) {
-    const bool digit = text[i] >= '0' && text[i] <= '9';
-    if (kForm[i] == '0' ? !digit : text[i] != kForm[i]) return std::nullopt;
-  }
-  const auto number = [&](std::size_t at, std::size_t size) {
-    int value = 0;
-    for (const char c : text.substr(at, size)) value = 10 * value + (c - '0');
-    return value;
-  };
-  const std::chrono::year_month_day date(std::chrono::year(number(0, 4)),
-                                         std::chrono::month(static_cast<unsigned>(number(4, 2))),
-                                         std::chrono::day(static_cast<unsigned>(number(6, 2))));
-  if (!date.ok()) return std::nullopt;
-  const std::int64_t midnight = std::chrono::sys_days(date).time_since_epoch().count() * std::int64_t{86'400};
-  return midnight + 3600 * number(9, 2) + 60 * number(11, 2) + number(13, 2);
+  const std::string stamp(text.substr(0, sizeof "20261121T091100Z" - 1));
+  std::tm time{};
+  if (::strptime(stamp.c_str(), "%Y%m%dT%H%M%SZ", &time) == nullptr) return std::nullopt;
+  const std::int64_t second = ::timegm(&time);
+  return utc_file_text(second) == stamp ? std::optional(second) : std::nullopt;  // strptime takes other forms, too
 }
 
 std::vector<std::uint8_t> hex_bytes(std::string_view text) {
