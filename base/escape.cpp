@@ -15,22 +15,28 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
 
-/// Calls `code(character, its bytes)` for each valid character and `byte(b)` for each invalid byte.
+/// Calls `code(result, character, its bytes)` for each valid character and `byte(result, b)` for each invalid byte:
+/// they append to the result.
 template <class Code, class Byte>
-void each_character(std::string_view text, Code&& code, Byte&& byte) {
+std::string rewritten(std::string_view text, Code&& code, Byte&& byte) {
+  std::string result;
+  result.reserve(text.size());
   while (!text.empty()) {
     const auto invalid = utf8::find_invalid(text.begin(), text.end());
     for (auto at = text.begin(); at != invalid;) {
       const auto begin = at;
       const char32_t character = utf8::unchecked::next(at);
-      code(character, std::string_view(begin, at));
+      code(result, character, std::string_view(begin, at));
     }
     text.remove_prefix(static_cast<std::size_t>(invalid - text.begin()));
-    if (text.empty()) return;
-    byte(static_cast<unsigned char>(text.front()));
+    if (text.empty()) break;
+    byte(result, static_cast<unsigned char>(text.front()));
     text.remove_prefix(1);
   }
+  return result;
 }
+
+void put_replacement(std::string& result, unsigned char) { result += kReplacement; }
 
 bool is_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -48,13 +54,11 @@ bool is_formula(std::string_view text) {
 
 }  // namespace
 
-std::string printable(std::string_view text) {
-  std::string result;
-  result.reserve(text.size());
-  each_character(
+std::string printable(std::string_view text, bool keeps_lines) {
+  return rewritten(
       text,
-      [&](char32_t code, std::string_view bytes) {
-        if (is_printable_code(code)) {
+      [=](std::string& result, char32_t code, std::string_view bytes) {
+        if (is_printable_code(code) || (keeps_lines && code == '\n')) {
           result += bytes;
         } else if (code < 0x80) {
           fmt::format_to(std::back_inserter(result), "\\x{:02x}", static_cast<unsigned>(code));
@@ -62,40 +66,27 @@ std::string printable(std::string_view text) {
           fmt::format_to(std::back_inserter(result), "\\u{{{:04x}}}", static_cast<unsigned>(code));
         }
       },
-      [&](unsigned char byte) { fmt::format_to(std::back_inserter(result), "\\x{:02x}", byte); });
-  return result;
+      [](std::string& result, unsigned char byte) { fmt::format_to(std::back_inserter(result), "\\x{:02x}", byte); });
 }
 
 // JSON has non-printable characters only within strings, except line ends. In a string \uHHHH is the same character.
 std::string printable_json(std::string_view json) {
-  std::string result;
-  result.reserve(json.size());
-  const auto unit = [&](char32_t code) {
+  const auto put_unit = [](std::string& result, char32_t code) {
     fmt::format_to(std::back_inserter(result), "\\u{:04x}", static_cast<unsigned>(code));
   };
-  each_character(
+  return rewritten(
       json,
-      [&](char32_t code, std::string_view bytes) {
+      [&](std::string& result, char32_t code, std::string_view bytes) {
         if (is_printable_code(code) || code == '\n') {
           result += bytes;
         } else if (code < 0x10000) {
-          unit(code);
+          put_unit(result, code);
         } else {  // a pair of surrogates
-          unit(0xd800 + ((code - 0x10000) >> 10));
-          unit(0xdc00 + ((code - 0x10000) & 0x3ff));
+          put_unit(result, 0xd800 + ((code - 0x10000) >> 10));
+          put_unit(result, 0xdc00 + ((code - 0x10000) & 0x3ff));
         }
       },
-      [&](unsigned char) { result += kReplacement; });
-  return result;
-}
-
-std::string printable_lines(std::string_view text) {
-  std::string result;
-  for (std::size_t end = text.find('\n'); end != text.npos; end = text.find('\n')) {
-    result += printable(text.substr(0, end)) + '\n';
-    text.remove_prefix(end + 1);
-  }
-  return result + printable(text);
+      put_replacement);
 }
 
 std::string_view utf8_prefix(std::string_view text, std::size_t max) {
@@ -109,40 +100,22 @@ std::string shortened(std::string_view text, std::size_t max) {
 }
 
 std::string html_text(std::string_view text) {
-  std::string result;
-  result.reserve(text.size());
-  each_character(
+  constexpr std::string_view kMarks = "&<>\"'";
+  constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
+  return rewritten(
       text,
-      [&](char32_t code, std::string_view bytes) {
-        switch (code) {
-          case '&':
-            result += "&amp;";
-            break;
-          case '<':
-            result += "&lt;";
-            break;
-          case '>':
-            result += "&gt;";
-            break;
-          case '"':
-            result += "&quot;";
-            break;
-          case '\'':
-            result += "&#39;";
-            break;
-          default:
-            result += is_printable_code(code) || code == '\n' || code == '\t' ? bytes : kReplacement;
-        }
+      [&](std::string& result, char32_t code, std::string_view bytes) {
+        if (const std::size_t mark = kMarks.find(bytes); mark != kMarks.npos)
+          result += kEntities[mark];
+        else
+          result += is_printable_code(code) || code == '\n' || code == '\t' ? bytes : kReplacement;
       },
-      [&](unsigned char) { result += kReplacement; });
-  return result;
+      put_replacement);
 }
 
 std::string valid_utf8(std::string_view text) {
-  std::string result;
-  each_character(
-      text, [&](char32_t, std::string_view bytes) { result += bytes; }, [&](unsigned char) { result += kReplacement; });
-  return result;
+  return rewritten(
+      text, [](std::string& result, char32_t, std::string_view bytes) { result += bytes; }, put_replacement);
 }
 
 std::string csv_cell(std::string_view text) {

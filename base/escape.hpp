@@ -9,8 +9,8 @@
 namespace prism {
 
 /// For terminals, log lines and messages: printable UTF-8 is unchanged; other characters become \xHH (bytes) or
-/// \u{HHHH}. The result contains no line end and no escape sequence.
-std::string printable(std::string_view text);
+/// \u{HHHH}. The result contains no line end (except with `keeps_lines`) and no escape sequence.
+std::string printable(std::string_view text, bool keeps_lines = false);
 
 /// The first `max` bytes of `text`, a few less if the limit is inside a character.
 std::string_view utf8_prefix(std::string_view text, std::size_t max);
@@ -22,7 +22,7 @@ std::string shortened(std::string_view text, std::size_t max = 60);
 std::string printable_json(std::string_view json);
 
 /// Several lines for a terminal: printable(), but line ends stay.
-std::string printable_lines(std::string_view text);
+inline std::string printable_lines(std::string_view text) { return printable(text, true); }
 
 /// For HTML and SVG, as text and in quoted attributes: & < > " ' become entities. Line ends and tabs are unchanged;
 /// other non-printable characters become U+FFFD.
