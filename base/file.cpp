@@ -131,38 +131,23 @@ Result<std::string> read_text_file(const std::string& path, std::uint64_t max_by
 }
 
 Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
-  auto available = read_available(file, path, max_bytes);
-  if (!available) return tl::unexpected(available.error());
-  if (available->error) return tl::unexpected(*available->error);
-  return std::move(available->text);
-}
-
-Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes) {
-  const auto file = open_input(path);
-  if (!file) return tl::unexpected(file.error());
-  return read_available(*file, path, max_bytes);
-}
-
-Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
   const auto too_large = [&] {
     return make_error(path, fmt::format("is larger than {} MiB, the limit for such a file", max_bytes >> 20));
   };
   struct stat found {};
   if (::fstat(file.get(), &found) == 0 && static_cast<std::uint64_t>(found.st_size) > max_bytes) return too_large();
-  ReadableText result;
-  std::string& text = result.text;
-  text.resize(static_cast<std::size_t>(found.st_size) + 1);  // one more byte to detect the end
+  std::string text(static_cast<std::size_t>(found.st_size) + 1, '\0');  // one more byte to detect the end
   std::size_t size = 0;
   for (;;) {
     const ssize_t got = read_some(file.get(), text.data() + size, text.size() - size);
-    if (got < 0) result.error = system_error(path, "cannot be read").value();
-    if (got <= 0) break;
+    if (got < 0) return system_error(path, "cannot be read");
+    if (got == 0) break;
     size += static_cast<std::size_t>(got);
     if (size > max_bytes) return too_large();
     if (size == text.size()) text.resize(text.size() + kBufferBytes);  // it grew while being read, or is in /proc
   }
   text.resize(size);
-  return result;
+  return text;
 }
 
 Result<void> write_text_file(const std::string& path, std::string_view text, std::optional<mode_t> new_mode) {

@@ -70,17 +70,8 @@ Result<Stream> open_output_stream(const std::string& path);
 /// All bytes of a regular file. Errors: as open_input(), a read error, more than `max_bytes`.
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
 
-/// The bytes of a file up to the first read error, and that error.
-struct ReadableText {
-  std::string text;
-  std::optional<Error> error;
-};
-/// As read_text_file(), but keeps the bytes before a read error of the disk.
-Result<ReadableText> read_available(const std::string& path, std::uint64_t max_bytes);
-
 /// The same for a file that open_input() opened; `path` is for errors.
 Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes = kMaxTextBytes);
-Result<ReadableText> read_available(const Descriptor& file, const std::string& path, std::uint64_t max_bytes);
 
 /// Writes a temporary file next to the target, syncs it, then renames it: after a crash or on a full disk the old file
 /// is intact. An existing file keeps its mode; a new one has `new_mode`, by default 0666 & ~umask. Errors: a symbolic
