@@ -204,19 +204,8 @@ bool FileReader::read_line(std::string& line) {
 std::size_t FileReader::read(std::span<char> bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const std::size_t left = bytes.size() - done;
-    if (at_ == buffer_.size() && left >= kBufferBytes && !error_) {  // without a copy
-      const ssize_t got = read_some(file_.get(), bytes.data() + done, left);
-      if (got < 0) error_ = system_error(path_, "cannot be read").value();
-      if (got <= 0) break;
-      buffer_offset_ += buffer_.size() + static_cast<std::size_t>(got);
-      buffer_.clear();
-      at_ = 0;
-      done += static_cast<std::size_t>(got);
-      continue;
-    }
     if (at_ == buffer_.size() && !fill()) break;
-    const std::size_t part = std::min(left, buffer_.size() - at_);
+    const std::size_t part = std::min(bytes.size() - done, buffer_.size() - at_);
     std::memcpy(bytes.data() + done, buffer_.data() + at_, part);
     at_ += part;
     done += part;
