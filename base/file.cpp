@@ -125,9 +125,7 @@ Result<Descriptor> open_output(const std::string& path) {
 Result<Stream> open_output_stream(const std::string& path) { return stream_of(open_output(path), path, "wb"); }
 
 Result<std::string> read_text_file(const std::string& path, std::uint64_t max_bytes) {
-  const auto file = open_input(path);
-  if (!file) return tl::unexpected(file.error());
-  return read_text(*file, path, max_bytes);
+  return open_input(path).and_then([&](const Descriptor& file) { return read_text(file, path, max_bytes); });
 }
 
 Result<std::string> read_text(const Descriptor& file, const std::string& path, std::uint64_t max_bytes) {
@@ -166,9 +164,7 @@ Result<void> write_text_file(const std::string& path, std::string_view text, std
 }
 
 Result<FileReader> FileReader::open(const std::string& path) {
-  auto file = open_input(path);
-  if (!file) return tl::unexpected(file.error());
-  return FileReader(std::move(*file), path);
+  return open_input(path).map([&](Descriptor file) { return FileReader(std::move(file), path); });
 }
 
 /// Replaces the used buffer by the next bytes of the file.

@@ -190,9 +190,7 @@ Result<Config> parse_config(std::string_view text, const std::string& path) {
 }
 
 Result<Config> load_config(const std::string& path) {
-  const Result<std::string> text = read_text_file(path);
-  if (!text) return tl::unexpected<Error>(text.error());
-  return parse_config(*text, path);
+  return read_text_file(path).and_then([&](const std::string& text) { return parse_config(text, path); });
 }
 
 }  // namespace prism::config
