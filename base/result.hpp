@@ -6,6 +6,8 @@
 #include <tl/expected.hpp>
 #include <utility>
 
+#include "base/escape.hpp"
+
 namespace prism {
 
 /// An error in one line. `where` is its position (file:line, file:/json/pointer, device); `what` states what was found
@@ -14,8 +16,8 @@ struct Error {
   std::string where;
   std::string what;
 
-  /// One line that is safe on a terminal and in a log (printable(), escape.hpp).
-  std::string text() const;
+  /// One line that is safe on a terminal and in a log (printable()).
+  std::string text() const { return printable(where.empty() ? what : where + ": " + what); }
 };
 
 template <class T>
