@@ -48,6 +48,30 @@ bool is_free_text(std::string_view text, std::size_t max) { return text.size() <
 
 bool has_blank_end(std::string_view text) { return text.starts_with(' ') || text.ends_with(' '); }
 
+bool is_name(std::string_view text) {
+  return !text.empty() && is_free_text(text, 90) && text.find('/') == text.npos && !text.starts_with('.') &&
+         !has_blank_end(text);
+}
+
+struct RuleRow {
+  const char* text;
+  bool (*holds)(std::string_view text);
+};
+
+const RuleRow& row_of(TextRule rule) {
+  static constexpr RuleRow kRows[] = {
+      // in the order of TextRule
+      {"1 to 16 letters, digits or _", [](std::string_view text) { return is_word_text(text, 16); }},
+      {"a letter, then letters, digits or _, at most 32; '.' may join two such names",
+       [](std::string_view text) { return is_dotted_name(text) && is_letter(text.front()); }},
+      {"1 to 32 letters, digits or _; '.' may join two such names", is_dotted_name},
+      {"1 to 90 bytes of printable text without '/', no '.' first, no blank at either end", is_name},
+      {"at most 128 bytes of printable text, no blank at either end",
+       [](std::string_view text) { return is_free_text(text, 128) && !has_blank_end(text); }},
+      {"at most 4096 bytes of printable text", [](std::string_view text) { return is_free_text(text, 4096); }}};
+  return kRows[static_cast<std::size_t>(rule)];
+}
+
 }  // namespace
 
 bool is_printable_code(char32_t code) {
@@ -65,42 +89,9 @@ bool is_printable(std::string_view text) {
   return true;
 }
 
-bool follows(TextRule rule, std::string_view text) {
-  switch (rule) {
-    case TextRule::kAxisName:
-      return is_word_text(text, 16);
-    case TextRule::kSensorName:
-      return is_dotted_name(text) && is_letter(text.front());
-    case TextRule::kMessageName:
-      return is_dotted_name(text);
-    case TextRule::kName:
-      return !text.empty() && is_free_text(text, 90) && text.find('/') == text.npos && !text.starts_with('.') &&
-             !has_blank_end(text);
-    case TextRule::kText:
-      return is_free_text(text, 128) && !has_blank_end(text);
-    case TextRule::kLongText:
-      break;
-  }
-  return is_free_text(text, 4096);
-}
+bool follows(TextRule rule, std::string_view text) { return row_of(rule).holds(text); }
 
-const char* rule_text(TextRule rule) {
-  switch (rule) {
-    case TextRule::kAxisName:
-      return "1 to 16 letters, digits or _";
-    case TextRule::kSensorName:
-      return "a letter, then letters, digits or _, at most 32; '.' may join two such names";
-    case TextRule::kMessageName:
-      return "1 to 32 letters, digits or _; '.' may join two such names";
-    case TextRule::kName:
-      return "1 to 90 bytes of printable text without '/', no '.' first, no blank at either end";
-    case TextRule::kText:
-      return "at most 128 bytes of printable text, no blank at either end";
-    case TextRule::kLongText:
-      break;
-  }
-  return "at most 4096 bytes of printable text";
-}
+const char* rule_text(TextRule rule) { return row_of(rule).text; }
 
 Result<void> check_text(TextRule rule, std::string_view text, std::string where) {
   if (follows(rule, text)) return {};
