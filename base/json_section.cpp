@@ -111,10 +111,6 @@ bool Section::is_array(const std::string& key) const {
   return value != nullptr && value->is_array();
 }
 
-void Section::allow(std::initializer_list<const char*> keys) const {
-  for (const char* key : keys) look(key);
-}
-
 std::vector<std::string> Section::removed(KeyFile file, std::span<const RemovedKey> table) const {
   std::vector<std::string> warnings;
   for (const RemovedKey& key : table) {
@@ -332,11 +328,6 @@ std::vector<Section> Section::objects(const std::string& key, bool required) con
     result.push_back(below((*array)[i], fmt::format("{}/{}", key, i)));
   }
   return result;
-}
-
-std::vector<Section> Section::one_or_more_objects(const std::string& key) const {
-  if (!has(key)) return {};
-  return is_array(key) ? objects(key) : std::vector{object(key)};
 }
 
 Json Section::any(const std::string& key) const {

@@ -58,8 +58,6 @@ class Section {
   bool is_array(const std::string& key) const;
   /// Stores an error if the key is missing.
   void require(const std::string& key) const { take(key, true); }
-  /// Keys that are valid here although the other keys of this object make them unused.
-  void allow(std::initializer_list<const char*> keys) const;
   /// Marks the removed keys of this file as known; call it before other keys of the document are read. Returns a
   /// warning for each key that has no effect any more, and stores an error at the first that stops the program.
   std::vector<std::string> removed(KeyFile file, std::span<const RemovedKey> table = removed_keys()) const;
@@ -103,8 +101,6 @@ class Section {
   Section object(const std::string& key, bool required = false) const;
   /// A nested array of objects.
   std::vector<Section> objects(const std::string& key, bool required = true) const;
-  /// One nested object, an array of them, or an empty list.
-  std::vector<Section> one_or_more_objects(const std::string& key) const;
   /// Any value; null if it is absent. Every key and string in it must be printable.
   nlohmann::ordered_json any(const std::string& key) const;
 

@@ -300,14 +300,14 @@ class JsonTable {
         if (one.good()) put(one, name, stored, object);
       };
       if (!section.has(key)) return;
-      if (form == Form::kOne) return read(section.object(key), "");
+      if (form == Form::kOne || (form == Form::kOneOrMore && !section.is_array(key)))
+        return read(section.object(key), "");
       if (form == Form::kNamed) {
         const Section all = section.object(key);
         for (const std::string& name : all.names(rule)) read(all.object(name), name);
         return;
       }
-      for (const Section& one : form == Form::kList ? section.objects(key) : section.one_or_more_objects(key))
-        read(one, "");
+      for (const Section& one : section.objects(key)) read(one, "");
     };
     row.contents = [=](const T&) {
       const Json one = inner->schema();

@@ -101,7 +101,7 @@ Result<LotFile> parse_lot_file(std::string_view text, const std::string& path) {
   const fs::path base = fs::path(file.path).parent_path();
   const Section root(*document);
   file.warnings = root.removed(KeyFile::kCampaign);
-  root.allow({"$schema"});
+  root.has("$schema");  // for editors
   file.name = root.text("name", fs::path(file.path).stem().string(), TextRule::kName);
   file.asked_by = root.text("asked_by", "");
   file.recordings = read_patterns(root, base);
