@@ -17,12 +17,8 @@ namespace {
 
 const Json kEmptyObject = Json::object();
 
-// A key as a step of a JSON pointer (RFC 6901).
-std::string pointer_step(std::string_view key) {
-  std::string step;
-  for (const char c : plain_text(key)) step += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-  return step;
-}
+// A key as a step of a JSON pointer: "/key".
+std::string pointer_step(std::string_view key) { return (Json::json_pointer() / plain_text(key)).to_string(); }
 
 /// The line of a key between two texts; empty if it is unknown.
 std::string line_text(const JsonDocument& document, const Json& object, const std::string& key, const char* before,
@@ -127,7 +123,7 @@ void Section::mark_removed(const Json& value, const std::string& pointer, std::s
   if (any_depth) mark_removed(value, pointer, path.substr(step.size() + 1), key, warnings);
   for (const auto& [name, below] : value.items()) {
     if (!any_depth && step != "*" && step != name) continue;
-    const std::string place = fmt::format("{}/{}", pointer, pointer_step(name));
+    const std::string place = pointer + pointer_step(name);
     if (any_depth || step.size() < path.size()) {
       mark_removed(below, place, any_depth ? path : path.substr(step.size() + 1), key, warnings);
       continue;
@@ -350,7 +346,7 @@ void Section::reject_unknown(const Json& object, const std::string& pointer) con
                              : known.empty() ? "expected none"
                                              : fmt::format("expected one of {}", fmt::join(known, ", "));
     state_->error =
-        Error{fmt::format("{}:{}/{}", state_->document->where, plain_text(pointer, 120), pointer_step(key)),
+        Error{fmt::format("{}:{}{}", state_->document->where, plain_text(pointer, 120), pointer_step(key)),
               fmt::format("unknown key{}; {}", line_text(*state_->document, object, key, " in line "), hint)};
     return;
   }
