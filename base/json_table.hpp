@@ -22,15 +22,6 @@ namespace prism {
 /// The schema of a file from that of its object. `source` has the table; its test writes the file.
 Json schema_of_file(const std::string& program, const std::string& source, const Json& object);
 
-/// The same schema with each object that it has several times only once, in $defs.
-Json with_shared_objects(const Json& schema);
-
-/// A schema as the text of its file: one line per key.
-std::string schema_text(const Json& schema);
-
-/// The keys of a schema as the section KEYS of a man page (scdoc).
-std::string man_keys(const Json& schema);
-
 /// A number, as an integer if it is one.
 Json plain_number(double number);
 /// A "number" or an "integer" within a range.

@@ -266,7 +266,7 @@ Result<FrameDescriptionPtr> parse_frame_description(std::string_view text, std::
 }
 
 Json frame_schema() {
-  Json schema = with_shared_objects(schema_of_file("prism", "drivers/wire/description", frame_keys().schema()));
+  Json schema = schema_of_file("prism", "drivers/wire/description", frame_keys().schema());
   schema["title"] = "prism frame description";
   schema["anyOf"] = {{{"required", {"gyro"}}}, {{"required", {"sensors"}}}};
   return schema;

@@ -294,7 +294,7 @@ const std::filesystem::path kSource = PRISM_SOURCE_DIR;
 Json load(const std::filesystem::path& path) { return Json::parse(test::read_file(path)); }
 
 TEST(ModelSchema, IsWrittenFromTheTable) {
-  test::expect_generated("config/models/model.schema.json", schema_text(model_schema()));
+  test::expect_generated("config/models/model.schema.json", test::schema_text(model_schema()));
 }
 
 TEST(ModelSchema, AcceptsTheShippedModelsAndRejectsDamagedOnes) {

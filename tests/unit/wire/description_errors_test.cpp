@@ -137,7 +137,7 @@ std::vector<std::pair<std::string, Json>> shipped_json() {
 bool reader_accepts(const Json& description) { return parse_frame_description(description.dump(), "x").has_value(); }
 
 TEST(Schema, IsWrittenFromTheTable) {
-  test::expect_generated("config/frames/frame.schema.json", schema_text(frame_schema()));
+  test::expect_generated("config/frames/frame.schema.json", test::schema_text(frame_schema()));
 }
 
 TEST(Schema, AcceptsEveryShippedDescription) {
