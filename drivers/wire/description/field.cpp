@@ -103,20 +103,6 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
   return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
 }
 
-struct Forward {
-  double x;
-  double operator()(const TableStep& s) const { return interpolate(s.x, s.y, x); }
-  double operator()(const BridgeStep& s) const { return x >= 0 && x < s.full ? s.reference * x / (s.full - x) : kNan; }
-  double operator()(const PlatinumStep& s) const { return platinum_degc(x, s.r0_ohm); }
-};
-
-struct Back {
-  double y;
-  double operator()(const TableStep& s) const { return interpolate(s.y, s.x, y); }
-  double operator()(const BridgeStep& s) const { return y >= 0 ? s.full * y / (s.reference + y) : kNan; }
-  double operator()(const PlatinumStep& s) const { return platinum_ohm(y, s.r0_ohm); }
-};
-
 }  // namespace
 
 double platinum_ohm(double t, double r0_ohm) {
@@ -139,8 +125,29 @@ double platinum_degc(double resistance_ohm, double r0_ohm) {
   return t;
 }
 
-double convert(const ConversionStep& step, double x) { return std::visit(Forward{x}, step); }
-double convert_back(const ConversionStep& step, double y) { return std::visit(Back{y}, step); }
+double convert(const ConversionStep& step, double x) {
+  switch (step.kind) {
+    case ConversionStep::Kind::kTable:
+      return interpolate(step.x, step.y, x);
+    case ConversionStep::Kind::kBridge:
+      return x >= 0 && x < step.full ? step.reference * x / (step.full - x) : kNan;
+    case ConversionStep::Kind::kPlatinum:
+      break;
+  }
+  return platinum_degc(x, step.r0_ohm);
+}
+
+double convert_back(const ConversionStep& step, double y) {
+  switch (step.kind) {
+    case ConversionStep::Kind::kTable:
+      return interpolate(step.y, step.x, y);
+    case ConversionStep::Kind::kBridge:
+      return y >= 0 ? step.full * y / (step.reference + y) : kNan;
+    case ConversionStep::Kind::kPlatinum:
+      break;
+  }
+  return platinum_ohm(y, step.r0_ohm);
+}
 
 double parse_decimal(std::string_view text, char point) {
   while (text.starts_with(' ')) text.remove_prefix(1);

@@ -9,30 +9,22 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 namespace prism::wire {
 
 // Converts a number on the wire to its quantity: linear, table, bridge, PT100.
 
-/// Linear interpolation between points (x strictly increasing, y strictly monotonic); NaN outside the first and last.
-struct TableStep {
-  std::vector<double> x, y;
+struct ConversionStep {
+  enum class Kind {
+    kTable,    ///< linear interpolation between points (x strictly increasing, y strictly monotonic)
+    kBridge,   ///< ratiometric bridge: y = reference x / (full - x), x from 0 to below full
+    kPlatinum  ///< platinum resistor, IEC 60751: x ohm in, degC out, -200 to 850 degC
+  } kind = Kind::kTable;
+  std::vector<double> x = {}, y = {};  ///< kTable
+  double full = 1, reference = 1;      ///< kBridge
+  double r0_ohm = 100;                 ///< kPlatinum
 };
-
-/// Ratiometric bridge: y = reference x / (full - x), x from 0 to below full.
-struct BridgeStep {
-  double full = 1;
-  double reference = 1;
-};
-
-/// Platinum resistor, IEC 60751: x ohm in, degC out, -200 to 850 degC; NaN outside.
-struct PlatinumStep {
-  double r0_ohm = 100;
-};
-
-using ConversionStep = std::variant<TableStep, BridgeStep, PlatinumStep>;
 
 /// One step forward; NaN if x is outside the range of the step.
 double convert(const ConversionStep& step, double x);

@@ -41,46 +41,24 @@ bool monotonic(const std::vector<double>& v) {
   return v.size() >= 2;
 }
 
-struct StepDraft {
-  int kind = 0;
-  TableStep table;
-  BridgeStep bridge;
-  PlatinumStep platinum;
-};
-
-JsonTable<StepDraft> conversion_keys() {
-  const auto table = [](auto& step) -> auto& { return step.table; };
-  const auto bridge = [](auto& step) -> auto& { return step.bridge; };
+JsonTable<ConversionStep> conversion_keys() {
+  using S = ConversionStep;
   static constexpr std::array kSteps = {"table", "bridge", "platinum"};
-  return JsonTable<StepDraft>()
-      .choice("step", kSteps, &StepDraft::kind, kRequired)
-      .group(JsonTable<TableStep>()
-                 .numbers("x", kAnyNumber, &TableStep::x, "table: rising")
-                 .numbers("y", kAnyNumber, &TableStep::y, "table: as many values, rising or falling"),
-             table)
-      .group(JsonTable<BridgeStep>()
-                 .number("full", {1e-9, 1e18}, &BridgeStep::full, "bridge: x / (full - x) * reference")
-                 .number("reference", {1e-9, 1e18}, &BridgeStep::reference, ""),
-             bridge)
-      .group(
-          JsonTable<PlatinumStep>().number("r0_ohm", {1, 1e5}, &PlatinumStep::r0_ohm,
-                                           "platinum: ohm to degC, IEC 60751"),
-          [](auto& step) -> auto& { return step.platinum; })
-      .then([](const Section& s, StepDraft& step) {
-        if (step.kind == 1) s.require("full"), s.require("reference");
-        if (step.kind != 0) return;
+  return JsonTable<S>()
+      .choice("step", kSteps, &S::kind, kRequired)
+      .numbers("x", kAnyNumber, &S::x, "table: rising")
+      .numbers("y", kAnyNumber, &S::y, "table: as many values, rising or falling")
+      .number("full", {1e-9, 1e18}, &S::full, "bridge: x / (full - x) * reference")
+      .number("reference", {1e-9, 1e18}, &S::reference, "")
+      .number("r0_ohm", {1, 1e5}, &S::r0_ohm, "platinum: ohm to degC, IEC 60751")
+      .then([](const Section& s, S& step) {
+        if (step.kind == S::Kind::kBridge) s.require("full"), s.require("reference");
+        if (step.kind != S::Kind::kTable) return;
         s.require("x"), s.require("y");
-        const std::vector<double>&x = step.table.x, &y = step.table.y;
+        const std::vector<double>&x = step.x, &y = step.y;
         if (!monotonic(x) || x[1] < x[0] || !monotonic(y) || x.size() != y.size())
           s.fail("", "x and y are not two tables of the same length, x rising and y rising or falling");
       });
-}
-
-void add_step(const Section& s, const std::string&, const StepDraft& draft, Conversion& scaling) {
-  if (!s.good()) return;
-  if (draft.kind == 0) scaling.steps.emplace_back(draft.table);
-  if (draft.kind == 1) scaling.steps.emplace_back(draft.bridge);
-  if (draft.kind == 2) scaling.steps.emplace_back(draft.platinum);
 }
 
 // "250", "2^-24"; nullopt for other texts.
@@ -136,8 +114,12 @@ const JsonTable<Conversion>& scaling_keys() {
           .then([](const Section& s, C& scaling) {
             if (scaling.min > scaling.max) s.fail("max", fmt::format("{} is below min {}", scaling.max, scaling.min));
           })
-          .objects(JsonTable<C>::Form::kList, "convert", conversion_keys(), add_step,
-                   "steps from the scaled number to the quantity, in order");
+          .objects(
+              JsonTable<C>::Form::kList, "convert", conversion_keys(),
+              [](const Section&, const std::string&, const ConversionStep& step, C& scaling) {
+                scaling.steps.push_back(step);
+              },
+              "steps from the scaled number to the quantity, in order");
   return keys;
 }
 

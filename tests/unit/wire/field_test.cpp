@@ -75,7 +75,7 @@ TEST(Platinum, IsInvertedToANanokelvinOverItsRange) {
 }
 
 TEST(Bridge, IsTheRatioOfItsArms) {
-  const ConversionStep bridge = BridgeStep{32767, 10000};
+  const ConversionStep bridge{.kind = ConversionStep::Kind::kBridge, .full = 32767, .reference = 10000};
   EXPECT_DOUBLE_EQ(convert(bridge, 16383.5), 10000);
   EXPECT_NEAR(convert_back(bridge, 10000), 16383.5, 1e-9);
   EXPECT_EQ(convert(bridge, 0), 0);
@@ -87,7 +87,7 @@ TEST(Bridge, IsTheRatioOfItsArms) {
 }
 
 TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
-  const ConversionStep table = TableStep{{0, 10, 20}, {100, 50, 40}};
+  const ConversionStep table{.x = {0, 10, 20}, .y = {100, 50, 40}};
   EXPECT_DOUBLE_EQ(convert(table, 0), 100);
   EXPECT_DOUBLE_EQ(convert(table, 5), 75);
   EXPECT_DOUBLE_EQ(convert(table, 15), 45);
@@ -98,7 +98,7 @@ TEST(Table, IsLinearBetweenItsPointsAndUnknownOutside) {
 }
 
 TEST(Conversion, AppliesAndInvertsItsSteps) {
-  const Conversion scaling{25e-6, 0, -100, 150, {PlatinumStep{100}}};
+  const Conversion scaling{25e-6, 0, -100, 150, {{.kind = ConversionStep::Kind::kPlatinum}}};
   EXPECT_NEAR(scaling.apply(4389386), 25, 1e-4);
   EXPECT_NEAR(scaling.invert(25), 4389386, 0.5);
   EXPECT_TRUE(scaling.admits(25));
