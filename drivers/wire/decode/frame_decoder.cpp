@@ -56,7 +56,7 @@ bool body_holds(const BodyRule& rule, Bytes frame) {
 }
 
 bool refused(const MessageType& kind, const FrameView& view) {
-  return std::any_of(kind.rejects.begin(), kind.rejects.end(), [&](const RejectRule& rule) {
+  return std::any_of(kind.rejects.begin(), kind.rejects.end(), [&](const BitsRule& rule) {
     return view.present(rule.field) && (view.bits(rule.field) & rule.mask) == rule.value;
   });
 }

@@ -143,7 +143,7 @@ void MessageDecoder::read_axis(const AxisRoles& roles, const FrameView& view, Ax
       reading.out_of_bounds = !std::isnan(raw);
     }
     bool valid = !std::isnan(value);
-    for (const ValidRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
+    for (const BitsRule& rule : roles.valid) valid = valid && (view.bits(rule.field) & rule.mask) == rule.value;
     reading.valid = valid;
     reading.value = value;
     return;

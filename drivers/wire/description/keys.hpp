@@ -40,7 +40,7 @@ struct BitsDraft {
 };
 
 /// field, mask, and value, if it is required.
-const JsonTable<BitsDraft>& bits_keys(bool value_is_required, bool mask_is_required);
+JsonTable<BitsDraft> bits_keys(bool value_is_required, bool mask_is_required);
 
 /// A group of fields shared by several message types, placed by the "layout" of a type: its size, bytes.
 JsonTable<int> part_keys();

@@ -571,16 +571,12 @@ JsonTable<CheckDraft> check_keys() {
 
 }  // namespace
 
-const JsonTable<BitsDraft>& bits_keys(bool value_is_required, bool mask_is_required) {
-  const auto make = [](bool value, bool mask) {
-    JsonTable<BitsDraft> keys;
-    keys.text("field", &BitsDraft::field, kRequired).bits("mask", &BitsDraft::mask, "");
-    if (mask) keys.required();
-    if (value) keys.bits("value", &BitsDraft::value, kRequired);
-    return keys;
-  };
-  static const JsonTable<BitsDraft> both = make(true, true), one = make(true, false), set = make(false, true);
-  return !value_is_required ? set : mask_is_required ? both : one;
+JsonTable<BitsDraft> bits_keys(bool value_is_required, bool mask_is_required) {
+  JsonTable<BitsDraft> keys;
+  keys.text("field", &BitsDraft::field, kRequired)
+      .bits("mask", &BitsDraft::mask, mask_is_required ? KeyHelp(kRequired) : KeyHelp(""));
+  if (value_is_required) keys.bits("value", &BitsDraft::value, kRequired);
+  return keys;
 }
 
 namespace {

@@ -33,8 +33,8 @@ struct BodyRule {
   std::uint8_t mask = 0, value = 0;
 };
 
-/// A frame contains no data if the condition is true, although its check is right (sync filler, start-up patterns).
-struct RejectRule {
+/// (field & mask) == value.
+struct BitsRule {
   int field;
   std::uint64_t mask, value;
 };
@@ -67,18 +67,12 @@ struct ColumnsRule {
   std::string write;          ///< template of an encoder: text with {field} or {field:9.6} or {field:08x}
 };
 
-/// The gyro's number is valid if (field & mask) == value.
-struct ValidRule {
-  int field;
-  std::uint64_t mask, value;
-};
-
 /// Indices into MessageType::fields. Nearly always one, which is then stored inline.
 using FieldList = boost::container::small_vector<std::int32_t, 2>;
 
 struct AxisRoles {
   FieldList gyro;
-  boost::container::small_vector<ValidRule, 1> valid;
+  boost::container::small_vector<BitsRule, 1> valid;  ///< the gyro's number is valid if all of them are true
 };
 
 /// Fields of a quantity that need not be in every frame.
@@ -95,7 +89,7 @@ struct MessageFields {
   /// As FrameDescription::channels.
   boost::container::small_vector<ChannelFields, 2> channels{ChannelFields(), ChannelFields()};
   boost::container::small_vector<AxisRoles, 1> axes;  ///< as FrameDescription::axes
-  std::vector<ValidRule> corrected;                   ///< bits that mark a corrected frame of an output
+  std::vector<BitsRule> corrected;                    ///< bits that mark a corrected frame of an output
 
   bool carries_gyro() const {
     return std::any_of(axes.begin(), axes.end(), [](const AxisRoles& axis) { return !axis.gyro.empty(); });
@@ -120,7 +114,8 @@ struct MessageType {
   Structure structure = Structure::kPlain;
   std::vector<CheckRule> checks;
   std::vector<BodyRule> body;
-  std::vector<RejectRule> rejects;
+  /// A frame contains no data if one is true, although its check is right (sync filler, start-up patterns).
+  std::vector<BitsRule> rejects;
   std::vector<std::uint8_t> trailer;  ///< optional bytes after the frame (CR LF), not counted as damage
   std::vector<Field> fields;
   MessageFields roles;

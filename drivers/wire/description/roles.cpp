@@ -213,12 +213,12 @@ void add_corrected(const Section& s, const std::string&, const BitsDraft& bits, 
     roles.corrected.push_back({field, mask, mask});
   });
   for (const MessageType& kind : description.kinds) {
-    for (const ValidRule& rule : kind.roles.corrected) {
+    for (const BitsRule& rule : kind.roles.corrected) {
       const Field& field = kind.fields[static_cast<std::size_t>(rule.field)];
       if (kind.structure == Structure::kColumns || !is_whole(field))
         s.fail("field", fmt::format("\"{}\" is not an integer of a binary frame, which has bits", field.name));
       for (const AxisRoles& axis : kind.roles.axes) {
-        for (const ValidRule& valid : axis.valid) {
+        for (const BitsRule& valid : axis.valid) {
           if (valid.field == rule.field && (valid.mask & mask) != 0)
             s.fail("mask", fmt::format("has bits of \"valid\", which the device sets in \"{}\"", field.name));
         }

@@ -128,7 +128,7 @@ void FrameEncoder::write_channel(const Channel& channel, const ChannelFields& fi
 }
 
 void FrameEncoder::write_valid(const AxisRoles& roles, bool valid) {
-  for (const ValidRule& rule : roles.valid) {
+  for (const BitsRule& rule : roles.valid) {
     const auto index = static_cast<std::size_t>(rule.field);
     const bool text = kind_->structure == Structure::kColumns;
     const std::uint64_t old = text ? static_cast<std::uint64_t>(std::max(raw_[index], 0.0)) : view_.bits(rule.field);
@@ -319,7 +319,7 @@ bool FrameEditor::write_text(const Field& field, double raw) {
 }
 
 bool FrameEditor::mark() {
-  for (const ValidRule& rule : kind_->roles.corrected) {
+  for (const BitsRule& rule : kind_->roles.corrected) {
     const Field& field = kind_->fields[static_cast<std::size_t>(rule.field)];
     if (!view_.present(rule.field)) return false;
     store_bits(field, frame_.data() + (view_.find(field) - frame_.data()),
