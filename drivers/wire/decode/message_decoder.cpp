@@ -44,16 +44,6 @@ void SlowValue::set(double value, bool out_of_bounds) {
   age_frames_ = 0;
 }
 
-void SlowValue::take_whole(const FrameView& view, int field, double raw) {
-  if (field != memo_field_ || raw != memo_raw_) {
-    memo_field_ = field;
-    memo_raw_ = raw;
-    memo_value_ = view.scaled(field, raw);
-  }
-  out_of_range_ = std::isnan(memo_value_);
-  set(memo_value_, out_of_range_ && !std::isnan(raw));
-}
-
 void SlowValue::take_halves(const FrameView& view, int high, int low, bool adjacent) {
   const bool has_high = high >= 0 && view.present(high);
   if (low >= 0 && view.present(low) && high_ && adjacent) {
@@ -75,8 +65,9 @@ void SlowValue::push(const FrameView& view, const ChannelFields& fields, std::ui
   for (const int field : fields.whole) {
     const double raw = view.raw(field);
     if (std::isnan(raw) && !view.present(field)) continue;
-    take_whole(view, field, raw);
-    return;
+    const double value = view.scaled(field, raw);
+    out_of_range_ = std::isnan(value);
+    return set(value, out_of_range_ && !std::isnan(raw));
   }
   if (fields.high >= 0 || fields.low >= 0 || high_) take_halves(view, fields.high, fields.low, adjacent);
 }

@@ -72,7 +72,6 @@ class SlowValue {
   void reset();
 
  private:
-  void take_whole(const FrameView& view, int field, double raw);
   void take_halves(const FrameView& view, int high, int low, bool adjacent);
   void set(double value, bool out_of_bounds);
 
@@ -80,11 +79,8 @@ class SlowValue {
   std::uint64_t limit_frames_ = 0;
   std::uint64_t age_frames_ = 0;
   double value_ = kUnknown;
-  bool out_of_range_ = false;   ///< in this frame
-  bool out_of_bounds_ = false;  ///< kept as long as the value
-  int memo_field_ = -1;  ///< cache of the last raw number and its value: temperatures repeat, and logarithms are slow
-  double memo_raw_ = kUnknown;
-  double memo_value_ = kUnknown;
+  bool out_of_range_ = false;          ///< in this frame
+  bool out_of_bounds_ = false;         ///< kept as long as the value
   std::optional<std::uint64_t> high_;  ///< of the previous frame
 };
 
