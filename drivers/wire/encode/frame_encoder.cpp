@@ -47,9 +47,6 @@ void FrameEncoder::find_selectors() {
       }
     }
     for (Selector& selector : selectors) std::sort(selector.values.begin(), selector.values.end());
-    prepared_.emplace_back().usable =
-        kind.structure == Structure::kPlain &&
-        std::all_of(selectors.begin(), selectors.end(), [](const Selector& s) { return s.values.size() == 1; });
   }
 }
 
@@ -170,12 +167,6 @@ void FrameEncoder::skip(const GyroState& state, std::uint64_t frames) {
 void FrameEncoder::begin_frame(int kind, const GyroState& state) {
   const auto index = static_cast<std::size_t>(kind);
   kind_ = &description_->kinds[index];
-  Prepared& prepared = prepared_[index];
-  if (!prepared.frame.empty() && prepared.status == state.status && prepared.valid == state.valid) {
-    frame_ = prepared.frame;
-    view_.look_at(*kind_, frame_);
-    return;
-  }
   frame_ = blanks_[index];
   if (kind_->structure == Structure::kColumns) {
     raw_.resize(kind_->fields.size());
@@ -185,7 +176,6 @@ void FrameEncoder::begin_frame(int kind, const GyroState& state) {
   }
   write_status(kind_->roles, state);
   write_selectors(kind);
-  if (prepared.usable) prepared = {true, state.status, state.valid, frame_};
 }
 
 const MessageType* FrameEncoder::next_kind() const {

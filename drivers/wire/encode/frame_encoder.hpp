@@ -58,14 +58,6 @@ class FrameEncoder {
     std::vector<std::uint64_t> values;
   };
 
-  /// A blank frame with its selectors and status, for the next frame with the same ones.
-  struct Prepared {
-    bool usable = false;  ///< plain, and each selector has one value
-    std::uint32_t status = 0;
-    std::array<bool, kMaxAxes> valid{};
-    std::vector<std::uint8_t> frame;  ///< empty: not yet
-  };
-
   const MessageType* next_kind() const;  ///< null: none is known yet
   double value_of(std::size_t channel, const GyroState& state) const;
   void find_selectors();
@@ -84,7 +76,6 @@ class FrameEncoder {
   FrameDescriptionPtr description_;
   std::vector<std::vector<std::uint8_t>> blanks_;  ///< by message type; empty for text
   std::vector<std::vector<Selector>> selectors_;   ///< by message type
-  std::vector<Prepared> prepared_;                 ///< by message type
   std::uint64_t frame_number_ = 0;
   double ticks_ = 0;  ///< of the counter, modulo its modulus
   /// In units of AxisReading::value: accumulated, or the remainder that increments have not included yet.
