@@ -123,17 +123,7 @@ class FrameEditor {
 /// field, 0 to wrap or around 0.
 double raw_number(const Field& field, double value, double wrap);
 
-// A frame with all constant parts of its message type: sync, length, item headers, defaults.
-
+/// Appends the lowest `size` bytes of an integer.
 void append_number(std::vector<std::uint8_t>& out, std::uint64_t value, std::size_t size, bool big_endian);
-
-/// Binary message types only. Does not fill in checks.
-std::vector<std::uint8_t> blank_frame(const MessageType& kind);
-
-/// Writes the constant bits (sync, body rules) again after the fields were written.
-void apply_constants(const MessageType& kind, std::span<std::uint8_t> frame);
-
-/// Writes all checks of the frame; hexadecimal digits in lower or upper case.
-void store_checks(const MessageType& kind, std::span<std::uint8_t> frame, bool lower_case = false);
 
 }  // namespace prism::wire
