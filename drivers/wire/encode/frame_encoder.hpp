@@ -24,13 +24,7 @@ struct GyroState {
   double uhfo_v = 0;                              ///< kUnknown: the same
   std::array<double, kMaxSensors> sensors{};      ///< as FrameDescription::sensors(); kUnknown as above
   std::uint32_t status = 0;                       ///< bits in addition to the validity bits, which the encoder sets
-  std::array<bool, kMaxAxes> valid = all_valid();
-
-  static constexpr std::array<bool, kMaxAxes> all_valid() {
-    std::array<bool, kMaxAxes> valid{};
-    valid.fill(true);
-    return valid;
-  }
+  std::array<bool, kMaxAxes> valid = {true, true, true, true};
 };
 
 /// Keeps the device's state: counter, accumulated angle, and the remainder of the angle below one pulse, so that
