@@ -21,7 +21,7 @@ same "exit code for a wrong test vector" "$code" 78
 sed 's/"at": -2}/"at": -2, "order": "little"}/' "$PRISM_SOURCE/config/frames/trplg.json" >"$dir/f.json"
 code=0; prismd --check "$dir/f.json" 2>"$dir/e" || code=$?
 same "exit code for a wrong byte order" "$code" 78
-contains "a wrong byte order" "$(cat "$dir/e")" 'the check fails in this byte order, but fits with "order": "big"'
+contains "a wrong byte order" "$(cat "$dir/e")" 'it fits with "order": "big"'
 # A check that never fits: the message has the keys of the usual variant that does.
 plain() { sed 's|^ *//.*||' "$PRISM_SOURCE/config/frames/trplg.json"; }
 prismsim --profile steady --hours 0.01 --out "$dir/v.pcap" 2>/dev/null

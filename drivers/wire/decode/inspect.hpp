@@ -41,10 +41,6 @@ std::string proof_text(const FrameDescription& description);
 /// there are fewer than ten, or a check fits. Uses at most 64 candidates.
 std::string explain_checks(const FrameDescription& description, std::span<const std::uint8_t> bytes);
 
-/// The same for one complete frame: "; sync and length fit, the check does not: …". Variants are tried only for checks
-/// of 16 bits or more, because shorter ones fit by chance. Empty if another rule fails, or the checks fit.
-std::string explain_check(const MessageType& kind, std::span<const std::uint8_t> frame);
-
 // The pure half of `prismd --sniff`.
 
 struct SniffScore {
