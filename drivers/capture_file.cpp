@@ -31,7 +31,14 @@ namespace {
 constexpr std::size_t kReadBytes = 1 << 18;
 constexpr std::size_t kMostBareBytes = 1024;
 constexpr double kMostBareSeconds = 0.010;  // below the decoder's time-out, so that no frame counts as truncated
-constexpr std::size_t kPcapHeaderBytes = 24;
+constexpr std::size_t kPcapHeaderBytes = 24, kPacketHeaderBytes = 16;
+constexpr std::uint32_t kMostPacketBytes = 262144;  // of a valid packet: libpcap's limit
+constexpr std::size_t kMostBytes = 65536;           // of the line in one packet; longer chunks are split
+constexpr std::size_t kWriteBytes = 1 << 18;
+
+// The first twelve bytes of every packet of a capture: libpcap's link type 250 (RTAC serial).
+constexpr int kCaptureLinkType = 250;
+constexpr std::size_t kCaptureRecordBytes = 12;
 
 // The magics of pcap (micro- and nanoseconds, both byte orders) and of pcapng, as stored in the file.
 bool is_pcap_magic(std::span<const std::uint8_t> first) {
@@ -43,6 +50,77 @@ bool is_pcap_magic(std::span<const std::uint8_t> first) {
   return std::any_of(kMagics.begin(), kMagics.end(), [&](const auto& magic) {
     return first.size() >= 4 && std::equal(magic.begin(), magic.end(), first.begin());
   });
+}
+
+// pcap in this machine's byte order; the magic number identifies it and nanosecond times.
+struct FileHeader {
+  std::uint32_t magic = 0xa1b23c4d;
+  std::uint16_t major = 2, minor = 4;
+  std::uint32_t zone = 0, accuracy = 0;
+  std::uint32_t most_bytes = kMostBytes + kCaptureRecordBytes;
+  std::uint32_t link_type = kCaptureLinkType;
+};
+struct PacketHeader {
+  std::uint32_t seconds, nanoseconds, bytes, original_bytes;
+};
+
+/// Seconds and microseconds (u32 big-endian each), event type, control lines (0), two zero bytes. `event` is not
+/// kOther. Other programs use this time; prism uses the nanoseconds of the packet's pcap header.
+std::array<std::uint8_t, kCaptureRecordBytes> encode_capture_record(std::int64_t time_ns, CaptureEvent event) {
+  const auto second = static_cast<std::uint32_t>(time_ns / 1'000'000'000);
+  const auto microsecond = static_cast<std::uint32_t>(time_ns % 1'000'000'000 / 1000);
+  std::array<std::uint8_t, kCaptureRecordBytes> bytes{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(second >> (24 - 8 * i));
+    bytes[4 + i] = static_cast<std::uint8_t>(microsecond >> (24 - 8 * i));
+  }
+  bytes[8] = event == CaptureEvent::kOpened ? 0 : event == CaptureEvent::kSent ? 1 : 2;
+  return bytes;
+}
+
+/// The event of a packet; nullopt if it is too short for a record.
+std::optional<CaptureEvent> decode_capture_event(std::span<const std::uint8_t> packet) {
+  if (packet.size() < kCaptureRecordBytes) return std::nullopt;
+  constexpr CaptureEvent kEvents[] = {CaptureEvent::kOpened, CaptureEvent::kSent, CaptureEvent::kData};
+  return packet[8] < 3 ? kEvents[packet[8]] : CaptureEvent::kOther;
+}
+
+// Finds the next packet after damage: packets of prism contain their time twice, which random bytes do not.
+
+constexpr std::size_t kHeadBytes = kPacketHeaderBytes + kCaptureRecordBytes;
+constexpr std::size_t kWindowBytes = 1 << 16;
+
+/// True if prism wrote the packet: the record at its start repeats the time of the packet's header to the microsecond,
+/// and its last bytes are zero.
+bool is_own_record(std::span<const std::uint8_t> packet, std::int64_t time_ns) {
+  if (packet.size() < kCaptureRecordBytes) return false;
+  const auto expected = encode_capture_record(time_ns, CaptureEvent::kData);
+  return std::equal(packet.begin(), packet.begin() + 8, expected.begin()) && packet[9] == 0 && packet[10] == 0 &&
+         packet[11] == 0;
+}
+
+// Both headers of a packet that ends within the `left` remaining bytes of the file.
+bool begins_packet(const std::uint8_t* at, std::uint64_t left) {
+  const std::uint64_t second = wire::load_little(at, 4), nanosecond = wire::load_little(at + 4, 4);
+  const std::uint64_t kept = wire::load_little(at + 8, 4);
+  if (kept != wire::load_little(at + 12, 4) || kept < kCaptureRecordBytes || kept > kMostPacketBytes) return false;
+  if (nanosecond >= 1'000'000'000 || kPacketHeaderBytes + kept > left) return false;
+  return is_own_record({at + kPacketHeaderBytes, kCaptureRecordBytes},
+                       static_cast<std::int64_t>(second * 1'000'000'000 + nanosecond));
+}
+
+/// Offset of the first complete packet of prism at or after `from`, in a little-endian nanosecond pcap file of `size`
+/// bytes. Returns nullopt without one. Moves the stream.
+std::optional<std::uint64_t> find_packet(std::FILE* stream, std::uint64_t from, std::uint64_t size) {
+  std::vector<std::uint8_t> window(kWindowBytes);
+  for (; from + kHeadBytes <= size; from += kWindowBytes - kHeadBytes + 1) {
+    if (std::fseek(stream, static_cast<long>(from), SEEK_SET) != 0) return std::nullopt;
+    const std::size_t got = std::fread(window.data(), 1, window.size(), stream);
+    for (std::size_t at = 0; at + kHeadBytes <= got; ++at) {
+      if (begins_packet(window.data() + at, size - from - at)) return from + at;
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -199,25 +277,6 @@ std::string DamagedRanges::text() const {
                      first);
 }
 
-namespace {
-
-constexpr std::size_t kMostBytes = 65536;  // of the line in one packet; longer chunks are split
-constexpr std::size_t kWriteBytes = 1 << 18;
-
-// pcap in this machine's byte order; the magic number identifies it and nanosecond times.
-struct FileHeader {
-  std::uint32_t magic = 0xa1b23c4d;
-  std::uint16_t major = 2, minor = 4;
-  std::uint32_t zone = 0, accuracy = 0;
-  std::uint32_t most_bytes = kMostBytes + kCaptureRecordBytes;
-  std::uint32_t link_type = kCaptureLinkType;
-};
-struct PacketHeader {
-  std::uint32_t seconds, nanoseconds, bytes, original_bytes;
-};
-
-}  // namespace
-
 Result<CaptureWriter> CaptureWriter::open(const std::string& path) {
   auto file = open_output(path);
   if (!file) return tl::unexpected<Error>(file.error());
@@ -282,42 +341,6 @@ Result<void> CaptureWriter::flush(bool sync) {
   drain();
   if (sync && failure_.empty() && ::fdatasync(file_.get()) != 0) fail(errno);
   return state();
-}
-
-namespace {
-
-constexpr std::size_t kHeadBytes = kPacketHeaderBytes + kCaptureRecordBytes;
-constexpr std::size_t kWindowBytes = 1 << 16;
-
-// Both headers of a packet that ends within the `left` remaining bytes of the file.
-bool begins_packet(const std::uint8_t* at, std::uint64_t left) {
-  const std::uint64_t second = wire::load_little(at, 4), nanosecond = wire::load_little(at + 4, 4);
-  const std::uint64_t kept = wire::load_little(at + 8, 4);
-  if (kept != wire::load_little(at + 12, 4) || kept < kCaptureRecordBytes || kept > kMostPacketBytes) return false;
-  if (nanosecond >= 1'000'000'000 || kPacketHeaderBytes + kept > left) return false;
-  return is_own_record({at + kPacketHeaderBytes, kCaptureRecordBytes},
-                       static_cast<std::int64_t>(second * 1'000'000'000 + nanosecond));
-}
-
-}  // namespace
-
-bool is_own_record(std::span<const std::uint8_t> packet, std::int64_t time_ns) {
-  if (packet.size() < kCaptureRecordBytes) return false;
-  const auto expected = encode_capture_record(time_ns, CaptureEvent::kData);
-  return std::equal(packet.begin(), packet.begin() + 8, expected.begin()) && packet[9] == 0 && packet[10] == 0 &&
-         packet[11] == 0;
-}
-
-std::optional<std::uint64_t> find_packet(std::FILE* stream, std::uint64_t from, std::uint64_t size) {
-  std::vector<std::uint8_t> window(kWindowBytes);
-  for (; from + kHeadBytes <= size; from += kWindowBytes - kHeadBytes + 1) {
-    if (std::fseek(stream, static_cast<long>(from), SEEK_SET) != 0) return std::nullopt;
-    const std::size_t got = std::fread(window.data(), 1, window.size(), stream);
-    for (std::size_t at = 0; at + kHeadBytes <= got; ++at) {
-      if (begins_packet(window.data() + at, size - from - at)) return from + at;
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace prism::drivers
