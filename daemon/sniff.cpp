@@ -83,7 +83,7 @@ bool print_ranking(const wire::Sniffer& sniffer, const std::string& heading) {
 }
 
 bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  constexpr drivers::RawByteStream kAtOnce{1e12, 0};  // raw bytes have no times
+  constexpr double kAtOnce = 1e12;  // bytes/s: raw bytes have no times
   Result<drivers::CaptureReader> reader = drivers::CaptureReader::open(path, kAtOnce);
   if (!reader) {
     fmt::print(stderr, "prismd: {}\n", reader.error().text());

@@ -125,8 +125,8 @@ std::optional<std::uint64_t> find_packet(std::FILE* stream, std::uint64_t from, 
 
 }  // namespace
 
-CaptureReader::CaptureReader(std::string path, std::optional<RawByteStream> bare)
-    : path_(std::move(path)), bare_(std::move(bare)) {}
+CaptureReader::CaptureReader(std::string path, std::optional<double> bytes_per_s)
+    : path_(std::move(path)), bytes_per_s_(bytes_per_s) {}
 
 void CaptureReader::ClosePcap::operator()(pcap* file) const { pcap_close(file); }
 
@@ -169,9 +169,7 @@ Result<void> CaptureReader::open_pcap(std::size_t first_bytes) {
 }
 
 Result<void> CaptureReader::open_bare() {
-  if (!(bare_->bytes_per_second > 0) || !std::isfinite(bare_->bytes_per_second))
-    return make_error(path_, "found no rate for raw bytes, expected more than 0 bytes/s");
-  const double most = std::clamp(bare_->bytes_per_second * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
+  const double most = std::clamp(*bytes_per_s_ * kMostBareSeconds, 1.0, static_cast<double>(kMostBareBytes));
   bytes_.resize(static_cast<std::size_t>(most));
   std::array<char, kFirstBytes> first;
   const std::size_t got = std::fread(first.data(), 1, first.size(), stream_);
@@ -187,8 +185,8 @@ std::optional<CapturePacket> CaptureReader::next_bare() {
     return std::nullopt;
   }
   bare_position_ += got;
-  const double seconds = static_cast<double>(bare_position_) / bare_->bytes_per_second;
-  return CapturePacket{bare_->start_ns + std::llround(seconds * 1e9), CaptureEvent::kData, {bytes_.data(), got}};
+  const double seconds = static_cast<double>(bare_position_) / *bytes_per_s_;
+  return CapturePacket{std::llround(seconds * 1e9), CaptureEvent::kData, {bytes_.data(), got}};
 }
 
 /// Continues at the next packet written by prism, or returns false.
@@ -240,21 +238,21 @@ std::optional<CapturePacket> CaptureReader::next_pcap() {
   }
 }
 
-Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<RawByteStream> bare) {
+Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional<double> bytes_per_s) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     return make_error(path, "is a directory, expected a capture (a .pcap file, or raw bytes)");
-  CaptureReader file(path, std::move(bare));
+  CaptureReader file(path, bytes_per_s);
   if (auto opened = file.open_stream(); !opened) return tl::unexpected<Error>(opened.error());
   std::array<std::uint8_t, kPcapHeaderBytes> first{};
   const std::size_t got = std::fread(first.data(), 1, first.size(), file.stream_);
   std::rewind(file.stream_);
   Result<void> ready;
   if (is_pcap_magic({first.data(), got})) {
-    file.bare_.reset();
+    file.bytes_per_s_.reset();
     file.nanoseconds_ = first[0] == 0x4D;
     ready = file.open_pcap(got);
-  } else if (file.bare_) {
+  } else if (file.bytes_per_s_) {
     ready = file.open_bare();
   } else {
     ready = make_error(path, fmt::format("not a pcap file ({} bytes), expected a capture of link type {}", file.size_,
@@ -266,7 +264,7 @@ Result<CaptureReader> CaptureReader::open(const std::string& path, std::optional
 
 std::optional<CapturePacket> CaptureReader::next() {
   if (ended_) return std::nullopt;
-  std::optional<CapturePacket> packet = bare_ ? next_bare() : next_pcap();
+  std::optional<CapturePacket> packet = bytes_per_s_ ? next_bare() : next_pcap();
   ended_ = !packet;
   return packet;
 }

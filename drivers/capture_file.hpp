@@ -80,12 +80,6 @@ class CaptureWriter {
   std::uint64_t size_ = 0;
 };
 
-/// Settings to replay a raw byte stream (not pcap), as `cat /dev/ttyUSB0 > file` writes it.
-struct RawByteStream {
-  double bytes_per_second = 0;  ///< > 0: frame length times nominal frame rate
-  std::int64_t start_ns = 0;    ///< the time of the first byte
-};
-
 /// Bytes between packets that do not belong to a packet.
 struct DamagedRanges {
   std::uint64_t count = 0;
@@ -99,10 +93,10 @@ struct DamagedRanges {
 /// Reads captures by packets. Continues after damage at the next valid packet if prism wrote the file.
 class CaptureReader {
  public:
-  /// Opens a pcap or pcapng file of link type 250; with `bare`, any other file as raw bytes at that rate, in chunks of
-  /// at most 1024 bytes or 10 ms. Errors: missing, another link type, not pcap and no `bare`, a text that shows bytes
-  /// (shown_bytes.hpp).
-  static Result<CaptureReader> open(const std::string& path, std::optional<RawByteStream> bare = std::nullopt);
+  /// Opens a pcap or pcapng file of link type 250; with `bytes_per_s` (> 0), any other file as raw bytes at that rate,
+  /// as `cat /dev/ttyUSB0 > file` writes it, in chunks of at most 1024 bytes or 10 ms. Errors: missing, another link
+  /// type, not pcap and no rate, a text that shows bytes (shown_bytes.hpp).
+  static Result<CaptureReader> open(const std::string& path, std::optional<double> bytes_per_s = std::nullopt);
 
   CaptureReader(CaptureReader&&) = default;
   CaptureReader& operator=(CaptureReader&&) = delete;
@@ -114,7 +108,7 @@ class CaptureReader {
   const std::string& tail_damage() const { return damage_; }
   const DamagedRanges& damaged_places() const { return places_; }  ///< skipped so far
   std::uint64_t foreign_packets() const { return foreign_; }       ///< too short for a record
-  bool is_bare() const { return bare_.has_value(); }
+  bool is_bare() const { return bytes_per_s_.has_value(); }
   std::uint64_t position_bytes() const;  ///< read so far, for a progress bar
   std::uint64_t size_bytes() const { return size_; }
 
@@ -123,7 +117,7 @@ class CaptureReader {
     void operator()(pcap* file) const;
   };
 
-  CaptureReader(std::string path, std::optional<RawByteStream> bare);
+  CaptureReader(std::string path, std::optional<double> bytes_per_s);
   Result<void> open_stream();
   Result<void> open_pcap(std::size_t first_bytes);
   Result<void> open_bare();
@@ -138,7 +132,7 @@ class CaptureReader {
   std::unique_ptr<pcap, ClosePcap> pcap_;
   std::FILE* stream_ = nullptr;
   std::uint64_t size_ = 0, foreign_ = 0;
-  std::optional<RawByteStream> bare_;
+  std::optional<double> bytes_per_s_;  ///< of raw bytes
   std::uint64_t bare_position_ = 0;
   std::vector<std::uint8_t> bytes_;  ///< of a raw stream: a chunk
   bool ended_ = false;

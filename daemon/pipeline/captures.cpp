@@ -20,10 +20,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // The pace is that of the longest frames; no time of the gyro's follows from it.
-drivers::RawByteStream raw_stream_of(const wire::FrameDescription& frames) {
-  drivers::RawByteStream stream;
-  stream.bytes_per_second = std::max(frames.rate_hz * frames.max_frame_bytes, 1.0);
-  return stream;
+double raw_bytes_per_s(const wire::FrameDescription& frames) {
+  return std::max(frames.rate_hz * frames.max_frame_bytes, 1.0);
 }
 
 bool has_value(const wire::DecodedMessage& message, std::size_t sensors) {
@@ -33,7 +31,7 @@ bool has_value(const wire::DecodedMessage& message, std::size_t sensors) {
 
 Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string& path) {
   constexpr std::size_t kFirstBytes = 60;
-  auto reader = drivers::CaptureReader::open(path, raw_stream_of(*line.frames));
+  auto reader = drivers::CaptureReader::open(path, raw_bytes_per_s(*line.frames));
   if (!reader) return tl::unexpected<Error>(reader.error());
   wire::FrameDecoder decoder(line.frames);
   std::vector<wire::DecodedMessage> messages;
@@ -64,7 +62,7 @@ Result<void> check_sensor_file(const Setup::SensorLine& line, const std::string&
 }  // namespace
 
 Result<drivers::CaptureReader> open_capture(const std::string& path, const wire::FrameDescription& frames) {
-  return drivers::CaptureReader::open(path, raw_stream_of(frames));
+  return drivers::CaptureReader::open(path, raw_bytes_per_s(frames));
 }
 
 Result<void> use_time_of(const drivers::CaptureReader& reader, const std::string& path, Setup& setup) {
@@ -119,7 +117,7 @@ Result<SensorCaptures> SensorCaptures::open(const Setup& setup, const SensorFile
     Stream& stream = captures.streams_.emplace_back();
     stream.line = i;
     stream.name = line.name;
-    stream.bare = raw_stream_of(*line.frames);
+    stream.raw_bytes_per_s = raw_bytes_per_s(*line.frames);
     stream.files.assign(found->second.begin(), found->second.end());
     if (auto opened = captures.advance(stream); !opened) return tl::unexpected<Error>(opened.error());
   }
@@ -149,7 +147,7 @@ Result<void> SensorCaptures::advance(Stream& stream) {
       stream.reader.reset();
     }
     if (stream.files.empty()) return {};
-    Result<drivers::CaptureReader> next = drivers::CaptureReader::open(stream.files.front(), stream.bare);
+    Result<drivers::CaptureReader> next = drivers::CaptureReader::open(stream.files.front(), stream.raw_bytes_per_s);
     if (!next) return tl::unexpected<Error>(next.error());
     stream.files.pop_front();
     stream.reader.emplace(std::move(*next));

@@ -58,7 +58,7 @@ class SensorCaptures {
   struct Stream {
     std::size_t line = 0;  ///< number of the sensor line
     std::string name;      ///< and its name
-    drivers::RawByteStream bare;
+    double raw_bytes_per_s = 1;
     std::deque<std::string> files;
     std::optional<drivers::CaptureReader> reader;
     std::optional<drivers::CapturePacket> head;

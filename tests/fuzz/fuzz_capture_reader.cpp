@@ -22,8 +22,7 @@ struct Read {
 };
 
 Read read_all(const std::string& path, std::size_t size) {
-  const prism::drivers::RawByteStream bare{4000, 0};
-  auto reader = prism::drivers::CaptureReader::open(path, bare);
+  auto reader = prism::drivers::CaptureReader::open(path, 4000);
   if (!reader) return {{}, 0, reader.error().text()};
   Read read;
   while (const auto packet = reader->next()) {
