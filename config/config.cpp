@@ -9,9 +9,8 @@
 #include <filesystem>
 
 #include "base/file.hpp"
-#include "base/json_section.hpp"
+#include "base/json_table.hpp"
 #include "compensation/earth_rate.hpp"
-#include "config/config_keys.hpp"
 #include "config/search_path.hpp"
 #include "config/socket_path.hpp"
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/json_section.hpp"
 #include "base/result.hpp"
 #include "compensation/compensation_engine.hpp"
 #include "compensation/sensors.hpp"
@@ -143,5 +144,12 @@ Result<Config> parse_config(std::string_view text, const std::string& path);
 
 /// The same from a file.
 Result<Config> load_config(const std::string& path);
+
+/// All keys, the one table for reading, printing, prismd.schema.json and prismd.json(5). Paths are read and printed as
+/// they are. Reads a configuration with one axis, or none if `by_axes` is true.
+const JsonTable<Config>& config_keys();
+
+/// JSON Schema of a configuration file, with the defaults.
+nlohmann::ordered_json config_schema();
 
 }  // namespace prism::config

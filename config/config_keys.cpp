@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "config/config_keys.hpp"
-
+// The keys of prismd.json.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <functional>
+
+#include "base/json_table.hpp"
+#include "config/config.hpp"
 
 namespace prism::config {
 namespace {

@@ -9,10 +9,10 @@
 #include <map>
 
 #include "base/host_time.hpp"
+#include "base/json_table.hpp"
 #include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "config/config.hpp"
-#include "config/config_keys.hpp"
 #include "config/socket_protocol.hpp"
 #include "config/version.hpp"
 

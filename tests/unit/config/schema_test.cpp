@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "compensation/sensors.hpp"
-#include "config/config_keys.hpp"
+#include "config/config.hpp"
 #include "tests/support/generated.hpp"
 #include "tests/support/schema_validator.hpp"
 #include "tests/support/shared_files.hpp"
