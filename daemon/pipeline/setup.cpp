@@ -50,7 +50,7 @@ Result<wire::FrameDescriptionPtr> load_frames(const std::string& path, const std
   effective->commands = effective->commands.with(line.commands);
   if (effective->commands.poll && line.network.type == "udp") {
     const auto to = transport::parse_numeric_endpoint(line.network.from);
-    if (!to || to->port.empty())
+    if (!to || to->port == 0)
       return make_error(place,
                         "its poll has nowhere to go: expected \"udp\": {\"from\": \"ADDRESS:PORT\"} of the device");
   }

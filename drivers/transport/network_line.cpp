@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drivers/transport/network_line.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
@@ -34,14 +32,12 @@ bool is_host(std::string_view host) {
 }
 
 bool is_numeric(const std::string& host) {
-  in6_addr address{};
-  const std::string bare = host.substr(0, host.find('%'));
-  return ::inet_pton(AF_INET, host.c_str(), &address) == 1 || ::inet_pton(AF_INET6, bare.c_str(), &address) == 1;
+  boost::system::error_code is_name;
+  boost::asio::ip::make_address(host, is_name);
+  return !is_name;
 }
 
 }  // namespace
-
-std::uint16_t Endpoint::port_number() const { return parse_number<std::uint16_t>(port).value_or(0); }
 
 tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text) {
   if (text.empty()) return tl::unexpected<std::string>(fmt::format("is empty, {}", kForm));
@@ -56,8 +52,8 @@ tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text) {
   if (colon >= text.size() || text[colon] != ':' || colon + 1 == text.size())
     return wrong(text, fmt::format(" without a port, {}", kForm));
   const std::string_view port = text.substr(colon + 1);
-  Endpoint endpoint{std::string(host), std::string(port)};
-  if (endpoint.port_number() == 0)
+  const Endpoint endpoint{std::string(host), parse_number<std::uint16_t>(port).value_or(0)};
+  if (endpoint.port == 0)
     return wrong(text, fmt::format(" with the port \"{}\", expected 1 to 65535", shortened(port)));
   if (!is_host(host))
     return wrong(text, fmt::format(" with the host \"{}\", expected a name or an address", shortened(host)));
@@ -66,13 +62,10 @@ tl::expected<Endpoint, std::string> parse_endpoint(std::string_view text) {
 
 tl::expected<Endpoint, std::string> parse_numeric_endpoint(std::string_view text) {
   if (text.empty()) return tl::unexpected<std::string>("is empty, expected an IP address");
-  Endpoint endpoint{std::string(text), ""};
-  if (!is_numeric(endpoint.host)) {
-    const auto with_port = parse_endpoint(text);
-    if (!with_port || !is_numeric(with_port->host)) return wrong(text, ", expected an IP address");
-    endpoint = *with_port;
-  }
-  return endpoint;
+  if (const Endpoint endpoint{std::string(text)}; is_numeric(endpoint.host)) return endpoint;
+  const auto with_port = parse_endpoint(text);
+  if (!with_port || !is_numeric(with_port->host)) return wrong(text, ", expected an IP address");
+  return with_port;
 }
 
 namespace {

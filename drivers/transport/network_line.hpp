@@ -17,11 +17,8 @@
 namespace prism::transport {
 
 struct Endpoint {
-  std::string host;  ///< name, IPv4 or IPv6 address without brackets
-  std::string port;  ///< 1 to 65535
-
-  /// 0: no port.
-  std::uint16_t port_number() const;
+  std::string host;        ///< name, IPv4 or IPv6 address without brackets
+  std::uint16_t port = 0;  ///< 0: none
   bool operator==(const Endpoint&) const = default;
 };
 

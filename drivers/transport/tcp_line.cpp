@@ -58,7 +58,7 @@ class TcpLine : public Transport {
       : name_(std::move(name)),
         listens_(listens),
         from_(from),
-        port_(endpoint.port_number()),
+        port_(endpoint.port),
         progress_("looking up " + endpoint.host),
         look_up_(look_up(endpoint.host)),
         acceptor_(io),

@@ -40,12 +40,12 @@ void check_addresses(const Section& section, const Kind& kind, Network& network)
   const bool is_name = network.listens || kind.connects;
   const auto end = is_name ? parse_endpoint(network.address) : parse_numeric_endpoint(network.address);
   if (!end) return section.fail(key, end.error());
-  if (end->port.empty()) section.fail(key, "has no port");
+  if (end->port == 0) section.fail(key, "has no port");
   if (!section.has("from")) return;
   if (!network.listens) section.fail("from", "given with \"address\"; expected \"listen\"");
   const auto from = parse_numeric_endpoint(network.from);
   if (!from) return section.fail("from", from.error());
-  if (kind.connects && !from->port.empty())
+  if (kind.connects && from->port != 0)
     section.fail("from", "has a port, which a peer that connects chooses itself; expected an address");
 }
 

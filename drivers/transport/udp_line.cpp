@@ -34,7 +34,7 @@ class UdpLine : public Transport {
         from_(from),
         answers_(!peer),
         peer_(peer),
-        port_(endpoint.port_number()),
+        port_(endpoint.port),
         look_up_(look_up(endpoint.host)),
         socket_(io),
         timer_(io) {}
@@ -126,9 +126,9 @@ Result<std::unique_ptr<Transport>> open_udp_line(asio::io_context& io, const Set
     if (!numeric) return make_error(name, numeric.error());
     const Address address = asio::ip::make_address(numeric->host);
     from = host_of(address);
-    if (!numeric->port.empty()) peer.emplace(address, numeric->port_number());
+    if (numeric->port != 0) peer.emplace(address, numeric->port);
   }
-  if (!listens) *endpoint = {from->is_v4() ? "0.0.0.0" : "::", "0"};
+  if (!listens) *endpoint = {from->is_v4() ? "0.0.0.0" : "::", 0};
   auto line = std::make_unique<UdpLine>(io, name, *endpoint, from, peer);
   if (const auto bound = line->bind_now(); !bound) return make_error(name, bound.error());
   return line;

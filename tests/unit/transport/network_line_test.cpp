@@ -322,7 +322,7 @@ TEST(NetworkLine, IsDescribed) {
 
 std::string read(const char* text) {
   const auto endpoint = parse_endpoint(text);
-  return endpoint ? endpoint->host + " " + endpoint->port : endpoint.error();
+  return endpoint ? endpoint->host + " " + std::to_string(endpoint->port) : endpoint.error();
 }
 
 TEST(Endpoint, HostAndPort) {
@@ -332,10 +332,11 @@ TEST(Endpoint, HostAndPort) {
 }
 
 TEST(Endpoint, NumericWithOrWithoutAPort) {
-  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7").value(), (Endpoint{"192.0.2.7", ""}));
-  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7:4001").value(), (Endpoint{"192.0.2.7", "4001"}));
-  EXPECT_EQ(parse_numeric_endpoint("::1").value(), (Endpoint{"::1", ""}));
-  EXPECT_EQ(parse_numeric_endpoint("[::1]:4001").value(), (Endpoint{"::1", "4001"}));
+  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7").value(), (Endpoint{"192.0.2.7"}));
+  EXPECT_EQ(parse_numeric_endpoint("192.0.2.7:4001").value(), (Endpoint{"192.0.2.7", 4001}));
+  EXPECT_EQ(parse_numeric_endpoint("::1").value(), (Endpoint{"::1"}));
+  EXPECT_EQ(parse_numeric_endpoint("[::1]:4001").value(), (Endpoint{"::1", 4001}));
+  EXPECT_EQ(parse_numeric_endpoint("fe80::1%lo").value(), (Endpoint{"fe80::1%lo"}));
   EXPECT_EQ(parse_numeric_endpoint("gyro").error(), "found \"gyro\", expected an IP address");
   EXPECT_EQ(parse_numeric_endpoint("gyro:4001").error(), "found \"gyro:4001\", expected an IP address");
 }
