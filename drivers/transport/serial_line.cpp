@@ -156,6 +156,7 @@ Result<void> set_and_compare(const Settings& settings, int fd, bool pseudo, std:
   return {};
 }
 
+// Asks the driver to deliver bytes at once (FTDI: 1 ms instead of 16).
 bool set_low_latency(int fd) {
   struct serial_struct serial;
   if (::ioctl(fd, TIOCGSERIAL, &serial) != 0) return false;
@@ -239,12 +240,10 @@ Result<std::unique_ptr<Transport>> open_serial_line(boost::asio::io_context& io,
   if (!::isatty(fd)) return make_error(settings.device, "not a terminal; expected a serial device");
   const bool pseudo = is_pseudo_terminal(fd);
   std::vector<std::string> notes;
-  if (settings.exclusive) {
-    if (auto claimed = claim(settings.device, fd, pseudo); !claimed) return tl::unexpected<Error>(claimed.error());
-  }
+  if (auto claimed = claim(settings.device, fd, pseudo); !claimed) return tl::unexpected<Error>(claimed.error());
   if (auto set = set_and_compare(settings, fd, pseudo, notes); !set) return tl::unexpected<Error>(set.error());
   ::ioctl(fd, TCFLSH, TCIFLUSH);
-  if (settings.low_latency && !pseudo && !set_low_latency(fd)) {
+  if (!pseudo && !set_low_latency(fd)) {
     notes.push_back(fmt::format("no low latency: {}; bytes may come in bunches (FTDI: set latency_timer by udev)",
                                 std::strerror(errno)));
   }

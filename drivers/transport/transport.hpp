@@ -39,8 +39,6 @@ struct Network {
 struct Settings {
   std::string device;       ///< path of a tty; /dev/serial/by-id/… survives replugging
   wire::WireFormat format;  ///< any speed that the hardware meets within 2 %
-  bool exclusive = true;    ///< no other program may read the line at the same time
-  bool low_latency = true;  ///< asks the driver to deliver bytes at once (FTDI: 1 ms instead of 16)
   Network network = {};     ///< instead of the device
 
   bool operator==(const Settings&) const = default;

@@ -130,9 +130,6 @@ TEST_F(OpenSerialLine, RejectsASecondReader) {
   const auto second = open_line(on(terminal));
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().text(), terminal.device() + ": held by another program; expected it free");
-  Settings shared = on(terminal);
-  shared.exclusive = false;
-  EXPECT_TRUE(open_line(shared));
   first->reset();
   EXPECT_TRUE(open_line(on(terminal))) << "the lock outlived its line";
 }
