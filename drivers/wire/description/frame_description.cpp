@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "base/escape.hpp"
@@ -157,13 +156,6 @@ Result<void> check_choice(const std::string& where, const GyroChoice& choice) {
   for (const AxisChoice& axis : choice.axes) {
     if (!names.insert(axis.axis).second)
       return make_error(where, fmt::format("axis \"{}\" is chosen twice", axis.axis));
-    if (axis.sign != 1 && axis.sign != -1)
-      return make_error(where, fmt::format("found sign {}, expected 1 or -1", axis.sign));
-    if (const auto scale = axis.scale_factor_arcsec_per_pulse; scale && !(*scale > 0 && std::isfinite(*scale)))
-      return make_error(where, fmt::format("found scale factor {} arcsec/pulse, expected more than 0", *scale));
-  }
-  if (const auto rate = choice.rate_hz; rate && !(*rate >= kRateHz.min && *rate <= kRateHz.max)) {
-    return make_error(where, fmt::format("found a rate of {} Hz, expected {} to {}", *rate, kRateHz.min, kRateHz.max));
   }
   return {};
 }

@@ -131,12 +131,12 @@ using FrameDescriptionPtr = std::shared_ptr<const FrameDescription>;
 struct AxisChoice {
   std::string axis = {};                                     ///< empty: the description's first
   double sign = 1;                                           ///< +1 or -1
-  std::optional<double> scale_factor_arcsec_per_pulse = {};  ///< an error if the gyro's number is not in pulses
+  std::optional<double> scale_factor_arcsec_per_pulse = {};  ///< > 0; an error if the gyro's number is not in pulses
 };
 struct GyroChoice {
   std::vector<AxisChoice> axes = {{}};  ///< served axes: at least one, no duplicates; ignored without a gyro
   bool sensors = false;                 ///< include the description's sensors and the axes' own thermometers
-  std::optional<double> rate_hz = {};   ///< the gyro's own set-up, if its rate differs from the description
+  std::optional<double> rate_hz = {};   ///< 0.01 to 100 000, if the gyro's set-up differs from the description
   std::optional<int> baud = {};         ///< the line's own, if it differs from the description
   bool network = false;                 ///< a network line: its speed does not limit the rate
   TextColumns text = {};                ///< for descriptions of text lines without a gyro
