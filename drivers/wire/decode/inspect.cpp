@@ -212,7 +212,7 @@ Result<void> run_vector(const FrameDescription& description, const TestVector& v
                                     [&](const InspectedFrame::Value& v) { return v.field == expected.field; });
     if (value == inspected->values.end())
       return make_error(vector.where, fmt::format("has no field {}", expected.field));
-    const double allowed = expected.tolerance * std::abs(expected.value) + 1e-12;
+    const double allowed = vector.tolerance * std::abs(expected.value) + 1e-12;
     if (!(std::abs(value->value - expected.value) <= allowed)) {
       return make_error(vector.where,
                         fmt::format("{} is {:.12g}; expected {:.12g}", expected.field, value->value, expected.value));

@@ -30,7 +30,6 @@ JsonTable<WireFormat> line_keys() {
 struct VectorDraft {
   TestVector vector;
   std::string text;
-  double tolerance = 1e-6;
   bool refused = false;
 };
 
@@ -41,10 +40,10 @@ JsonTable<VectorDraft> vector_keys() {
       .group(JsonTable<TestVector>()
                  .text("name", &TestVector::name, "")
                  .bytes("hex", &TestVector::bytes, "the frame")
-                 .text("kind", &TestVector::kind, "", TextRule::kMessageName),
+                 .text("kind", &TestVector::kind, "", TextRule::kMessageName)
+                 .number("tolerance", {0, 1e9}, &TestVector::tolerance, "relative"),
              &V::vector)
       .raw_text("text", &V::text, "a text frame, with its terminator")
-      .number("tolerance", {0, 1e9}, &V::tolerance, "relative")
       .boolean("refused", &V::refused, "the frame must be rejected")
       .known("values", values, "");
 }
@@ -60,7 +59,7 @@ void add_vector(const Section& s, const std::string&, VectorDraft& draft, FrameD
   if (!draft.refused) s.require("kind");
   const Section values = s.object("values");
   for (const std::string& field : values.names(TextRule::kMessageName))
-    vector.expected.push_back({field, values.number(field, kAnyNumber), draft.tolerance});
+    vector.expected.push_back({field, values.number(field, kAnyNumber)});
   frames.description.test_vectors.push_back(std::move(vector));
 }
 

@@ -77,13 +77,13 @@ struct TestVector {
   struct Expectation {
     std::string field;
     double value = 0;
-    double tolerance = 0;
   };
   std::string name;
   std::string where;  ///< its position in the description, for messages
   std::vector<std::uint8_t> bytes;
   std::string kind;  ///< empty if the frame must be rejected
   std::vector<Expectation> expected;
+  double tolerance = 1e-6;  ///< relative
 };
 
 /// Immutable after parse_frame_description; shared by decoder, encoder and clock.
