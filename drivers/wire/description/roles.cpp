@@ -44,11 +44,9 @@ const Field* first_with(const FrameDescription& description, Role role) {
 bool is_whole(const Field& field) { return field.type == NumberType::kUnsigned || field.type == NumberType::kSigned; }
 
 /// A field, or several, of which the first in a frame is used.
-struct FieldsDraft {
-  std::vector<std::string> field;
-};
-
-JsonTable<FieldsDraft> fields_keys() { return JsonTable<FieldsDraft>().texts("field", &FieldsDraft::field, kRequired); }
+JsonTable<std::vector<std::string>> fields_keys() {
+  return JsonTable<std::vector<std::string>>().texts("field", std::identity(), kRequired);
+}
 
 void assign(const Section& s, const std::vector<std::string>& names, FrameDescription& description,
             FieldList MessageFields::*role) {
@@ -482,8 +480,8 @@ JsonTable<FrameDraft> role_keys() {
   using F = FrameDraft;
   using Form = JsonTable<F>::Form;
   const auto add_role = [](FieldList MessageFields::*role) {
-    return [role](const Section& s, const std::string&, const FieldsDraft& draft, F& frames) {
-      assign(s, draft.field, frames.description, role);
+    return [role](const Section& s, const std::string&, const std::vector<std::string>& fields, F& frames) {
+      assign(s, fields, frames.description, role);
     };
   };
   return JsonTable<F>()
