@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <bitset>
 #include <set>
 
 #include "drivers/wire/description/keys.hpp"
@@ -12,7 +13,7 @@
 namespace prism::wire {
 namespace {
 
-using Bits = std::vector<bool>;
+using Bits = std::bitset<8 * kMaxFrameBytes>;  // of a frame
 
 /// Position in a message type: negative positions count from its maximum length.
 class MessageCheck {
@@ -89,12 +90,10 @@ class MessageCheck {
     for (const Field& field : kind_.fields) {
       if (field.item >= 0 || field.when.field >= 0) continue;
       const Bits own = bits_of(field);
-      if (common(own, checks) != 0) fail("/fields/" + field.name, "overlaps a check");
+      if ((own & checks).any()) fail("/fields/" + field.name, "overlaps a check");
       for (const auto& [other, bits] : seen) {
-        const auto shared = common(own, bits);
-        const bool view =
-            shared == std::count(own.begin(), own.end(), true) || shared == std::count(bits.begin(), bits.end(), true);
-        if (shared != 0 && !view) {
+        const Bits shared = own & bits;
+        if (shared.any() && shared != own && shared != bits) {
           fail("/fields/" + field.name,
                fmt::format("overlaps a part of \"{}\"; expected none of it or all", other->name));
         }
@@ -104,7 +103,7 @@ class MessageCheck {
   }
 
   Bits bits_of(const Field& field) const {
-    Bits bits(static_cast<std::size_t>(length_) * 8);
+    Bits bits;
     const int at = absolute(field.at);
     for (unsigned bit = field.shift; bit < unsigned{field.shift} + field.bits; ++bit) {
       const unsigned byte_from_low = bit / field.group_bits;
@@ -116,19 +115,13 @@ class MessageCheck {
   }
 
   Bits bits_of_checks() const {
-    Bits bits(static_cast<std::size_t>(length_) * 8);
+    Bits bits;
     for (const CheckRule& check : kind_.checks) {
       const auto at = static_cast<std::size_t>(absolute(check.at)) * 8;
       if (check.separator != 0 || check.sum == CheckRule::Sum::kParity) continue;
-      std::fill_n(bits.begin() + static_cast<std::ptrdiff_t>(at), check.size * 8, true);
+      for (std::size_t bit = 0; bit < 8u * check.size; ++bit) bits.set(at + bit);
     }
     return bits;
-  }
-
-  static std::ptrdiff_t common(const Bits& a, const Bits& b) {
-    std::ptrdiff_t count = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) count += a[i] && b[i] ? 1 : 0;
-    return count;
   }
 
   int absolute(int at) const { return at < 0 ? length_ + at : at; }
