@@ -17,6 +17,9 @@
 namespace prism::transport {
 namespace {
 
+namespace ip = boost::asio::ip;
+using boost::system::error_code;
+
 constexpr std::size_t kMostHostBytes = 253;  // RFC 1035, section 2.3.4, without the root's dot
 constexpr const char* kForm = "expected HOST:PORT";
 
@@ -32,9 +35,25 @@ bool is_host(std::string_view host) {
 }
 
 bool is_numeric(const std::string& host) {
-  boost::system::error_code is_name;
-  boost::asio::ip::make_address(host, is_name);
+  error_code is_name;
+  ip::make_address(host, is_name);
   return !is_name;
+}
+
+std::string why_not_found(const error_code& error) {
+  if (error == boost::asio::error::host_not_found) return "no host of this name found";
+  if (error == boost::asio::error::host_not_found_try_again) return "the name server does not answer";
+  return "cannot be looked up: " + error.message();
+}
+
+Found wait_for_name_server(const std::string& host) {
+  boost::asio::io_context io;
+  error_code error;
+  std::vector<Address> addresses;
+  for (const auto& entry : ip::tcp::resolver(io).resolve(host, "", error))
+    addresses.push_back(entry.endpoint().address());
+  if (error) return make_error(host, why_not_found(error));
+  return addresses;
 }
 
 }  // namespace
@@ -67,29 +86,6 @@ tl::expected<Endpoint, std::string> parse_numeric_endpoint(std::string_view text
   if (!with_port || !is_numeric(with_port->host)) return wrong(text, ", expected an IP address");
   return with_port;
 }
-
-namespace {
-
-namespace ip = boost::asio::ip;
-using boost::system::error_code;
-
-std::string why_not_found(const error_code& error) {
-  if (error == boost::asio::error::host_not_found) return "no host of this name found";
-  if (error == boost::asio::error::host_not_found_try_again) return "the name server does not answer";
-  return "cannot be looked up: " + error.message();
-}
-
-Found wait_for_name_server(const std::string& host) {
-  boost::asio::io_context io;
-  error_code error;
-  std::vector<Address> addresses;
-  for (const auto& entry : ip::tcp::resolver(io).resolve(host, "", error))
-    addresses.push_back(entry.endpoint().address());
-  if (error) return make_error(host, why_not_found(error));
-  return addresses;
-}
-
-}  // namespace
 
 // The thread is detached: Asio's own resolver would wait for it at the end of the program.
 std::future<Found> look_up(const std::string& host) {

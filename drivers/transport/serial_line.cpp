@@ -45,28 +45,6 @@ bool has_open(const fs::path& process, const fs::path& device) {
   return false;
 }
 
-}  // namespace
-
-std::string other_users_of(const std::string& device) {
-  std::error_code error;
-  const fs::path canonical = fs::canonical(device, error);
-  if (error) return {};
-  const std::string own = std::to_string(::getpid());
-  std::vector<std::string> users;
-  fs::directory_iterator entry("/proc", error), end;
-  for (; !error && entry != end && users.size() < kShown; entry.increment(error)) {
-    const std::string pid = entry->path().filename();
-    if (!std::all_of(pid.begin(), pid.end(), [](unsigned char c) { return std::isdigit(c) != 0; }) || pid == own)
-      continue;
-    if (!has_open(entry->path(), canonical)) continue;
-    const auto name = read_text_file(entry->path() / "comm");
-    users.push_back(fmt::format("{} (pid {})", name ? printable(name->substr(0, name->find('\n'))) : "a program", pid));
-  }
-  return fmt::to_string(fmt::join(users, ", "));
-}
-
-namespace {
-
 constexpr double kBaudTolerance = 0.02;  // a receiver samples the last of ten bits: its limit is 5 %, 2 % leaves margin
 
 unsigned character_flags(const wire::WireFormat& format) {
@@ -218,6 +196,24 @@ class SerialLine : public Transport {
 };
 
 }  // namespace
+
+std::string other_users_of(const std::string& device) {
+  std::error_code error;
+  const fs::path canonical = fs::canonical(device, error);
+  if (error) return {};
+  const std::string own = std::to_string(::getpid());
+  std::vector<std::string> users;
+  fs::directory_iterator entry("/proc", error), end;
+  for (; !error && entry != end && users.size() < kShown; entry.increment(error)) {
+    const std::string pid = entry->path().filename();
+    if (!std::all_of(pid.begin(), pid.end(), [](unsigned char c) { return std::isdigit(c) != 0; }) || pid == own)
+      continue;
+    if (!has_open(entry->path(), canonical)) continue;
+    const auto name = read_text_file(entry->path() / "comm");
+    users.push_back(fmt::format("{} (pid {})", name ? printable(name->substr(0, name->find('\n'))) : "a program", pid));
+  }
+  return fmt::to_string(fmt::join(users, ", "));
+}
 
 std::optional<wire::WireFormat> read_line_format(int fd) {
   struct termios2 line;

@@ -31,6 +31,23 @@ int hex_digit(std::uint8_t c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// IEC 60751:2008, R(T) = R0 (1 + A T + B T^2 + C (T - 100) T^3), the last term only below 0 degC.
+constexpr double kPlatinumA = 3.9083e-3;
+constexpr double kPlatinumB = -5.775e-7;
+constexpr double kPlatinumC = -4.183e-12;
+
+double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const bool rising = x.front() < x.back();
+  const double low = rising ? x.front() : x.back();
+  const double high = rising ? x.back() : x.front();
+  if (!(at >= low && at <= high)) return kNan;
+  std::size_t i = 1;
+  while (i + 1 < x.size() && (rising ? at > x[i] : at < x[i])) ++i;
+  return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+}
+
 }  // namespace
 
 bool are_hex_digits(const std::uint8_t* first, unsigned size) {
@@ -83,27 +100,6 @@ void store_number(const Field& field, std::uint8_t* first, double number) {
 }
 
 // Steps of a conversion chain, forward and inverse.
-
-namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-// IEC 60751:2008, R(T) = R0 (1 + A T + B T^2 + C (T - 100) T^3), the last term only below 0 degC.
-constexpr double kPlatinumA = 3.9083e-3;
-constexpr double kPlatinumB = -5.775e-7;
-constexpr double kPlatinumC = -4.183e-12;
-
-double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
-  const bool rising = x.front() < x.back();
-  const double low = rising ? x.front() : x.back();
-  const double high = rising ? x.back() : x.front();
-  if (!(at >= low && at <= high)) return kNan;
-  std::size_t i = 1;
-  while (i + 1 < x.size() && (rising ? at > x[i] : at < x[i])) ++i;
-  return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
-}
-
-}  // namespace
 
 double platinum_ohm(double t, double r0_ohm) {
   const double below_zero = t < 0 ? kPlatinumC * (t - 100) * t * t * t : 0;

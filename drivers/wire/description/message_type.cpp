@@ -569,18 +569,6 @@ JsonTable<CheckDraft> check_keys() {
       .then(compile_check);
 }
 
-}  // namespace
-
-JsonTable<BitsDraft> bits_keys(bool value_is_required, bool mask_is_required) {
-  JsonTable<BitsDraft> keys;
-  keys.text("field", &BitsDraft::field, kRequired)
-      .bits("mask", &BitsDraft::mask, mask_is_required ? KeyHelp(kRequired) : KeyHelp(""));
-  if (value_is_required) keys.bits("value", &BitsDraft::value, kRequired);
-  return keys;
-}
-
-namespace {
-
 JsonTable<BodyRule> body_keys() {
   using B = BodyRule;
   return JsonTable<B>()
@@ -651,6 +639,14 @@ void measure(const Section&, MessageType& kind) {
 }
 
 }  // namespace
+
+JsonTable<BitsDraft> bits_keys(bool value_is_required, bool mask_is_required) {
+  JsonTable<BitsDraft> keys;
+  keys.text("field", &BitsDraft::field, kRequired)
+      .bits("mask", &BitsDraft::mask, mask_is_required ? KeyHelp(kRequired) : KeyHelp(""));
+  if (value_is_required) keys.bits("value", &BitsDraft::value, kRequired);
+  return keys;
+}
 
 JsonTable<int> part_keys() {
   return JsonTable<int>()
