@@ -370,12 +370,6 @@ class JsonTable {
     return *this;
   }
 
-  /// The last key is required.
-  JsonTable& required() {
-    rows_.back().is_required = true;
-    return *this;
-  }
-
   /// The schema of the last key has these rules, too: the check in then() has its own message.
   JsonTable& also(const Json& rules, bool is_required = false) {
     Row& row = rows_.back();

@@ -223,34 +223,24 @@ JsonTable<CompositeVariances> variance_keys() {
   using K = CompositeKernel;
   return JsonTable<V>()
       .group(JsonTable<K>()
-                 .number("smooth", kPositive, &K::rbf, "")
-                 .required()
-                 .numbers("length_squared", kPositive, &K::length2, "")
-                 .required()
-                 .number("linear", kPositive, &K::linear, "")
-                 .required()
-                 .number("quadratic", kPositive, &K::quadratic, "")
-                 .required(),
+                 .number("smooth", kPositive, &K::rbf, kRequired)
+                 .numbers("length_squared", kPositive, &K::length2, kRequired)
+                 .number("linear", kPositive, &K::linear, kRequired)
+                 .number("quadratic", kPositive, &K::quadratic, kRequired),
              &V::kernel)
-      .number("nuisance", kPositive, &V::nuisance, "")
-      .required()
-      .number("nuisance_time_h", kPositive, &V::nuisance_time_h, "")
-      .required()
+      .number("nuisance", kPositive, &V::nuisance, kRequired)
+      .number("nuisance_time_h", kPositive, &V::nuisance_time_h, kRequired)
       .number("offset", {0, 1e300}, &V::offset, "")
-      .number("noise", kPositive, &V::noise, "")
-      .required()
+      .number("noise", kPositive, &V::noise, kRequired)
       .number("warm_up", {0, 1e300}, &V::warm_up, "");
 }
 
 JsonTable<UncertaintySettings> trust_keys() {
   using U = UncertaintySettings;
   return JsonTable<U>()
-      .number("skill", {-1e300, 1}, &U::skill, "")
-      .required()
-      .number("level", {0, 1e300}, &U::level, "")
-      .required()
-      .number("guard", kPositive, &U::guard, "")
-      .required()
+      .number("skill", {-1e300, 1}, &U::skill, kRequired)
+      .number("level", {0, 1e300}, &U::level, kRequired)
+      .number("guard", kPositive, &U::guard, kRequired)
       .number("overlap", {0, 1}, &U::overlap, "")
       .numbers("relevance", {0, 1}, &U::relevance, "");
 }
@@ -259,12 +249,10 @@ JsonTable<PopulationPrior> prior_keys() {
   using P = PopulationPrior;
   const Json models = {{"type", "array"}, {"minItems", 2}, {"items", {{"$ref", "#"}}}};
   return JsonTable<P>()
-      .number("scale", kPositive, &P::scale, "")
-      .required()
-      .numbers("levels", kAnyNumber, &P::levels, "")
-      .required()
+      .number("scale", kPositive, &P::scale, kRequired)
+      .numbers("levels", kAnyNumber, &P::levels, kRequired)
       .custom(
-          "models", models, "",
+          "models", models, kRequired,
           [](const Section& section, P& prior) {
             for (Section& sibling : section.objects("models")) {
               const auto model = read_model(sibling);
@@ -273,8 +261,7 @@ JsonTable<PopulationPrior> prior_keys() {
               prior.models.push_back(*model);
             }
           },
-          nullptr)
-      .required();
+          nullptr);
 }
 
 /// The parameters as the file has them.
@@ -286,16 +273,11 @@ struct CompositeDraft {
 JsonTable<CompositeDraft> make_keys() {
   using P = CompositeParameters;
   JsonTable<P> first, last;
-  first.object("variances", variance_keys(), &P::variances, "")
-      .required()
-      .object("trust", trust_keys(), &P::trust, "")
-      .required()
-      .number("beta", kAnyNumber, &P::beta, "")
-      .required()
-      .object("normalisation", normalisation_keys(), &P::normalisation, "")
-      .required();
-  last.numbers("alpha", kAnyNumber, &P::alpha, "")
-      .required()
+  first.object("variances", variance_keys(), &P::variances, kRequired)
+      .object("trust", trust_keys(), &P::trust, kRequired)
+      .number("beta", kAnyNumber, &P::beta, kRequired)
+      .object("normalisation", normalisation_keys(), &P::normalisation, kRequired);
+  last.numbers("alpha", kAnyNumber, &P::alpha, kRequired)
       .numbers("weight", kPositive, &P::weight, "")
       .numbers("time_h", kAnyNumber, &P::time_h, "")
       .value(
@@ -313,8 +295,7 @@ JsonTable<CompositeDraft> make_keys() {
       .object("prior", prior_keys(), &P::prior, "prior from the models of gyros of the same type");
   return JsonTable<CompositeDraft>()
       .group(first, &CompositeDraft::parameters)
-      .numbers("centres", kAnyNumber, &CompositeDraft::centres, "one after the other")
-      .required()
+      .numbers("centres", kAnyNumber, &CompositeDraft::centres, {kRequired, "one after the other"})
       .group(last, &CompositeDraft::parameters);
 }
 

@@ -133,11 +133,9 @@ struct LssvmDraft {
 JsonTable<LssvmUncertainty> uncertainty_keys() {
   using U = LssvmUncertainty;
   JsonTable<U> keys;
-  keys.number("prior_variance", kPositive, &U::prior_variance, "")
-      .required()
+  keys.number("prior_variance", kPositive, &U::prior_variance, kRequired)
       .number("sd_scale", {1, 1e6}, &U::sd_scale, "")
-      .number("guard_fraction", kPositive, &U::guard_fraction, "")
-      .required();
+      .number("guard_fraction", kPositive, &U::guard_fraction, kRequired);
   return add_symmetric(keys, "gram", &U::gram);
 }
 
@@ -146,23 +144,17 @@ const JsonTable<LssvmDraft>& lssvm_table() {
   static const JsonTable<LssvmDraft> keys =
       JsonTable<LssvmDraft>()
           .group(JsonTable<P>()
-                     .number("c", kPositive, &P::c, "")
-                     .required()
-                     .number("sigma2", kPositive, &P::sigma2, "")
-                     .required()
-                     .number("b", kAnyNumber, &P::b, "")
-                     .required()
-                     .object("normalisation", normalisation_keys(), &P::normalisation, "")
-                     .required()
+                     .number("c", kPositive, &P::c, kRequired)
+                     .number("sigma2", kPositive, &P::sigma2, kRequired)
+                     .number("b", kAnyNumber, &P::b, kRequired)
+                     .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
                      .numbers("linear", kAnyNumber, &P::linear, "")
                      .number("linear_b", kAnyNumber, &P::linear_b, "")
                      .object("uncertainty", uncertainty_keys(), &P::uncertainty, ""),
                  &LssvmDraft::parameters)
-          .numbers("centres", kAnyNumber, &LssvmDraft::centres, "one after the other")
-          .required()
+          .numbers("centres", kAnyNumber, &LssvmDraft::centres, {kRequired, "one after the other"})
           .group(JsonTable<P>()
-                     .numbers("alpha", kAnyNumber, &P::alpha, "")
-                     .required()
+                     .numbers("alpha", kAnyNumber, &P::alpha, kRequired)
                      .numbers("weight", kPositive, &P::weight, ""),
                  &LssvmDraft::parameters);
   return keys;

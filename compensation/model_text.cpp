@@ -15,14 +15,10 @@ namespace prism::compensation {
 JsonTable<Normalisation> normalisation_keys() {
   using N = Normalisation;
   return JsonTable<N>()
-      .numbers("input_shift", kAnyNumber, &N::input_shift, "")
-      .required()
-      .numbers("input_scale", kPositive, &N::input_scale, "")
-      .required()
-      .number("target_shift", kAnyNumber, &N::target_shift, "")
-      .required()
-      .number("target_scale", kPositive, &N::target_scale, "")
-      .required();
+      .numbers("input_shift", kAnyNumber, &N::input_shift, kRequired)
+      .numbers("input_scale", kPositive, &N::input_scale, kRequired)
+      .number("target_shift", kAnyNumber, &N::target_shift, kRequired)
+      .number("target_scale", kPositive, &N::target_scale, kRequired);
 }
 
 Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, const std::vector<double>& lower) {
@@ -112,10 +108,8 @@ JsonTable<FeatureDefinition> feature_keys() {
   using F = FeatureDefinition;
   const Json unit = {{"type", "string"}, {"enum", kSensorUnitNames}};
   return JsonTable<F>()
-      .integer("length_s", {1, 3600}, &F::length_s, "")
-      .required()
-      .choice("slope", kSlopeNames, &F::slope, "")
-      .required()
+      .integer("length_s", {1, 3600}, &F::length_s, kRequired)
+      .choice("slope", kSlopeNames, &F::slope, kRequired)
       .custom(
           "end_mean_s", {{"type", "integer"}, {"minimum", 1}, {"maximum", 3600}, {"default", 1}}, "",
           [](const Section& section, F& features) {
@@ -123,8 +117,7 @@ JsonTable<FeatureDefinition> feature_keys() {
             features.end_mean_s = static_cast<int>(section.integer("end_mean_s", range, 1));
           },
           nullptr)
-      .integer("max_gap_s", {0, 3600}, &F::max_gap_s, "")
-      .required()
+      .integer("max_gap_s", {0, 3600}, &F::max_gap_s, kRequired)
       .custom(
           "lag_time_constants_s", {{"type", "array"}, {"maxItems", 0}}, "of prism 0.3 and earlier",
           [](const Section& section, F&) {
@@ -162,8 +155,7 @@ struct InputDraft {
 JsonTable<InputDraft> input_keys() {
   using I = InputDraft;
   return JsonTable<I>()
-      .text("name", &I::name, "")
-      .required()
+      .text("name", &I::name, kRequired)
       .text("unit", &I::unit, "")
       .number("min", kAnyNumber, &I::min, "")
       .number("max", kAnyNumber, &I::max, "")
@@ -274,12 +266,10 @@ const JsonTable<ModelInfo>& model_keys() {
           .also({}, true)
           .known("version", {{"enum", {1, 2, 3}}}, "2: the id covers gyro/serial; 3: with a response")
           .also({}, true)
-          .text("kind", &M::kind, "")
-          .required()
+          .text("kind", &M::kind, kRequired)
           .also({{"enum", kinds}})
           .text("name", &M::name, "", TextRule::kText)
-          .text("id", &M::id, "SHA-256 of the numbers")
-          .required()
+          .text("id", &M::id, {kRequired, "SHA-256 of the numbers"})
           .also({{"pattern", "^[0-9a-f]{64}$"}})
           .object("gyro", gyro, std::identity(), "")
           .then([](const Section&, M& info) {
@@ -290,8 +280,7 @@ const JsonTable<ModelInfo>& model_keys() {
           .read_by([features = feature_keys()](const Section& top, M& info) {
             if (!info.table) features.read(top.object("features", true), info.features);
           })
-          .objects(JsonTable<M>::Form::kList, "inputs", input_keys(), add_input, "")
-          .required()
+          .objects(JsonTable<M>::Form::kList, "inputs", input_keys(), add_input, kRequired)
           .also({{"minItems", 1}})
           .then(check_inputs)
           .object("spread", spread_keys(), &M::spread, "error of the model in an unseen run")

@@ -68,7 +68,7 @@ JsonTable<Term> term_keys() {
   return JsonTable<Term>()
       .value(
           "powers", {{"type", "array"}, {"items", limits_schema("integer", {0, kMaxPower})}}, &Term::powers,
-          "one per input",
+          {kRequired, "one per input"},
           [](const Section& section, const std::string& key) {
             std::vector<int> powers;
             for (const double power : section.numbers(key, {0, kMaxPower})) {
@@ -78,9 +78,7 @@ JsonTable<Term> term_keys() {
             return powers;
           },
           [](const auto&) { return Json(); })
-      .required()
-      .number("coefficient", kAnyNumber, &Term::coefficient, "")
-      .required();
+      .number("coefficient", kAnyNumber, &Term::coefficient, kRequired);
 }
 
 const JsonTable<PolynomialDraft>& polynomial_table() {
@@ -91,8 +89,8 @@ const JsonTable<PolynomialDraft>& polynomial_table() {
             const std::size_t terms = top.objects("terms").size();
             if (terms > kMaxTerms) top.fail("terms", fmt::format("found {}, expected at most {}", terms, kMaxTerms));
           })
-          .list("terms", term_keys(), &P::terms, "the bias is the sum of their coefficient times powers of the inputs")
-          .required()
+          .list("terms", term_keys(), &P::terms,
+                {kRequired, "the bias is the sum of their coefficient times powers of the inputs"})
           .value(
               "sd_deg_per_h", limits_schema("number", {0, 1e9}), &P::sd_deg_per_h, "",
               [](const Section& top, const std::string& key) {

@@ -56,12 +56,11 @@ JsonTable<TextColumn> column_keys() {
   return JsonTable<TextColumn>()
       .value(
           "column", {{"type", "integer"}, {"minimum", 1}, {"maximum", kMostColumns}}, &TextColumn::column,
-          "The first is 1.",
+          {kRequired, "The first is 1."},
           [](const Section& section, const std::string& key) {
             return section.integer(key, {1, kMostColumns}) - 1;
           },
           [](int stored) { return Json(stored + 1); })
-      .required()
       .choice("unit", kSensorUnitNames, unit, {kRequired, "The sensor's unit."})
       .number("min", kAnyNumber, &TextColumn::min, "")
       .print_if([](const TextColumn& column) { return column.min > kAnyNumber.min; })

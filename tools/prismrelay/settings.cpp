@@ -36,8 +36,8 @@ const Json kTopicPart = {{"minLength", 1}, {"maxLength", 64}, {"pattern", "^[^/+
 JsonTable<PostgresSettings> postgresql_keys() {
   using P = PostgresSettings;
   return JsonTable<P>()
-      .text("connection", &P::connection, "As libpq takes it, without a password: host=/run/postgresql dbname=prism.")
-      .required()
+      .text("connection", &P::connection,
+            {kRequired, "As libpq takes it, without a password: host=/run/postgresql dbname=prism."})
       .text("password_file", &P::password_file,
             "Its first line is the password; only the owner may read it. Without a / it is in "
             "/etc/prism/credentials, readable only by root: systemd passes it.")
@@ -67,8 +67,7 @@ JsonTable<TlsFiles> tls_keys() {
 JsonTable<MqttSettings> mqtt_keys() {
   using M = MqttSettings;
   return JsonTable<M>()
-      .text("host", &M::host, "The broker's host name.")
-      .required()
+      .text("host", &M::host, {kRequired, "The broker's host name."})
       .also(kNotEmpty)
       .integer("port", {1, 65535}, &M::port, "With tls the default is 8883.")
       .text("user", &M::user, "")
@@ -91,9 +90,9 @@ JsonTable<Settings> keys() {
       .custom(
           "$schema", {{"type", "string"}}, "", [](const Section& section, S&) { section.any("$schema"); }, nullptr)
       .text("site", &S::site,
-            "Name of this host, different for each host: gyros are SITE/NAME in tables and topics. 1 to 64 printable "
-            "characters without blanks, /, + and #, without a . or $ first.")
-      .required()
+            {kRequired,
+             "Name of this host, different for each host: gyros are SITE/NAME in tables and topics. 1 to 64 printable "
+             "characters without blanks, /, + and #, without a . or $ first."})
       .also(kTopicPart)
       .texts(
           "instances", &S::instances,

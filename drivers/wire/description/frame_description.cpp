@@ -130,8 +130,8 @@ const JsonTable<FrameDraft>& frame_keys() {
           .objects(
               Form::kNamed, "parts", part_keys(), [](const Section&, const std::string&, int, F&) {},
               "groups of fields shared by several message types")
-          .objects(Form::kList, "kinds", message_keys(), add_kind, "message types, tried in this order at each byte")
-          .required()
+          .objects(Form::kList, "kinds", message_keys(), add_kind,
+                   {kRequired, "message types, tried in this order at each byte"})
           .also({{"minItems", 1}, {"maxItems", kMaxKinds}})
           .then([](const Section& s, F& draft) {
             const std::size_t count = draft.description.kinds.size();

@@ -440,7 +440,7 @@ JsonTable<BlockRule> block_keys() {
            {"minItems", 1},
            {"maxItems", FrameView::kMaxElements},
            {"items", limits_schema("integer", {0, kMaxBlockBytes})}},
-          &B::sizes, "",
+          &B::sizes, kRequired,
           [](const Section& s, const std::string& key) {
             std::vector<std::uint32_t> sizes;
             for (const std::uint64_t bytes : s.bit_list(key)) {
@@ -452,8 +452,7 @@ JsonTable<BlockRule> block_keys() {
               s.fail(key, fmt::format("has more than {} blocks", FrameView::kMaxElements));
             return sizes;
           },
-          [](const auto&) { return Json(); })
-      .required();
+          [](const auto&) { return Json(); });
 }
 
 struct LayoutDraft {
