@@ -167,7 +167,7 @@ class JsonTable {
         [](const std::vector<std::uint8_t>&) { return Json(); });
   }
 
-  /// An array of numbers; the member is a vector of the standard library or of Eigen.
+  /// An array of numbers; the member is a vector of the standard library or of Eigen, or a matrix: it has one column.
   template <class Member>
   JsonTable& numbers(const char* key, Range range, Member member, KeyHelp help) {
     return value(
@@ -422,8 +422,8 @@ class JsonTable {
   static void store(const Value& value, Member& member) {
     if constexpr (requires { member.has_value(); }) {
       store(value, member.emplace());
-    } else if constexpr (!std::is_same_v<Value, Member> && requires { Member::Map(value.data(), 1); }) {
-      member = Member::Map(value.data(), static_cast<std::ptrdiff_t>(value.size()));
+    } else if constexpr (!std::is_same_v<Value, Member> && requires { Member::Map(value.data(), 1, 1); }) {
+      member = Member::Map(value.data(), static_cast<std::ptrdiff_t>(value.size()), 1);
     } else if constexpr (!std::is_same_v<Value, Choice>) {
       member = static_cast<Member>(value);
     } else if constexpr (std::is_same_v<Member, std::string>) {

@@ -264,20 +264,15 @@ JsonTable<PopulationPrior> prior_keys() {
           nullptr);
 }
 
-/// The parameters as the file has them.
-struct CompositeDraft {
-  CompositeParameters parameters;
-  std::vector<double> centres;
-};
-
-JsonTable<CompositeDraft> make_keys() {
+JsonTable<CompositeParameters> make_keys() {
   using P = CompositeParameters;
-  JsonTable<P> first, last;
-  first.object("variances", variance_keys(), &P::variances, kRequired)
+  JsonTable<P> keys;
+  keys.object("variances", variance_keys(), &P::variances, kRequired)
       .object("trust", trust_keys(), &P::trust, kRequired)
       .number("beta", kAnyNumber, &P::beta, kRequired)
-      .object("normalisation", normalisation_keys(), &P::normalisation, kRequired);
-  last.numbers("alpha", kAnyNumber, &P::alpha, kRequired)
+      .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
+      .numbers("centres", kAnyNumber, &P::centres, {kRequired, "one after the other"})
+      .numbers("alpha", kAnyNumber, &P::alpha, kRequired)
       .numbers("weight", kPositive, &P::weight, "")
       .numbers("time_h", kAnyNumber, &P::time_h, "")
       .value(
@@ -291,16 +286,12 @@ JsonTable<CompositeDraft> make_keys() {
             return recording;
           },
           [](const auto&) { return Json(); });
-  add_symmetric(last, "gram", &P::gram)
+  return add_symmetric(keys, "gram", &P::gram)
       .object("prior", prior_keys(), &P::prior, "prior from the models of gyros of the same type");
-  return JsonTable<CompositeDraft>()
-      .group(first, &CompositeDraft::parameters)
-      .numbers("centres", kAnyNumber, &CompositeDraft::centres, {kRequired, "one after the other"})
-      .group(last, &CompositeDraft::parameters);
 }
 
-const JsonTable<CompositeDraft>& composite_table() {
-  static const JsonTable<CompositeDraft> keys = make_keys();
+const JsonTable<CompositeParameters>& composite_table() {
+  static const JsonTable<CompositeParameters> keys = make_keys();
   return keys;
 }
 
@@ -329,10 +320,9 @@ std::string variances_text(const CompositeVariances& v) {
 Json composite_keys() { return composite_table().schema()["properties"]; }
 
 Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
-  CompositeDraft draft;
-  composite_table().read(top, draft);
-  CompositeParameters& p = draft.parameters;
-  p.centres = centres_of(top, draft.centres, info.inputs.size(), p.alpha.size());
+  CompositeParameters p;
+  composite_table().read(top, p);
+  shape_centres(top, p.centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return CompositeModel::make(std::move(info), std::move(p));
 }

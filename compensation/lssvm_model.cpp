@@ -124,12 +124,6 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
 
 namespace {
 
-/// The parameters as the file has them.
-struct LssvmDraft {
-  LssvmParameters parameters;
-  std::vector<double> centres;
-};
-
 JsonTable<LssvmUncertainty> uncertainty_keys() {
   using U = LssvmUncertainty;
   JsonTable<U> keys;
@@ -139,24 +133,19 @@ JsonTable<LssvmUncertainty> uncertainty_keys() {
   return add_symmetric(keys, "gram", &U::gram);
 }
 
-const JsonTable<LssvmDraft>& lssvm_table() {
+const JsonTable<LssvmParameters>& lssvm_table() {
   using P = LssvmParameters;
-  static const JsonTable<LssvmDraft> keys =
-      JsonTable<LssvmDraft>()
-          .group(JsonTable<P>()
-                     .number("c", kPositive, &P::c, kRequired)
-                     .number("sigma2", kPositive, &P::sigma2, kRequired)
-                     .number("b", kAnyNumber, &P::b, kRequired)
-                     .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
-                     .numbers("linear", kAnyNumber, &P::linear, "")
-                     .number("linear_b", kAnyNumber, &P::linear_b, "")
-                     .object("uncertainty", uncertainty_keys(), &P::uncertainty, ""),
-                 &LssvmDraft::parameters)
-          .numbers("centres", kAnyNumber, &LssvmDraft::centres, {kRequired, "one after the other"})
-          .group(JsonTable<P>()
-                     .numbers("alpha", kAnyNumber, &P::alpha, kRequired)
-                     .numbers("weight", kPositive, &P::weight, ""),
-                 &LssvmDraft::parameters);
+  static const JsonTable<P> keys = JsonTable<P>()
+                                       .number("c", kPositive, &P::c, kRequired)
+                                       .number("sigma2", kPositive, &P::sigma2, kRequired)
+                                       .number("b", kAnyNumber, &P::b, kRequired)
+                                       .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
+                                       .numbers("linear", kAnyNumber, &P::linear, "")
+                                       .number("linear_b", kAnyNumber, &P::linear_b, "")
+                                       .object("uncertainty", uncertainty_keys(), &P::uncertainty, "")
+                                       .numbers("centres", kAnyNumber, &P::centres, {kRequired, "one after the other"})
+                                       .numbers("alpha", kAnyNumber, &P::alpha, kRequired)
+                                       .numbers("weight", kPositive, &P::weight, "");
   return keys;
 }
 
@@ -173,10 +162,9 @@ std::string uncertainty_text(const LssvmUncertainty& u) {
 Json lssvm_keys() { return lssvm_table().schema()["properties"]; }
 
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
-  LssvmDraft draft;
-  lssvm_table().read(top, draft);
-  LssvmParameters& p = draft.parameters;
-  p.centres = centres_of(top, draft.centres, info.inputs.size(), p.alpha.size());
+  LssvmParameters p;
+  lssvm_table().read(top, p);
+  shape_centres(top, p.centres, info.inputs.size(), p.alpha.size());
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   return LssvmModel::make(std::move(info), std::move(p));
 }

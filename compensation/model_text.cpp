@@ -35,15 +35,12 @@ Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, con
   return m;
 }
 
-Eigen::MatrixXd centres_of(const Section& section, const std::vector<double>& numbers, std::size_t inputs,
-                           Eigen::Index alphas) {
+void shape_centres(const Section& section, Eigen::MatrixXd& centres, std::size_t inputs, Eigen::Index alphas) {
   const auto d = static_cast<Eigen::Index>(inputs);
-  if (section.good() && static_cast<Eigen::Index>(numbers.size()) != d * alphas) {
-    section.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas",
-                                        numbers.size(), d * alphas, d, alphas));
-  }
-  if (!section.good()) return {};
-  return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), d, alphas);
+  if (!section.good()) return;
+  if (centres.size() == d * alphas) return centres.resize(d, alphas);
+  section.fail("centres", fmt::format("found {} numbers, expected {}: {} inputs for each of {} alphas", centres.size(),
+                                      d * alphas, d, alphas));
 }
 
 std::string normalisation_text(const Normalisation& n) {

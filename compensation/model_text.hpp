@@ -32,10 +32,9 @@ JsonTable<T>& add_symmetric(JsonTable<T>& keys, const char* key, Eigen::MatrixXd
       },
       [](const auto&) { return Json(); });
 }
-/// The centres of a kernel model [inputs x alphas], column by column. Fails at "centres" if the count differs. Empty if
-/// the section has failed.
-Eigen::MatrixXd centres_of(const Section& section, const std::vector<double>& numbers, std::size_t inputs,
-                           Eigen::Index alphas);
+/// Gives the numbers of "centres", read as one column, their shape [inputs x alphas]. Fails at "centres" if the count
+/// differs.
+void shape_centres(const Section& section, Eigen::MatrixXd& centres, std::size_t inputs, Eigen::Index alphas);
 std::string normalisation_text(const Normalisation& n);
 /// `  "key": [` … `],`, with `width` numbers per line.
 void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width);
