@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "base/escape.hpp"
@@ -81,22 +82,12 @@ constexpr ModelKind kKinds[] = {
     {"composite", composite_keys, read_composite, composite_content},
 };
 
-}  // namespace
-
-const ModelKind* find_model_kind(std::string_view name) {
-  for (const ModelKind& kind : kKinds) {
-    if (name == kind.name) return &kind;
-  }
-  return nullptr;
+const ModelKind& kind_of(const ModelInfo& info) {
+  const auto* const kind = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                        [&](const ModelKind& other) { return info.kind == other.name; });
+  assert(kind != std::end(kKinds));
+  return *kind;
 }
-
-std::string model_kind_names() {
-  std::string names;
-  for (const ModelKind& kind : kKinds) names += std::string(names.empty() ? "" : ", ") + '"' + kind.name + '"';
-  return names;
-}
-
-namespace {
 
 // A text of the file for error messages: in quotes, escaped and shortened.
 std::string in_quotes(const std::string& text) { return shown(nlohmann::json(text)); }
@@ -263,8 +254,7 @@ const JsonTable<ModelInfo>& model_keys() {
           .also({}, true)
           .known("version", {{"enum", {1, 2, 3}}}, "2: the id covers gyro/serial; 3: with a response")
           .also({}, true)
-          .text("kind", &M::kind, kRequired)
-          .also({{"enum", kinds}})
+          .choice("kind", kinds, &M::kind, kRequired)
           .text("name", &M::name, "", TextRule::kText)
           .text("id", &M::id, {kRequired, "SHA-256 of the numbers"})
           .also({{"pattern", "^[0-9a-f]{64}$"}})
@@ -302,12 +292,7 @@ Result<ModelPtr> read_model(Section& top) {
   model_keys().read(top, info);
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   const std::string stated = info.id;
-  const ModelKind* kind = find_model_kind(info.kind);
-  if (kind == nullptr) {
-    top.fail("kind", fmt::format("found {}, expected {}", in_quotes(info.kind), model_kind_names()));
-    return tl::unexpected<Error>(top.finish().error());
-  }
-  Result<ModelPtr> model = kind->read(top, std::move(info));
+  Result<ModelPtr> model = kind_of(info).read(top, std::move(info));
   if (!top.good()) return tl::unexpected<Error>(top.finish().error());
   if (!model) return make_error(where, model.error().text());
   if ((*model)->info().id != stated) {
@@ -373,7 +358,7 @@ std::string format_model(const Model& model, const std::string& provenance_json,
   }
   text += "\n  ],\n";
   if (info.spread) text += object_line("spread", spread_keys().print(*info.spread));
-  text += find_model_kind(info.kind)->content(model);
+  text += kind_of(info).content(model);
   if (noise) text += object_line("rate_noise", noise_keys().print(*noise));
   if (monitor) text += object_line("monitor", monitor_keys().print(*monitor));
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);

@@ -53,11 +53,6 @@ struct ModelKind {
   std::string (*content)(const Model& model);
 };
 
-/// Returns nullptr if no model type has this name.
-const ModelKind* find_model_kind(std::string_view name);
-/// All names, for error messages: "polynomial", "stepwise", …
-std::string model_kind_names();
-
 /// A complete model, which may be nested in another one; the document's finish() reports keys that are not read here.
 Result<ModelPtr> read_model(Section& top);
 
