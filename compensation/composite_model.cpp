@@ -55,11 +55,6 @@ std::string canonical(const CompositeParameters& p) {
   return text;
 }
 
-ModelInfo identified(ModelInfo info, const CompositeParameters& parameters) {
-  info.id = model_id(info, canonical(parameters));
-  return info;
-}
-
 std::string wrong_shape(const ModelInfo& info, const CompositeParameters& p) {
   const auto d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
   if (!info.spread) return "found no spread, expected one";
@@ -126,7 +121,7 @@ double nuisance_level(const CompositeVariances& variances, const Eigen::VectorXd
 }
 
 CompositeModel::CompositeModel(ModelInfo info, CompositeParameters parameters)
-    : Model(identified(std::move(info), parameters)),
+    : Model(std::move(info), canonical(parameters)),
       parameters_(std::move(parameters)),
       centres_(parameters_.variances.kernel, parameters_.centres) {
   centres_.weigh(parameters_.alpha);

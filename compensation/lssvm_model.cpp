@@ -28,11 +28,6 @@ std::string canonical(const LssvmParameters& p) {
   return text;
 }
 
-ModelInfo identified(ModelInfo info, const LssvmParameters& parameters) {
-  info.id = model_id(info, canonical(parameters));
-  return info;
-}
-
 std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
   const Eigen::Index d = static_cast<Eigen::Index>(info.inputs.size()), n = p.centres.cols();
   if (std::string wrong = wrong_centres(info, p.normalisation, p.centres, p.alpha.size()); !wrong.empty()) return wrong;
@@ -51,7 +46,7 @@ std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
 }  // namespace
 
 LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
-    : Model(identified(std::move(info), parameters)),
+    : Model(std::move(info), canonical(parameters)),
       parameters_(std::move(parameters)),
       centres_(parameters_.centres, {parameters_.sigma2}) {}
 

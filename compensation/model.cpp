@@ -26,6 +26,8 @@ double margin_of(const ModelInfo& info, std::size_t input) {
   return wanders ? kWanderingMargin : kBoxMargin;
 }
 
+Model::Model(ModelInfo info, std::string_view content) : info_(std::move(info)) { info_.id = model_id(info_, content); }
+
 bool Model::outside_domain(std::span<const double> inputs) const {
   const Domain& domain = info_.domain;
   for (std::size_t i = 0; i < domain.min.size(); ++i) {

@@ -119,7 +119,8 @@ class Model {
   double bias_span_deg_per_h() const { return bias_span_deg_per_h_; }
 
  protected:
-  explicit Model(ModelInfo info) : info_(std::move(info)) {}
+  /// Ignores info.id: the id is computed, with the numbers of the type (`content`) as in model_id().
+  Model(ModelInfo info, std::string_view content);
   /// Returns true outside the training range and its margin.
   bool outside_domain(std::span<const double> inputs) const;
   /// The distance of the inputs outside their training ranges, in ranges; 0 inside the box. Without shares the largest

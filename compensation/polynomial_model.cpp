@@ -21,16 +21,10 @@ std::string canonical(const std::vector<Term>& terms, double sd) {
   return text;
 }
 
-// The info with the id of this content.
-ModelInfo identified(ModelInfo info, const std::vector<Term>& terms, double sd) {
-  info.id = model_id(info, canonical(terms, sd));
-  return info;
-}
-
 }  // namespace
 
 PolynomialModel::PolynomialModel(ModelInfo info, std::vector<Term> terms, double sd_deg_per_h)
-    : Model(identified(std::move(info), terms, sd_deg_per_h)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {
+    : Model(std::move(info), canonical(terms, sd_deg_per_h)), terms_(std::move(terms)), sd_deg_per_h_(sd_deg_per_h) {
   measure_bias_span();
 }
 

@@ -117,7 +117,7 @@ TEST(Readiness, SentenceNamesTheNextStepOrTheReason) {
 // bias = kDaySensitivity · T, with a given standard deviation.
 class ModelWithSd : public compensation::Model {
  public:
-  explicit ModelWithSd(double sd) : Model(test::linear_model(0)->info()), sd_(sd) {}
+  explicit ModelWithSd(double sd) : Model(test::linear_model(0)->info(), ""), sd_(sd) {}
   compensation::Prediction predict(std::span<const double> inputs) const override {
     return {test::kDaySensitivity * inputs[0], sd_, sd_, false, kUnknown, {}};
   }
