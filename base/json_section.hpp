@@ -27,6 +27,7 @@ class JsonTable;
 
 struct Range {
   double min, max;
+  bool operator==(const Range&) const = default;
 };
 inline constexpr Range kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 

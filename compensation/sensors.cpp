@@ -48,18 +48,6 @@ std::string sensors_text(const std::vector<SensorName>& sensors) {
   return text.empty() ? "none" : text;
 }
 
-namespace {
-
-bool same(const std::optional<Range>& a, const std::optional<Range>& b) {
-  return a.has_value() == b.has_value() && (!a || (a->min == b->min && a->max == b->max));
-}
-
-}  // namespace
-
-bool SensorStatement::operator==(const SensorStatement& other) const {
-  return same(range, other.range) && greatest_slope_per_s == other.greatest_slope_per_s && stuck_s == other.stuck_s;
-}
-
 std::optional<Range> read_range(const Section& section, const char* key, Range allowed, double unit) {
   if (!section.has(key)) return std::nullopt;
   const std::vector<double> ends = section.numbers(key, allowed);

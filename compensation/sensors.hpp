@@ -74,7 +74,7 @@ struct SensorStatement {
   std::optional<double> greatest_slope_per_s;
   std::optional<double> stuck_s;  ///< a value that is constant for longer is rejected
 
-  bool operator==(const SensorStatement& other) const;
+  bool operator==(const SensorStatement&) const = default;
 };
 
 struct SensorStatements {
