@@ -19,28 +19,26 @@ kernels::Points from(const Eigen::MatrixXd& inputs, Eigen::Index first) {
   return {inputs.data() + first, rows, columns, rows - static_cast<std::size_t>(first)};
 }
 
-double gamma(const Kernel& kernel) { return 0.5 / kernel.sigma2; }
-
 }  // namespace
 
-KernelCentres::KernelCentres(const Eigen::MatrixXd& centres, const Kernel& kernel)
-    : kernel_(kernel), inputs_(centres.transpose()) {}
+KernelCentres::KernelCentres(const Eigen::MatrixXd& centres, double sigma2)
+    : gamma_(0.5 / sigma2), inputs_(centres.transpose()) {}
 
 double KernelCentres::sum(std::span<const double> point, const Eigen::VectorXd& alpha) const {
   assert(std::ssize(point) == inputs_.cols() && alpha.size() == inputs_.rows());
-  return kernels::rbf_sum(from(inputs_, 0), point.data(), gamma(kernel_), alpha.data());
+  return kernels::rbf_sum(from(inputs_, 0), point.data(), gamma_, alpha.data());
 }
 
 void KernelCentres::row(std::span<const double> point, double* row, Eigen::Index first) const {
   assert(std::ssize(point) == inputs_.cols() && first <= inputs_.rows());
-  kernels::rbf_row(from(inputs_, first), point.data(), gamma(kernel_), row);
+  kernels::rbf_row(from(inputs_, first), point.data(), gamma_, row);
 }
 
 // In blocks, so that both sides of the mirrored copy stay in the cache; a column is computed from its own block down.
-Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, const Kernel& kernel) {
+Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, double sigma2) {
   constexpr Eigen::Index kBlock = 32;
   const Eigen::Index n = points.cols(), d = points.rows();
-  const KernelCentres centres(points, kernel);
+  const KernelCentres centres(points, sigma2);
   Eigen::MatrixXd k(n, n);
   for (Eigen::Index first = 0; first < n; first += kBlock) {
     const Eigen::Index end = std::min(first + kBlock, n);
@@ -61,7 +59,7 @@ double CompositeKernel::variance(const Eigen::VectorXd& x) const {
 
 Eigen::MatrixXd CompositeKernel::smooth_matrix(const Eigen::MatrixXd& points) const {
   const Eigen::MatrixXd scaled = length2.cwiseSqrt().cwiseInverse().asDiagonal() * points;
-  return rbf * kernel_matrix(scaled, {});
+  return rbf * kernel_matrix(scaled, 1);
 }
 
 Eigen::MatrixXd CompositeKernel::matrix(const Eigen::MatrixXd& points) const {
@@ -75,7 +73,7 @@ CompositeCentres::CompositeCentres(CompositeKernel kernel, const Eigen::MatrixXd
     : kernel_(std::move(kernel)),
       points_(centres),
       inverse_length_(kernel_.length2.cwiseSqrt().cwiseInverse()),
-      centres_(inverse_length_.asDiagonal() * centres, {}) {}
+      centres_(inverse_length_.asDiagonal() * centres, 1) {}
 
 void CompositeCentres::weigh(const Eigen::VectorXd& alpha) {
   alpha_ = kernel_.rbf * alpha;

@@ -11,21 +11,15 @@
 
 namespace prism::compensation {
 
-/// k(x, x') = exp(−‖x − x'‖² / (2 sigma2)). A new parameter is a member here and a term in KernelCentres; code that
-/// passes a Kernel on does not change.
-struct Kernel {
-  double sigma2 = 1;  ///< > 0, in normalised units
-};
-
 /// Maximum error of a single value; the error of a sum is at most this times Σ|alpha_k|. The same bits on every
 /// machine.
 inline constexpr double kKernelTolerance = 4e-15;
 
-/// A set of centres x_k under one kernel.
+/// A set of centres x_k under one kernel k(x, x') = exp(−‖x − x'‖² / (2 sigma2)).
 class KernelCentres {
  public:
-  /// `centres` is d × N, one centre per column.
-  KernelCentres(const Eigen::MatrixXd& centres, const Kernel& kernel);
+  /// `centres` is d × N, one centre per column; sigma2 > 0, in normalised units.
+  KernelCentres(const Eigen::MatrixXd& centres, double sigma2);
 
   /// Σ alpha_k k(point, x_k); alpha: N.
   double sum(std::span<const double> point, const Eigen::VectorXd& alpha) const;
@@ -33,12 +27,12 @@ class KernelCentres {
   void row(std::span<const double> point, double* row, Eigen::Index first = 0) const;
 
  private:
-  Kernel kernel_;
+  double gamma_;            // 1 / (2 sigma2)
   Eigen::MatrixXd inputs_;  // N × d: one input per column, as the inner loops read them
 };
 
 /// K of eq. 9 for points in columns (d × N): symmetric.
-Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, const Kernel& kernel);
+Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, double sigma2);
 
 // The composite kernel: a smooth part with one length per input, a linear and a quadratic part.
 

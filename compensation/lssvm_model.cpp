@@ -48,7 +48,7 @@ std::string wrong_shape(const ModelInfo& info, const LssvmParameters& p) {
 LssvmModel::LssvmModel(ModelInfo info, LssvmParameters parameters)
     : Model(std::move(info), canonical(parameters)),
       parameters_(std::move(parameters)),
-      centres_(parameters_.centres, {parameters_.sigma2}) {}
+      centres_(parameters_.centres, parameters_.sigma2) {}
 
 Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
   const std::string where = info.name.empty() ? info.kind : info.name;
@@ -63,7 +63,7 @@ Result<ModelPtr> LssvmModel::make(ModelInfo info, LssvmParameters parameters) {
 }
 
 bool LssvmModel::factorise() {
-  Eigen::MatrixXd kernel = kernel_matrix(parameters_.centres, {parameters_.sigma2});
+  Eigen::MatrixXd kernel = kernel_matrix(parameters_.centres, parameters_.sigma2);
   const Eigen::MatrixXd& gram = parameters_.uncertainty->gram;
   if (gram.size() > 0) {
     posterior_ = PosteriorVariance::sparse(std::move(kernel), gram, parameters_.c);

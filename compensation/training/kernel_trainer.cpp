@@ -59,7 +59,7 @@ HeldOutErrors hold_out_lssvm(const KernelJob& k) {
   held.folds = held_out_folds(taken(k.job.runs, held.samples));
   if (held.folds.empty()) return {};
   const Eigen::VectorXd noise = (k.point.c * weight(held.samples).array()).inverse();
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(k.data.x(Eigen::all, held.samples), {k.point.sigma2});
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(k.data.x(Eigen::all, held.samples), k.point.sigma2);
   const auto factor = LssvmFactor::make(kernel, noise, k.data.y(held.samples));
   if (!factor) return {};
   Eigen::VectorXd variance;
@@ -71,7 +71,7 @@ HeldOutErrors hold_out_lssvm(const KernelJob& k) {
 // One centre per sample: the paper's models, refined, with their uncertainty.
 Result<TrainedModel> train_dense(KernelJob k) {
   constexpr double kTrustedWeight = 0.01;  // the variances at samples with a smaller weight do not represent the data
-  auto fit = fit_irlssvm(compensation::kernel_matrix(k.data.x, {k.point.sigma2}), k.data.y, k.point.c, k.reweight);
+  auto fit = fit_irlssvm(compensation::kernel_matrix(k.data.x, k.point.sigma2), k.data.y, k.point.c, k.reweight);
   if (!fit) return tl::unexpected<Error>(fit.error());
   compensation::LssvmParameters p;
   p.weight = fit->weight(fit->kept);

@@ -46,7 +46,7 @@ namespace {
 constexpr double kRounding = 1e-14;  // a smaller diagonal entry is rounding, and its root would be noise
 
 LowRank pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Eigen::Index max_rank) {
-  const compensation::KernelCentres centres(points, {sigma2});
+  const compensation::KernelCentres centres(points, sigma2);
   return pivoted_cholesky(
       Eigen::VectorXd::Ones(points.cols()),
       [&](Eigen::Index i, Eigen::VectorXd& k) { centres.row(column(points, i), k.data()); },
@@ -70,7 +70,7 @@ Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const Rows& pivots, d
   const Eigen::MatrixXd chosen = points(Eigen::all, pivots), l = pivot_factor(chosen, sigma2);
   if (l.size() == 0) return {};
   Eigen::MatrixXd phi(r + 1, points.cols());
-  const compensation::KernelCentres centres(chosen, {sigma2});
+  const compensation::KernelCentres centres(chosen, sigma2);
   Eigen::VectorXd k(r);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     centres.row(column(points, i), k.data());
@@ -84,7 +84,7 @@ Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const Rows& pivots, d
 }  // namespace
 
 Eigen::MatrixXd pivot_factor(const Eigen::MatrixXd& pivots, double sigma2) {
-  Eigen::MatrixXd l = compensation::kernel_matrix(pivots, {sigma2});
+  Eigen::MatrixXd l = compensation::kernel_matrix(pivots, sigma2);
   l.diagonal().array() += 1e-15;
   return cholesky(l) ? l : Eigen::MatrixXd();
 }

@@ -72,7 +72,7 @@ bool reweight_inside(PrimalLssvm& primal, const ReweightSettings& settings, Effo
 // For ranks of half of the samples or more: the full matrix, with fixed weights in the folds. Empty if no fit is
 // possible, as all held-out residuals below.
 Eigen::VectorXd dense_residual(const TuningCost& cost, const TuningPoint& point) {
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(cost.points, {point.sigma2});
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(cost.points, point.sigma2);
   ReweightSettings settings = settings_at(cost, point, kDenseSolves);
   if (!cost.weighs()) settings.weight.kind = WeightKind::kNone;
   settings.tolerance = 1e-3 * point.c;
@@ -84,7 +84,7 @@ Eigen::VectorXd dense_residual(const TuningCost& cost, const TuningPoint& point)
 
 double dense_reml(const TuningCost& cost, const TuningPoint& point) {
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(cost.y.size(), 1 / point.c);
-  const auto factor = LssvmFactor::make(compensation::kernel_matrix(cost.points, {point.sigma2}), noise, cost.y);
+  const auto factor = LssvmFactor::make(compensation::kernel_matrix(cost.points, point.sigma2), noise, cost.y);
   return factor ? -factor->restricted_log_likelihood() / static_cast<double>(cost.y.size()) : kNever;
 }
 

@@ -100,7 +100,7 @@ training::TrainingData reference(const std::string& shared) {
 // GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2 prevents a level.
 void measure_prediction(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  const compensation::KernelCentres centres(data.x, {0.5});
+  const compensation::KernelCentres centres(data.x, 0.5);
   const Eigen::MatrixXd rows = data.x.transpose();
   const Eigen::VectorXd alpha = Eigen::VectorXd::LinSpaced(n, -1, 1);
   const double point[3] = {0.1, 0.2, 0.3};
@@ -114,7 +114,7 @@ void measure_prediction(const training::NormalisedData& data) {
 
 void measure_fit(const training::NormalisedData& data) {
   const Eigen::Index n = data.y.size();
-  Eigen::MatrixXd h = compensation::kernel_matrix(data.x, {0.1458});
+  Eigen::MatrixXd h = compensation::kernel_matrix(data.x, 0.1458);
   h.diagonal().array() += 1 / 76.0796;
   const auto [native, eigen, own, fit] = best_s(
       15, 1, [&] { sink = native_llt(h.data(), n); },
@@ -124,7 +124,7 @@ void measure_fit(const training::NormalisedData& data) {
         sink = training::cholesky(l) ? l(n - 1, n - 1) : 0;
       },
       [&] {
-        sink = training::LssvmFactor::make(compensation::kernel_matrix(data.x, {0.1458}),
+        sink = training::LssvmFactor::make(compensation::kernel_matrix(data.x, 0.1458),
                                            Eigen::VectorXd::Constant(n, 1 / 76.0796), data.y)
                    ->solution()
                    .b;

@@ -262,7 +262,7 @@ Result<int> cross_validate(const TableChoice& choice) {
                                 : settings->tuning == training::Tuning::kShuffled
                                     ? training::shuffled_folds(n, settings->folds, settings->seed)
                                     : training::blocked_folds(std::vector<int>(n, 0), settings->folds);
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data->x, {*settings->sigma2});
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(data->x, *settings->sigma2);
   const double scale = data->constants.target_scale;
   const auto plain = training::cross_validate(kernel, data->y, *settings->c, folds, scale);
   if (!plain) return tl::unexpected<Error>(plain.error());

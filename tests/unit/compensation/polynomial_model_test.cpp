@@ -204,7 +204,7 @@ TEST(LssvmModel, BiasAndVarianceEqualTheBorderedSystem) {
   const ModelPtr model = made(info_of(d), p);
   Eigen::MatrixXd bordered = Eigen::MatrixXd::Ones(n + 1, n + 1);
   bordered(0, 0) = 0;
-  bordered.bottomRightCorner(n, n) = kernel_matrix(p.centres, {p.sigma2});
+  bordered.bottomRightCorner(n, n) = kernel_matrix(p.centres, p.sigma2);
   bordered.diagonal().tail(n).array() += 1 / (p.c * p.weight.array());
   for (const double at : {-1.0, 0.0, 2.0, 30.0}) {
     const Eigen::VectorXd x = Eigen::VectorXd::Constant(d, at);
@@ -384,7 +384,7 @@ TEST(Kernel, TheSumEqualsASimpleReference) {
       const Eigen::MatrixXd points = Eigen::MatrixXd::NullaryExpr(d, n, [&] { return uniform(random); });
       const Eigen::VectorXd alpha = Eigen::VectorXd::NullaryExpr(n, [&] { return uniform(random); });
       const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(d, [&] { return uniform(random); });
-      const KernelCentres centres(points, {sigma2});
+      const KernelCentres centres(points, sigma2);
       long double expected = 0;
       Eigen::VectorXd row(n);
       centres.row(whole(x), row.data());
@@ -404,10 +404,10 @@ TEST(Kernel, TheMatrixContainsTheRowsOfItsPoints) {
   std::normal_distribution<double> normal;
   for (const Eigen::Index n : {1, 31, 32, 33, 100}) {
     const Eigen::MatrixXd points = Eigen::MatrixXd::NullaryExpr(2, n, [&] { return normal(random); });
-    const Eigen::MatrixXd k = kernel_matrix(points, {0.3});
+    const Eigen::MatrixXd k = kernel_matrix(points, 0.3);
     Eigen::VectorXd row(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-      KernelCentres(points, {0.3}).row(whole(points.col(j)), row.data());
+      KernelCentres(points, 0.3).row(whole(points.col(j)), row.data());
       ASSERT_EQ((k.col(j) - row).cwiseAbs().maxCoeff(), 0) << n << ' ' << j;
       ASSERT_EQ(k(j, j), 1);
     }
@@ -419,7 +419,7 @@ TEST(Kernel, TheMatrixContainsTheRowsOfItsPoints) {
 // that of exp alone.
 TEST(Kernel, TheErrorOfExpIsBelowTwoUnitsInTheLastPlace) {
   double worst = 0;
-  const KernelCentres centres(Eigen::MatrixXd::Zero(1, 1), {0.5});
+  const KernelCentres centres(Eigen::MatrixXd::Zero(1, 1), 0.5);
   for (int i = 0; i <= 20000; ++i) {
     const double distance2 = i * 0.03125;  // exp(0) to exp(−625)
     double value = 0;
@@ -431,7 +431,7 @@ TEST(Kernel, TheErrorOfExpIsBelowTwoUnitsInTheLastPlace) {
   EXPECT_LT(worst, 2 * 2.220446049250313e-16);
   double value = 1;
   const double far = 1e10;
-  KernelCentres(Eigen::MatrixXd::Zero(1, 1), {1e-6}).row({&far, 1}, &value);
+  KernelCentres(Eigen::MatrixXd::Zero(1, 1), 1e-6).row({&far, 1}, &value);
   EXPECT_GE(value, 0);
   EXPECT_LT(value, 1e-300);
 }
@@ -472,7 +472,7 @@ TEST(Kernel, EveryMachineReturnsTheSameBits) {
       const Eigen::MatrixXd points = Eigen::MatrixXd::NullaryExpr(3, n, uniform);
       const Eigen::VectorXd alpha = Eigen::VectorXd::NullaryExpr(n, uniform);
       const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(3, uniform);
-      const KernelCentres centres(points, {sigma2});
+      const KernelCentres centres(points, sigma2);
       Eigen::VectorXd row(n);
       centres.row(whole(x), row.data());
       for (const double value : row) add(value);

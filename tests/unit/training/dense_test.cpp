@@ -111,7 +111,7 @@ TEST(LowRank, LeavesAtMostItsStatedRemainderAndACoarseOneIsTheBeginningOfAFineOn
   for (const double tolerance : {0.5, fine.left_before[20], 1e-2, 1e-6, 1e-9, 1e-10}) {
     const LowRank system = low_rank(p.x, 1.5, tolerance, 300), cut = coarser(fine, tolerance);
     const Eigen::MatrixXd g = system.phi.topRows(system.rank());
-    const Eigen::MatrixXd rest = compensation::kernel_matrix(p.x, {1.5}) - g.transpose() * g;
+    const Eigen::MatrixXd rest = compensation::kernel_matrix(p.x, 1.5) - g.transpose() * g;
     EXPECT_LE(rest.cwiseAbs().maxCoeff(), std::max(tolerance, 1e-13) * 1.01);
     EXPECT_LE(system.left, tolerance);
     EXPECT_LT(system.rank(), 200);
@@ -125,7 +125,7 @@ TEST(LowRank, ThePrimalFormEqualsTheFullSystemWithinItsTolerance) {
   const Problem p = noisy_waves(200);
   const double c = 30, sigma2 = 1.5;
   Eigen::VectorXd weight = Eigen::VectorXd::LinSpaced(200, 0.2, 1);
-  const auto whole = LssvmFactor::make(compensation::kernel_matrix(p.x, {sigma2}), 1 / (c * weight.array()), p.y);
+  const auto whole = LssvmFactor::make(compensation::kernel_matrix(p.x, sigma2), 1 / (c * weight.array()), p.y);
   ASSERT_TRUE(whole);
   const LowRank system = low_rank(p.x, sigma2, 1e-12, 200);
   PrimalLssvm primal(system, p.y, c);

@@ -23,7 +23,7 @@ class GoldenCase : public testing::TestWithParam<test::GoldenName> {
  protected:
   void SetUp() override {
     golden_.emplace(GetParam().name, GetParam().id);
-    kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
+    kernel_ = compensation::kernel_matrix(golden_->x, golden_->sigma2);
   }
   LssvmFactor factor() {
     return *LssvmFactor::make(kernel_, Eigen::VectorXd::Constant(golden_->y.size(), 1 / golden_->c), golden_->y);
@@ -98,7 +98,7 @@ class GoldenWeight : public testing::TestWithParam<std::tuple<test::GoldenName, 
   void SetUp() override {
     const test::GoldenName& name = std::get<0>(GetParam());
     golden_.emplace(name.name, name.id);
-    kernel_ = compensation::kernel_matrix(golden_->x, {golden_->sigma2});
+    kernel_ = compensation::kernel_matrix(golden_->x, golden_->sigma2);
     kind_ = std::get<1>(GetParam());
     weight_ = weight_name(kind_);
     settings_.weight = golden_->weight(kind_);

@@ -133,7 +133,7 @@ TEST_P(TuningGolden, RobustTenFoldEndsWhereTheReferenceEnds) {
   settings.weight.parameter = found->best.parameter;
   settings.limit = kRobustSolves;
   settings.tolerance = 0;
-  const auto exact = cross_validate_robust(compensation::kernel_matrix(g.x, {found->best.sigma2}), g.y, found->best.c,
+  const auto exact = cross_validate_robust(compensation::kernel_matrix(g.x, found->best.sigma2), g.y, found->best.c,
                                            settings, g.folds, g.scale);
   ASSERT_TRUE(exact);
   if (kind == WeightKind::kMyriad) {
@@ -171,7 +171,7 @@ TEST_F(TuningOnWaves, TheNumberOfThreadsChangesNothing) {
 
 TEST_F(TuningOnWaves, PlainCostsEqualThoseOfTheFullMatrix) {
   const TuningPoint point{40, 0.3, 1, 0};
-  const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, {point.sigma2});
+  const Eigen::MatrixXd kernel = compensation::kernel_matrix(x_, point.sigma2);
   EXPECT_NEAR(cost(Tuning::kShuffled).at(point, Effort::kFinal),
               cross_validate(kernel, y_, point.c, shuffled_folds(120, 10, 3), 1)->mae, 1e-7);
   EXPECT_NEAR(cost(Tuning::kLoo).at(point, Effort::kFinal), cross_validate(kernel, y_, point.c, {}, 1)->mae, 1e-7);
