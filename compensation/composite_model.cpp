@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "base/json_table.hpp"
@@ -152,19 +151,13 @@ bool CompositeModel::factorise() {
   return posterior_.has_value();
 }
 
-Eigen::VectorXd CompositeModel::normalised(std::span<const double> inputs) const {
-  assert(inputs.size() == info().inputs.size());
-  const Eigen::Map<const Eigen::VectorXd> x(inputs.data(), static_cast<Eigen::Index>(inputs.size()));
-  return (x - parameters_.normalisation.input_shift).cwiseQuotient(parameters_.normalisation.input_scale);
-}
-
 double CompositeModel::own_bias_deg_per_h(const Eigen::VectorXd& x) const {
   const Normalisation& n = parameters_.normalisation;
   return (centres_.sum(x) + parameters_.beta) * n.target_scale + n.target_shift;
 }
 
 double CompositeModel::bias_deg_per_h(std::span<const double> inputs) const {
-  const double own = own_bias_deg_per_h(normalised(inputs));
+  const double own = own_bias_deg_per_h(parameters_.normalisation.of(inputs));
   return parameters_.prior ? own + parameters_.prior->at(inputs).mean_deg_per_h : own;
 }
 
@@ -182,16 +175,17 @@ std::vector<double> CompositeModel::edge_of(std::span<const double> inputs) cons
 
 Prediction CompositeModel::predict(std::span<const double> inputs) const {
   const UncertaintySettings& trust = parameters_.trust;
-  const double scale = parameters_.normalisation.target_scale, square = scale * scale;
+  const Normalisation& normalisation = parameters_.normalisation;
+  const double scale = normalisation.target_scale, square = scale * scale;
   // With q − level instead of q the mean is the same, and the variance is lower by level everywhere.
-  const Eigen::VectorXd x = normalised(inputs);
+  const Eigen::VectorXd x = normalisation.of(inputs);
   const double fraction = std::max(0.0, variance(x) - trust.level);
   // Outside the training range, shrink towards the population prior, as far as its gyros agree.
   const auto prior = parameters_.prior ? parameters_.prior->at(inputs) : PopulationPrior::PriorPrediction{0, 0, true};
   Prediction prediction;
   prediction.bias_deg_per_h = own_bias_deg_per_h(x) + prior.mean_deg_per_h;
   prediction.extrapolating = (outside_domain(inputs) || fraction > trust.guard) && prior.extrapolating;
-  prediction.mean_deg_per_h = parameters_.normalisation.target_shift + prior.mean_deg_per_h;
+  prediction.mean_deg_per_h = normalisation.target_shift + prior.mean_deg_per_h;
   prediction.knowledge = {fraction * square, square + prior.variance,
                           trust.skill,       excess(inputs, trust.relevance),
                           *info().spread,    true,
@@ -200,7 +194,7 @@ Prediction CompositeModel::predict(std::span<const double> inputs) const {
     PredictiveUncertainty::Edge edge{prediction.bias_deg_per_h, fraction * square};
     if (const std::vector<double> nearest = edge_of(inputs);
         !std::equal(nearest.begin(), nearest.end(), inputs.begin(), inputs.end())) {
-      const Eigen::VectorXd at = normalised(nearest);
+      const Eigen::VectorXd at = normalisation.of(nearest);
       edge.bias_deg_per_h = own_bias_deg_per_h(at) + prior.mean_deg_per_h;
       edge.model_variance = std::max(0.0, variance(at) - trust.level) * square;
     }

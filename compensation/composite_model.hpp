@@ -101,7 +101,6 @@ class CompositeModel final : public Model {
  private:
   CompositeModel(ModelInfo info, CompositeParameters parameters);
   bool factorise();
-  Eigen::VectorXd normalised(std::span<const double> inputs) const;
   double variance(const Eigen::VectorXd& x) const;
   double own_bias_deg_per_h(const Eigen::VectorXd& x) const;  // without the population prior
   std::vector<double> edge_of(std::span<const double> inputs) const;

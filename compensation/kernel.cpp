@@ -24,26 +24,25 @@ kernels::Points from(const Eigen::MatrixXd& inputs, Eigen::Index first) {
 KernelCentres::KernelCentres(const Eigen::MatrixXd& centres, double sigma2)
     : gamma_(0.5 / sigma2), inputs_(centres.transpose()) {}
 
-double KernelCentres::sum(std::span<const double> point, const Eigen::VectorXd& alpha) const {
-  assert(std::ssize(point) == inputs_.cols() && alpha.size() == inputs_.rows());
+double KernelCentres::sum(const Eigen::VectorXd& point, const Eigen::VectorXd& alpha) const {
+  assert(point.size() == inputs_.cols() && alpha.size() == inputs_.rows());
   return kernels::rbf_sum(from(inputs_, 0), point.data(), gamma_, alpha.data());
 }
 
-void KernelCentres::row(std::span<const double> point, double* row, Eigen::Index first) const {
-  assert(std::ssize(point) == inputs_.cols() && first <= inputs_.rows());
+void KernelCentres::row(const Eigen::Ref<const Eigen::VectorXd>& point, double* row, Eigen::Index first) const {
+  assert(point.size() == inputs_.cols() && first <= inputs_.rows());
   kernels::rbf_row(from(inputs_, first), point.data(), gamma_, row);
 }
 
 // In blocks, so that both sides of the mirrored copy stay in the cache; a column is computed from its own block down.
 Eigen::MatrixXd kernel_matrix(const Eigen::MatrixXd& points, double sigma2) {
   constexpr Eigen::Index kBlock = 32;
-  const Eigen::Index n = points.cols(), d = points.rows();
+  const Eigen::Index n = points.cols();
   const KernelCentres centres(points, sigma2);
   Eigen::MatrixXd k(n, n);
   for (Eigen::Index first = 0; first < n; first += kBlock) {
     const Eigen::Index end = std::min(first + kBlock, n);
-    for (Eigen::Index j = first; j < end; ++j)
-      centres.row({points.col(j).data(), static_cast<std::size_t>(d)}, k.col(j).data() + first, first);
+    for (Eigen::Index j = first; j < end; ++j) centres.row(points.col(j), k.col(j).data() + first, first);
     for (Eigen::Index i = end; i < n; i += kBlock) {
       const Eigen::Index rows = std::min(kBlock, n - i);
       k.block(first, i, end - first, rows) = k.block(i, first, rows, end - first).transpose();
@@ -82,15 +81,12 @@ void CompositeCentres::weigh(const Eigen::VectorXd& alpha) {
 }
 
 double CompositeCentres::sum(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd scaled = x.cwiseProduct(inverse_length_);
-  return centres_.sum({scaled.data(), static_cast<std::size_t>(scaled.size())}, alpha_) + linear_.dot(x) +
-         x.dot(quadratic_ * x);
+  return centres_.sum(x.cwiseProduct(inverse_length_), alpha_) + linear_.dot(x) + x.dot(quadratic_ * x);
 }
 
 Eigen::VectorXd CompositeCentres::row(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd scaled = x.cwiseProduct(inverse_length_);
   Eigen::VectorXd k(points_.cols());
-  centres_.row({scaled.data(), static_cast<std::size_t>(scaled.size())}, k.data());
+  centres_.row(x.cwiseProduct(inverse_length_), k.data());
   const Eigen::ArrayXd dots = (points_.transpose() * x).array();
   k = kernel_.rbf * k.array() + kernel_.linear * dots + kernel_.quadratic * dots.square();
   return k;
@@ -104,6 +100,12 @@ constexpr Eigen::Index kMaxCentres = 8000;
 
 std::string exact_numbers(const Eigen::MatrixXd& matrix) {
   return exact_texts({matrix.data(), static_cast<std::size_t>(matrix.size())});
+}
+
+Eigen::VectorXd Normalisation::of(std::span<const double> inputs) const {
+  assert(std::ssize(inputs) == input_shift.size());
+  const Eigen::Map<const Eigen::VectorXd> x(inputs.data(), input_shift.size());
+  return (x - input_shift).cwiseQuotient(input_scale);
 }
 
 std::string wrong_centres(const ModelInfo& info, const Normalisation& normalisation, const Eigen::MatrixXd& centres,

@@ -22,9 +22,9 @@ class KernelCentres {
   KernelCentres(const Eigen::MatrixXd& centres, double sigma2);
 
   /// Σ alpha_k k(point, x_k); alpha: N.
-  double sum(std::span<const double> point, const Eigen::VectorXd& alpha) const;
+  double sum(const Eigen::VectorXd& point, const Eigen::VectorXd& alpha) const;
   /// k(point, x_k) for the centres from `first` on; `row` has N − first elements.
-  void row(std::span<const double> point, double* row, Eigen::Index first = 0) const;
+  void row(const Eigen::Ref<const Eigen::VectorXd>& point, double* row, Eigen::Index first = 0) const;
 
  private:
   double gamma_;            // 1 / (2 sigma2)
@@ -84,6 +84,9 @@ std::string exact_numbers(const Eigen::MatrixXd& matrix);
 struct Normalisation {
   Eigen::VectorXd input_shift, input_scale;  ///< d each; scale > 0
   double target_shift = 0, target_scale = 1;
+
+  /// A point of d inputs.
+  Eigen::VectorXd of(std::span<const double> inputs) const;
 };
 
 /// Returns the error in `centres` [inputs x n] or the normalisation of a model with these inputs and this number of

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "base/json_table.hpp"
@@ -74,30 +73,18 @@ bool LssvmModel::factorise() {
   return posterior_.has_value();
 }
 
-std::vector<double> LssvmModel::normalised(std::span<const double> inputs) const {
-  assert(inputs.size() == info().inputs.size());
-  const Normalisation& n = parameters_.normalisation;
-  std::vector<double> point(inputs.size());
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const Eigen::Index row = static_cast<Eigen::Index>(i);
-    point[i] = (inputs[i] - n.input_shift[row]) / n.input_scale[row];
-  }
-  return point;
-}
-
 double LssvmModel::bias_deg_per_h(std::span<const double> inputs) const {
   const Normalisation& n = parameters_.normalisation;
-  return (centres_.sum(normalised(inputs), parameters_.alpha) + parameters_.b) * n.target_scale + n.target_shift;
+  return (centres_.sum(n.of(inputs), parameters_.alpha) + parameters_.b) * n.target_scale + n.target_shift;
 }
 
-double LssvmModel::variance_fraction(std::span<const double> point) const {
+double LssvmModel::variance_fraction(std::span<const double> inputs) const {
   Eigen::VectorXd k(parameters_.alpha.size());
-  centres_.row(point, k.data());
+  centres_.row(parameters_.normalisation.of(inputs), k.data());
   return posterior_->at(std::move(k), 1);
 }
 
 Prediction LssvmModel::predict(std::span<const double> inputs) const {
-  const std::vector<double> point = normalised(inputs);
   Prediction prediction;
   prediction.bias_deg_per_h = bias_deg_per_h(inputs);
   prediction.extrapolating = outside_domain(inputs);
@@ -105,7 +92,7 @@ Prediction LssvmModel::predict(std::span<const double> inputs) const {
   const auto& u = parameters_.uncertainty;
   const double scale = parameters_.normalisation.target_scale;
   if (u) {
-    const double fraction = variance_fraction(point), variance = u->prior_variance * scale * scale;
+    const double fraction = variance_fraction(inputs), variance = u->prior_variance * scale * scale;
     prediction.extrapolating = prediction.extrapolating || fraction > u->guard_fraction;
     prediction.sd_deg_per_h = std::sqrt(u->prior_variance * fraction) * u->sd_scale * scale;
     const BetweenRunError own{0, 0, std::sqrt(variance / parameters_.c), u->sd_scale};

@@ -53,8 +53,7 @@ class LssvmModel final : public Model {
  private:
   LssvmModel(ModelInfo info, LssvmParameters parameters);
   bool factorise();
-  std::vector<double> normalised(std::span<const double> inputs) const;
-  double variance_fraction(std::span<const double> point) const;  // Var f / s_f²; requires an uncertainty
+  double variance_fraction(std::span<const double> inputs) const;  // Var f / s_f²; requires an uncertainty
 
   LssvmParameters parameters_;
   KernelCentres centres_;

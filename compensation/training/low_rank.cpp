@@ -49,8 +49,8 @@ LowRank pivot(const Eigen::MatrixXd& points, double sigma2, double tolerance, Ei
   const compensation::KernelCentres centres(points, sigma2);
   return pivoted_cholesky(
       Eigen::VectorXd::Ones(points.cols()),
-      [&](Eigen::Index i, Eigen::VectorXd& k) { centres.row(column(points, i), k.data()); },
-      std::max(tolerance, kRounding), max_rank);
+      [&](Eigen::Index i, Eigen::VectorXd& k) { centres.row(points.col(i), k.data()); }, std::max(tolerance, kRounding),
+      max_rank);
 }
 
 Rows drawn(Eigen::Index n, Eigen::Index count, std::uint64_t seed) {
@@ -73,7 +73,7 @@ Eigen::MatrixXd features_of(const Eigen::MatrixXd& points, const Rows& pivots, d
   const compensation::KernelCentres centres(chosen, sigma2);
   Eigen::VectorXd k(r);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    centres.row(column(points, i), k.data());
+    centres.row(points.col(i), k.data());
     solve_lower(l, k);
     phi.col(i).head(r) = k;
   }

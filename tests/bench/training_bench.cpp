@@ -103,9 +103,9 @@ void measure_prediction(const training::NormalisedData& data) {
   const compensation::KernelCentres centres(data.x, 0.5);
   const Eigen::MatrixXd rows = data.x.transpose();
   const Eigen::VectorXd alpha = Eigen::VectorXd::LinSpaced(n, -1, 1);
-  const double point[3] = {0.1, 0.2, 0.3};
+  const Eigen::Vector3d point(0.1, 0.2, 0.3);
   const auto [native, own] = best_s(
-      100, 500, [&] { sink = native_kernel_sum(rows.data(), n, point, 1, alpha.data()); },
+      100, 500, [&] { sink = native_kernel_sum(rows.data(), n, point.data(), 1, alpha.data()); },
       [&] { sink = centres.sum(point, alpha); });
   fmt::print("kernel sum, {} centres, 3 inputs: {:.2f} us; bare sum by Eigen built for this machine {:.2f} us\n", n,
              own * 1e6, native * 1e6);

@@ -370,8 +370,6 @@ TEST(LssvmModel, RejectsAChangedAlphaAndInconsistentParameters) {
   EXPECT_FALSE(LssvmModel::make(info_of(2), p));
 }
 
-std::span<const double> whole(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
-
 // 0 to 100 centres, so that every length of the last chunk occurs; distances from 0 to where exp underflows.
 TEST(Kernel, TheSumEqualsASimpleReference) {
   std::mt19937_64 random(11);
@@ -387,13 +385,13 @@ TEST(Kernel, TheSumEqualsASimpleReference) {
       const KernelCentres centres(points, sigma2);
       long double expected = 0;
       Eigen::VectorXd row(n);
-      centres.row(whole(x), row.data());
+      centres.row(x, row.data());
       for (Eigen::Index k = 0; k < n; ++k) {
         const double value = std::exp(-(points.col(k) - x).squaredNorm() / (2 * sigma2));
         ASSERT_NEAR(row[k], value, kKernelTolerance);
         expected += static_cast<long double>(alpha[k] * value);
       }
-      const double found = centres.sum(whole(x), alpha);
+      const double found = centres.sum(x, alpha);
       ASSERT_NEAR(found, static_cast<double>(expected), kKernelTolerance * (alpha.cwiseAbs().sum() + 1));
     }
   }
@@ -407,7 +405,7 @@ TEST(Kernel, TheMatrixContainsTheRowsOfItsPoints) {
     const Eigen::MatrixXd k = kernel_matrix(points, 0.3);
     Eigen::VectorXd row(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-      KernelCentres(points, 0.3).row(whole(points.col(j)), row.data());
+      KernelCentres(points, 0.3).row(points.col(j), row.data());
       ASSERT_EQ((k.col(j) - row).cwiseAbs().maxCoeff(), 0) << n << ' ' << j;
       ASSERT_EQ(k(j, j), 1);
     }
@@ -424,14 +422,13 @@ TEST(Kernel, TheErrorOfExpIsBelowTwoUnitsInTheLastPlace) {
     const double distance2 = i * 0.03125;  // exp(0) to exp(−625)
     double value = 0;
     const double point = std::sqrt(distance2);
-    centres.row({&point, 1}, &value);
+    centres.row(Eigen::VectorXd::Constant(1, point), &value);
     const long double exact = std::exp(-static_cast<long double>(point * point));
     worst = std::max(worst, static_cast<double>(std::fabs((static_cast<long double>(value) - exact) / exact)));
   }
   EXPECT_LT(worst, 2 * 2.220446049250313e-16);
   double value = 1;
-  const double far = 1e10;
-  KernelCentres(Eigen::MatrixXd::Zero(1, 1), 1e-6).row({&far, 1}, &value);
+  KernelCentres(Eigen::MatrixXd::Zero(1, 1), 1e-6).row(Eigen::VectorXd::Constant(1, 1e10), &value);
   EXPECT_GE(value, 0);
   EXPECT_LT(value, 1e-300);
 }
@@ -474,9 +471,9 @@ TEST(Kernel, EveryMachineReturnsTheSameBits) {
       const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(3, uniform);
       const KernelCentres centres(points, sigma2);
       Eigen::VectorXd row(n);
-      centres.row(whole(x), row.data());
+      centres.row(x, row.data());
       for (const double value : row) add(value);
-      add(centres.sum(whole(x), alpha));
+      add(centres.sum(x, alpha));
     }
   }
   EXPECT_EQ(hash, 2914494778659022731u);
