@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/evaluation/thermal.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 namespace prism::evaluation {
 namespace {
-
-ThermalSegment describe(ThermalKind kind, std::size_t begin, std::size_t end,
-                        std::span<const double> temperature_degc) {
-  double sum = 0;
-  for (std::size_t i = begin; i < end; ++i) sum += temperature_degc[i];
-  return {kind, begin, end, sum / static_cast<double>(end - begin), temperature_degc[begin], temperature_degc[end - 1]};
-}
 
 struct Mean {
   double sum = 0;
@@ -27,15 +18,8 @@ struct Mean {
 }  // namespace
 
 const char* thermal_kind_text(ThermalKind kind) {
-  switch (kind) {
-    case ThermalKind::kSoak:
-      return "soak";
-    case ThermalKind::kHeating:
-      return "heating";
-    case ThermalKind::kCooling:
-      return "cooling";
-  }
-  return "";
+  constexpr const char* kTexts[] = {"soak", "heating", "cooling"};
+  return kTexts[static_cast<std::size_t>(kind)];
 }
 
 std::vector<ThermalKind> thermal_kinds(std::span<const double> time_s, std::span<const double> temperature_degc,
@@ -53,30 +37,16 @@ std::vector<ThermalKind> thermal_kinds(std::span<const double> time_s, std::span
   return kinds;
 }
 
-Result<std::vector<ThermalSegment>> cut_thermal_segments(std::span<const double> time_s,
-                                                         std::span<const double> temperature_degc,
-                                                         const ThermalSegmentSettings& settings,
-                                                         const std::string& where) {
-  const std::size_t count = temperature_degc.size();
-  if (count < 2 || time_s.size() != count) {
-    return make_error(where,
-                      fmt::format("{} times and {} temperatures; expected 2 or more of each", time_s.size(), count));
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(temperature_degc[i])) return make_error(where, fmt::format("temperature {} is not finite", i));
-    if (i > 0 && !(time_s[i] > time_s[i - 1])) return make_error(where, fmt::format("time {} does not increase", i));
-  }
-  const auto kinds = thermal_kinds(time_s, temperature_degc, settings.soak_slope_degc_per_s);
+std::vector<ThermalSegment> thermal_segments(std::span<const ThermalKind> kinds) {
+  constexpr std::size_t kFewestBlocks = 3;
   std::vector<ThermalSegment> segments;
-  for (std::size_t begin = 0; begin < count;) {
-    std::size_t end = begin + 1;
-    while (end < count && kinds[end] == kinds[begin]) ++end;
-    const bool joins = !segments.empty() && (end - begin < settings.min_blocks || segments.back().kind == kinds[begin]);
-    if (joins) begin = segments.back().begin;
-    const ThermalKind kind = joins ? segments.back().kind : kinds[begin];
-    if (joins) segments.pop_back();
-    segments.push_back(describe(kind, begin, end, temperature_degc));
-    begin = end;
+  for (std::size_t begin = 0, end = 0; begin < kinds.size(); begin = end) {
+    while (end < kinds.size() && kinds[end] == kinds[begin]) ++end;
+    if (!segments.empty() && (end - begin < kFewestBlocks || segments.back().kind == kinds[begin])) {
+      segments.back().end = end;
+    } else {
+      segments.push_back({kinds[begin], begin, end});
+    }
   }
   return segments;
 }

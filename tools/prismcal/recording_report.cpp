@@ -15,7 +15,6 @@ namespace {
 using report::Cell, report::fixed_cell, report::general_cell, report::percent_cell, report::Table;
 using report::Figure, report::Ink, report::Panel, report::Series, report::SeriesStyle;
 
-constexpr double kSoakSlope = evaluation::ThermalSegmentSettings{}.soak_slope_degc_per_s;
 constexpr double kHysteresisBin_degc = 5;
 constexpr const char* kTime = "time, h";
 constexpr const char* kBias = "bias, deg/h";
@@ -293,18 +292,16 @@ Figure bias_figure(const EvaluatedRecording& recording) {
   return figure;
 }
 
-Result<Table> segment_table(const EvaluatedRecording& recording) {
+Table segment_table(const EvaluatedRecording& recording) {
   const recordings::BlockTable& data = *recording.table;
-  const auto segments = evaluation::cut_thermal_segments(times(data), recording.temperature_degc, {}, data.name);
-  if (!segments) return tl::unexpected(segments.error());
   Table table{recording.id + "_segments", "Soaks and ramps of " + data.name, "", {}};
   table.caption = fmt::format("{}. Soak: the temperature changes by less than {:g} degC/min.", means_text(recording),
-                              60 * kSoakSlope);
+                              60 * evaluation::kSoakSlope_degc_per_s);
   table.columns = report::columns(
       "segment: | from [degC] | to [degC] | length [h] | mean before [deg/h] | 1 sigma before [deg/h] | mean after "
       "[deg/h] | 1 sigma after [deg/h]");
   const evaluation::Divisor divisor = recording.evaluation->stability.divisor;
-  for (const evaluation::ThermalSegment& segment : *segments) {
+  for (const evaluation::ThermalSegment& segment : evaluation::thermal_segments(recording.kinds)) {
     const auto part = [&](const std::vector<double>& values) {
       std::vector<double> known;
       for (std::size_t i = segment.begin; i < segment.end; ++i) {
@@ -314,8 +311,9 @@ Result<Table> segment_table(const EvaluatedRecording& recording) {
     };
     const auto before = part(data.bias_deg_per_h), after = part(recording.evaluation->corrected_deg_per_h);
     const double length_h = static_cast<double>(segment.size()) * data.features.length_s / 3600;
-    std::vector<Cell> row = {evaluation::thermal_kind_text(segment.kind), fixed_cell(segment.first_temperature_degc, 1),
-                             fixed_cell(segment.last_temperature_degc, 1), fixed_cell(length_h, 2)};
+    std::vector<Cell> row = {evaluation::thermal_kind_text(segment.kind),
+                             fixed_cell(recording.temperature_degc[segment.begin], 1),
+                             fixed_cell(recording.temperature_degc[segment.end - 1], 1), fixed_cell(length_h, 2)};
     for (const auto* summary : {&before, &after}) {
       row.push_back(fixed_cell(*summary ? std::optional((*summary)->mean) : std::nullopt, 5));
       row.push_back(fixed_cell(*summary ? std::optional((*summary)->sd) : std::nullopt, 5));
@@ -418,7 +416,7 @@ EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTab
   made.id = std::move(id), made.doubtful = doubtful;
   made.table = &table, made.evaluation = &evaluation;
   made.hours = table.hours(), made.temperature_degc = table.column(compensation::kInputTemperature);
-  made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, kSoakSlope);
+  made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, evaluation::kSoakSlope_degc_per_s);
   made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, evaluation.corrected_deg_per_h)};
   for (const bool after : {false, true}) analyse_noise(made, after);
   return made;
@@ -495,7 +493,7 @@ void add_recording_blocks(const EvaluatedRecording& recording, const std::functi
   };
   take(stability_table(recording));
   take(bias_figure(recording));
-  add(segment_table(recording));
+  take(segment_table(recording));
   if (std::ranges::any_of(recording.kinds, [](auto kind) { return kind != evaluation::ThermalKind::kSoak; }))
     take(thermal_figure(recording));
   add(allan_figure(recording));

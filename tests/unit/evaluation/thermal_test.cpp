@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {
 namespace {
@@ -34,24 +36,26 @@ struct Cycle {
   }
 };
 
+std::vector<ThermalSegment> segments_of(const Cycle& cycle) {
+  return thermal_segments(thermal_kinds(cycle.time_s, cycle.temperature_degc, kSoakSlope_degc_per_s));
+}
+
 TEST(ThermalSegments, FindThePlateausAndRampsOfACycle) {
   const Cycle cycle;
-  const auto segments = cut_thermal_segments(cycle.time_s, cycle.temperature_degc, {}, "x").value();
+  const auto segments = segments_of(cycle);
   ASSERT_EQ(segments.size(), 5u);
   const ThermalKind kinds[] = {ThermalKind::kSoak, ThermalKind::kCooling, ThermalKind::kSoak, ThermalKind::kHeating,
                                ThermalKind::kSoak};
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(segments[i].kind, kinds[i]) << i;
   EXPECT_NEAR(static_cast<double>(segments[1].size()), 39, 2);
-  EXPECT_NEAR(segments[2].mean_temperature_degc, -40, 0.2);
-  double sum = 0;  // of the means by their lengths: that of all blocks
-  for (const ThermalSegment& each : segments) sum += each.mean_temperature_degc * static_cast<double>(each.size());
-  EXPECT_NEAR(sum, std::accumulate(cycle.temperature_degc.begin(), cycle.temperature_degc.end(), 0.0), 1e-9);
+  const auto cold = std::span(cycle.temperature_degc).subspan(segments[2].begin, segments[2].size());
+  EXPECT_NEAR(mean_of(cold), -40, 0.2);
   EXPECT_EQ(segments.front().begin, 0u);
   EXPECT_EQ(segments.back().end, cycle.time_s.size());
   for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(segments[i].begin, segments[i - 1].end);
   Cycle interrupted;
   interrupted.temperature_degc[40] = interrupted.temperature_degc[41] = interrupted.temperature_degc[39];
-  EXPECT_EQ(cut_thermal_segments(interrupted.time_s, interrupted.temperature_degc, {}, "x")->size(), 5u);
+  EXPECT_EQ(segments_of(interrupted).size(), 5u);
 }
 
 TEST(Hysteresis, FindsTheSimulatedLoop) {
@@ -101,17 +105,14 @@ TEST(ThermalSegments, AShortOneJoinsTheOneBefore) {
     std::vector<double> time_s;
     std::string text;
     for (std::size_t i = 0; i < t.size(); ++i) time_s.push_back(static_cast<double>(i));
-    const auto found = cut_thermal_segments(time_s, t, {0.5, 3}, "x");
-    for (const ThermalSegment& s : *found)
-      text += fmt::format("{} {} to {}: {:g}, {:g} to {:g}; ", thermal_kind_text(s.kind), s.begin, s.end,
-                          s.mean_temperature_degc, s.first_temperature_degc, s.last_temperature_degc);
+    for (const ThermalSegment& s : thermal_segments(thermal_kinds(time_s, t, 0.5)))
+      text += fmt::format("{} {} to {}; ", thermal_kind_text(s.kind), s.begin, s.end);
     return text;
   };
-  EXPECT_EQ(segments({0, 0, 0, 2, 4, 4, 4, 4}),
-            "soak 0 to 2: 0, 0 to 0; heating 2 to 5: 2, 0 to 4; soak 5 to 8: 4, 4 to 4; ");
-  EXPECT_EQ(segments({0, 0, 0, 2, 2, 2, 2}), "soak 0 to 7: 1.14286, 0 to 2; ");
-  EXPECT_EQ(segments({9, 7, 7, 7, 7}), "cooling 0 to 2: 8, 9 to 7; soak 2 to 5: 7, 7 to 7; ") << "none is before";
-  EXPECT_EQ(segments({0, 2, 4, 6, 6, 4, 2, 0}), "heating 0 to 4: 3, 0 to 6; cooling 4 to 8: 3, 6 to 0; ");
+  EXPECT_EQ(segments({0, 0, 0, 2, 4, 4, 4, 4}), "soak 0 to 2; heating 2 to 5; soak 5 to 8; ");
+  EXPECT_EQ(segments({0, 0, 0, 2, 2, 2, 2}), "soak 0 to 7; ");
+  EXPECT_EQ(segments({9, 7, 7, 7, 7}), "cooling 0 to 2; soak 2 to 5; ") << "none is before";
+  EXPECT_EQ(segments({0, 2, 4, 6, 6, 4, 2, 0}), "heating 0 to 4; cooling 4 to 8; ");
 }
 
 // Bins of 5 degC from a multiple on: heating at 5 to 9.9 and cooling at 0 to 4.9 do not meet.
@@ -124,15 +125,9 @@ TEST(Hysteresis, IsThatOfTheMeansOfABin) {
   EXPECT_FALSE(largest_gap(t, bias, std::vector{kUp, kUp, kUp, kUp, kUp, kUp, kDown, kUp}, 5));
 }
 
-TEST(ThermalSegments, TwoBlocksAreTheFewest) {
-  const std::vector<double> one = {1}, two = {1, 2}, same = {1, 1}, with_nan = {1, std::nan("")};
-  EXPECT_EQ(cut_thermal_segments(one, one, {}, "x").error().text(),
-            "x: 1 times and 1 temperatures; expected 2 or more of each");
-  EXPECT_EQ(cut_thermal_segments(one, two, {}, "x").error().text(),
-            "x: 1 times and 2 temperatures; expected 2 or more of each");
-  EXPECT_EQ(cut_thermal_segments(same, two, {}, "x").error().text(), "x: time 1 does not increase");
-  EXPECT_EQ(cut_thermal_segments(two, with_nan, {}, "x").error().text(), "x: temperature 1 is not finite");
-  EXPECT_TRUE(cut_thermal_segments(two, same, {}, "x"));
+TEST(ThermalSegments, OneBlockIsASegment) {
+  EXPECT_TRUE(thermal_segments({}).empty());
+  EXPECT_EQ(thermal_segments(std::vector{ThermalKind::kHeating}).size(), 1u);
 }
 
 }  // namespace
