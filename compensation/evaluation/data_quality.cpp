@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -264,27 +265,20 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
                                        const std::string& where, double rate_step_deg_per_h) {
   const std::size_t count = rate_deg_per_h.size();
   const std::vector<bool>& follows = order.follows;
-  if (temperature_degc.size() != count || (!follows.empty() && follows.size() != count)) {
-    return make_error(where, fmt::format("found {} temperatures and {} rates, expected equal numbers",
-                                         temperature_degc.size(), count));
-  }
+  assert(temperature_degc.size() == count && (follows.empty() || follows.size() == count));
   if (count < 2) return make_error(where, fmt::format("found {} blocks, expected at least 2", count));
-  const auto temperature = summarise(temperature_degc, Divisor::kNMinus1, where + ", temperature");
-  if (!temperature) return tl::unexpected(temperature.error());
-  const auto rate = summarise(rate_deg_per_h, Divisor::kNMinus1, where + ", rate");
-  if (!rate) return tl::unexpected(rate.error());
-
-  const double span_degc = temperature->peak_to_peak;
+  const SummaryStatistics temperature = summarise(temperature_degc, Divisor::kNMinus1, where).value();
+  const SummaryStatistics rate = summarise(rate_deg_per_h, Divisor::kNMinus1, where).value();
+  const double span_degc = temperature.peak_to_peak;
   const double step = std::max(quantiser_step(rate_deg_per_h), rate_step_deg_per_h), quantiser = step / std::sqrt(12.0);
   const double any_noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
   const double far = std::max(kStandsOut * any_noise, 5 * robust_sd({rate_deg_per_h.begin(), rate_deg_per_h.end()}));
   const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, order, count < kEnoughForNoise ? 0 : far);
   // A constant run has none.
   const double noise = std::max(noise_of(rest.rate, rest.follows, 0, rest.rate.size()), quantiser);
-  const auto rest_rate = summarise(rest.rate, Divisor::kNMinus1, where + ", rate");
-  if (!rest_rate) return tl::unexpected(rest_rate.error());
-  const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate->sd);
-  const double explainable = rest_rate->sd > 0 ? std::max(0.0, 1 - floor * floor / (rest_rate->sd * rest_rate->sd)) : 0;
+  const SummaryStatistics rest_rate = summarise(rest.rate, Divisor::kNMinus1, where).value();
+  const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate.sd);
+  const double explainable = rest_rate.sd > 0 ? std::max(0.0, 1 - floor * floor / (rest_rate.sd * rest_rate.sd)) : 0;
   const bool still = span_degc < settings.still_temperature_degc;
 
   DataQuality report;
@@ -300,9 +294,9 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   if (count < kEnoughForNoise) {
     findings[1].text += "; the noise cannot be evaluated";
   } else if (noise > 0) {
-    add_noise_findings(rate_deg_per_h, follows, rest, rate->sd, rest_rate->sd, noise, quantiser, settings, findings);
+    add_noise_findings(rate_deg_per_h, follows, rest, rate.sd, rest_rate.sd, noise, quantiser, settings, findings);
     if (step > noise) {  // a smaller step is below the noise
-      findings.push_back({"quantised", step > rate->sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
+      findings.push_back({"quantised", step > rate.sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =
           fmt::format("{:.4g} deg/h; the rate changes in steps of this size, so smaller changes are not visible", step);
     }

@@ -70,8 +70,8 @@ struct Order {
 };
 
 /// Blocks of one record: means of temperature and rate, as for training. `rate_step_deg_per_h`: step of the rates that
-/// were averaged, if it exceeds their noise, else 0. Errors: different lengths, values that are not finite, fewer than
-/// two blocks.
+/// were averaged, if it exceeds their noise, else 0. Requires equal lengths and finite values. Errors: fewer than two
+/// blocks.
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
                                        const Order& order, const DataQualitySettings& settings,
                                        const std::string& where, double rate_step_deg_per_h = 0);
