@@ -21,6 +21,27 @@ constexpr double kStandsOut = 8;
 /// Minimum number of blocks for steps and noise.
 constexpr std::size_t kEnoughForNoise = 8;
 
+// The thresholds of the findings.
+
+constexpr Threshold kMinBlocks{200, 20};
+constexpr Threshold kMinTemperatureSpan_degc{25, 10};  ///< a chamber cycle spans 60 or more
+/// A record with a smaller temperature span contains no visible thermal drift.
+constexpr double kStillTemperature_degc = 1;
+/// Fraction of the variance of the blocks above their noise floor: 1 − floor² / sd². Without gross outliers.
+constexpr Threshold kMinExplainable{0.5, 0.3};
+/// Largest sharp and permanent step of at least eight noise sds, in sds of all blocks (a step alone is 2): the gyro
+/// was moved, so that the Earth rate in the record changed. Not across a gap: drift may explain that, so it is warned
+/// of at most, if it exceeds the drift next to the gap and elsewhere in the same time.
+constexpr Threshold kMaxStep{0.25, 1};
+/// Fraction of the blocks further than eight noise sds from their neighbours' median: shocks, people, trucks.
+constexpr Threshold kMaxDisturbed{0.02, 0.10};
+/// Fraction of the variance that gross outliers make: more than eight noise sds and five robust sds of all blocks
+/// from their neighbours.
+constexpr Threshold kMaxOutliers{0.5, 0.7};
+/// Noise of the noisiest quarter of the record over that of the quietest (fewer parts if a quarter has fewer than 12
+/// blocks); no noise counts as less than the quantiser's.
+constexpr Threshold kMaxNoiseRatio{3, 10};
+
 /// sd of the white part of blocks [begin, end): second differences have variance 6 sd² and do not depend on drift or
 /// ramps; the median is robust against outliers.
 double noise_of(std::span<const double> blocks, const std::vector<bool>& follows, std::size_t begin, std::size_t end) {
@@ -188,23 +209,21 @@ Rest without_outliers(std::span<const double> rate, std::span<const double> temp
 }
 
 /// Three times the sensitivity of the complete record per degree: a transient may be steeper than the soaks.
-double sensitivity_of(std::span<const double> temperature_degc, double sd, const DataQualitySettings& settings) {
-  return 3 * sd /
-         std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), settings.still_temperature_degc);
+double sensitivity_of(std::span<const double> temperature_degc, double sd) {
+  return 3 * sd / std::max(robust_sd({temperature_degc.begin(), temperature_degc.end()}), kStillTemperature_degc);
 }
 
 /// A step within the record; else one between the ends of a gap, which is a question.
-void add_step_finding(const Rest& rest, double rest_sd, double noise, const DataQualitySettings& settings,
-                      std::vector<Finding>& findings) {
+void add_step_finding(const Rest& rest, double rest_sd, double noise, std::vector<Finding>& findings) {
   const std::vector<std::size_t> parts = parts_of(rest.missing);
   const Step step = largest_step(rest.rate, parts);
   const bool moved = step.size > kStandsOut * noise;
-  findings.push_back(find("moved", moved ? step.size / rest_sd : 0, "sd", settings.max_step, false,
+  findings.push_back(find("moved", moved ? step.size / rest_sd : 0, "sd", kMaxStep, false,
                           "the rate has a permanent step: was the gyro moved, or did its temperature jump?"));
   if (moved) findings.back().block = rest.block[step.block];
   if (findings.back().verdict != Verdict::kPass) return;
   const Step gap = largest_step_at_gaps(rest.rate, rest.missing, parts, kStandsOut * noise);
-  if (gap.size / rest_sd <= settings.max_step.warn) return;
+  if (gap.size / rest_sd <= kMaxStep.warn) return;
   const std::string question = fmt::format(
       "the rates before and after a gap of {:.0f} blocks differ by more than their drift: was the gyro moved "
       "meanwhile?",
@@ -212,28 +231,27 @@ void add_step_finding(const Rest& rest, double rest_sd, double noise, const Data
   Finding& finding = findings.back();
   finding.verdict = Verdict::kWarn;
   finding.value = gap.size / rest_sd;
-  finding.text = fmt::format("{:.4g} sd; expected at most {:g}: {}", finding.value, settings.max_step.warn, question);
+  finding.text = fmt::format("{:.4g} sd; expected at most {:g}: {}", finding.value, kMaxStep.warn, question);
   finding.block = rest.block[gap.block];
 }
 
 /// The noise and disturbance findings; `noise` of all blocks and of the `quantiser`, deg/h, the former > 0.
 void add_noise_findings(std::span<const double> rate, const std::vector<bool>& follows, const Rest& rest, double sd,
-                        double rest_sd, double noise, double quantiser, const DataQualitySettings& settings,
-                        std::vector<Finding>& findings) {
-  add_step_finding(rest, rest_sd, noise, settings, findings);
+                        double rest_sd, double noise, double quantiser, std::vector<Finding>& findings) {
+  add_step_finding(rest, rest_sd, noise, findings);
   std::vector<std::size_t> disturbed = rest.outliers;
-  for (const std::size_t i : disturbed_blocks(rest.rate, rest.temperature_degc,
-                                              sensitivity_of(rest.temperature_degc, rest_sd, settings), noise))
+  for (const std::size_t i :
+       disturbed_blocks(rest.rate, rest.temperature_degc, sensitivity_of(rest.temperature_degc, rest_sd), noise))
     disturbed.push_back(rest.block[i]);
   findings.push_back(find("disturbed", static_cast<double>(disturbed.size()) / static_cast<double>(rate.size()), "",
-                          settings.max_disturbed, false, "many blocks differ from their neighbours"));
+                          kMaxDisturbed, false, "many blocks differ from their neighbours"));
   if (!disturbed.empty()) findings.back().block = *std::min_element(disturbed.begin(), disturbed.end());
   const double share = rest.outliers.empty() ? 0 : 1 - rest_sd * rest_sd / (sd * sd);
-  if (share > settings.max_outliers.warn) {
+  if (share > kMaxOutliers.warn) {
     const std::string meaning =
         fmt::format("share of the variance in {} far from the others, the first at {:.4g} deg/h",
                     counted(rest.outliers.size(), "block"), rate[rest.outliers.front()]);
-    findings.push_back(find("outliers", share, "", settings.max_outliers, false, meaning.c_str()));
+    findings.push_back(find("outliers", share, "", kMaxOutliers, false, meaning.c_str()));
     findings.back().block = rest.outliers.front();
     while (findings.back().run < rest.outliers.size() &&
            rest.outliers[findings.back().run] == rest.outliers.front() + findings.back().run)
@@ -241,8 +259,7 @@ void add_noise_findings(std::span<const double> rate, const std::vector<bool>& f
   }
   const NoiseRatio ratio = noise_ratio(rate, follows, quantiser);
   if (ratio.value == 0) return;
-  findings.push_back(
-      find("noise", ratio.value, "x", settings.max_noise_ratio, false, "the noise changes during the record"));
+  findings.push_back(find("noise", ratio.value, "x", kMaxNoiseRatio, false, "the noise changes during the record"));
   if (findings.back().verdict != Verdict::kPass) findings.back().block = ratio.first;
 }
 
@@ -261,8 +278,7 @@ const char* verdict_text(Verdict verdict) {
 }
 
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
-                                       const Order& order, const DataQualitySettings& settings,
-                                       const std::string& where, double rate_step_deg_per_h) {
+                                       const Order& order, const std::string& where, double rate_step_deg_per_h) {
   const std::size_t count = rate_deg_per_h.size();
   const std::vector<bool>& follows = order.follows;
   assert(temperature_degc.size() == count && (follows.empty() || follows.size() == count));
@@ -279,22 +295,22 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const SummaryStatistics rest_rate = summarise(rest.rate, Divisor::kNMinus1, where).value();
   const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate.sd);
   const double explainable = rest_rate.sd > 0 ? std::max(0.0, 1 - floor * floor / (rest_rate.sd * rest_rate.sd)) : 0;
-  const bool still = span_degc < settings.still_temperature_degc;
+  const bool still = span_degc < kStillTemperature_degc;
 
   DataQuality report;
   report.constant_temperature = still;
-  report.nothing_to_compensate = still || explainable < settings.min_explainable.reject;
+  report.nothing_to_compensate = still || explainable < kMinExplainable.reject;
   auto& findings = report.findings;
-  findings.push_back(find("temperature_span", span_degc, "degC", settings.min_temperature_span_degc, true,
+  findings.push_back(find("temperature_span", span_degc, "degC", kMinTemperatureSpan_degc, true,
                           "too small for a model of the gyro's range"));
-  findings.push_back(find("length", static_cast<double>(count), "blocks", settings.min_blocks, true, "too short"));
-  findings.push_back(find("explainable", still ? 0 : explainable, "", settings.min_explainable, true,
+  findings.push_back(find("length", static_cast<double>(count), "blocks", kMinBlocks, true, "too short"));
+  findings.push_back(find("explainable", still ? 0 : explainable, "", kMinExplainable, true,
                           still ? "the temperature is constant, so no drift can be attributed to it"
                                 : "the rate hardly exceeds its own noise"));
   if (count < kEnoughForNoise) {
     findings[1].text += "; the noise cannot be evaluated";
   } else if (noise > 0) {
-    add_noise_findings(rate_deg_per_h, follows, rest, rate.sd, rest_rate.sd, noise, quantiser, settings, findings);
+    add_noise_findings(rate_deg_per_h, follows, rest, rate.sd, rest_rate.sd, noise, quantiser, findings);
     if (step > noise) {  // a smaller step is below the noise
       findings.push_back({"quantised", step > rate.sd ? Verdict::kRefuse : Verdict::kWarn, step, "deg/h"});
       findings.back().text =

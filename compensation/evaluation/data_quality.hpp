@@ -20,27 +20,6 @@ struct Threshold {
   double warn = 0, reject = 0;
 };
 
-struct DataQualitySettings {
-  Threshold min_blocks{200, 20};
-  Threshold min_temperature_span_degc{25, 10};  ///< a chamber cycle spans 60 or more
-  /// A record with a smaller temperature span contains no visible thermal drift.
-  double still_temperature_degc = 1;
-  /// Fraction of the variance of the blocks above their noise floor: 1 − floor² / sd². Without gross outliers.
-  Threshold min_explainable{0.5, 0.3};
-  /// Largest sharp and permanent step of at least eight noise sds, in sds of all blocks (a step alone is 2): the gyro
-  /// was moved, so that the Earth rate in the record changed. Not across a gap: drift may explain that, so it is warned
-  /// of at most, if it exceeds the drift next to the gap and elsewhere in the same time.
-  Threshold max_step{0.25, 1};
-  /// Fraction of the blocks further than eight noise sds from their neighbours' median: shocks, people, trucks.
-  Threshold max_disturbed{0.02, 0.10};
-  /// Fraction of the variance that gross outliers make: more than eight noise sds and five robust sds of all blocks
-  /// from their neighbours.
-  Threshold max_outliers{0.5, 0.7};
-  /// Noise of the noisiest quarter of the record over that of the quietest (fewer parts if a quarter has fewer than 12
-  /// blocks); no noise counts as less than the quantiser's.
-  Threshold max_noise_ratio{3, 10};
-};
-
 /// The result of one check.
 struct Finding {
   std::string name;  ///< temperature_span, length, explainable, moved, disturbed, outliers, noise, quantised
@@ -73,7 +52,6 @@ struct Order {
 /// were averaged, if it exceeds their noise, else 0. Requires equal lengths and finite values. Errors: fewer than two
 /// blocks.
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
-                                       const Order& order, const DataQualitySettings& settings,
-                                       const std::string& where, double rate_step_deg_per_h = 0);
+                                       const Order& order, const std::string& where, double rate_step_deg_per_h = 0);
 
 }  // namespace prism::evaluation

@@ -238,7 +238,7 @@ Result<evaluation::DataQuality> check_blocks(const recordings::BlockTable& table
     missing[i] = (hours[i] - hours[i - 1]) * 3600 / table.features.length_s - 1;
   auto quality =
       evaluation::check_data_quality(table.column(compensation::kInputTemperature), table.bias_deg_per_h,
-                                     {table.follows, std::move(missing)}, {}, table.name, table.rate_step_deg_per_h);
+                                     {table.follows, std::move(missing)}, table.name, table.rate_step_deg_per_h);
   if (!quality) return quality;
   quality->cause = table.spikes;
   for (evaluation::Finding& finding : quality->findings) {

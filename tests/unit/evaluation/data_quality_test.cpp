@@ -65,7 +65,7 @@ class QualityPlayer {
 
  private:
   std::vector<std::string> check() const {
-    const DataQuality report = check_data_quality(t_, r_, order_, {}, "x").value();
+    const DataQuality report = check_data_quality(t_, r_, order_, "x").value();
     std::vector<std::string> lines = {fmt::format("{}{}", verdict_text(report.verdict),
                                                   report.nothing_to_compensate ? ", nothing to compensate" : "")};
     for (const Finding& finding : report.findings)
@@ -82,8 +82,7 @@ TEST(DataQuality, Scripts) { test::expect_scripts<QualityPlayer>("evaluation/dat
 
 TEST(DataQuality, RejectsASingleBlock) {
   const std::vector<double> one = {1.0};
-  EXPECT_EQ(check_data_quality(one, one, {}, {}, "log.csv").error().text(),
-            "log.csv: found 1 blocks, expected at least 2");
+  EXPECT_EQ(check_data_quality(one, one, {}, "log.csv").error().text(), "log.csv: found 1 blocks, expected at least 2");
 }
 
 // Axes x, y and z of a real gyro in a chamber, in blocks of 100 s and 10 s; system.140 has a real room.
@@ -107,7 +106,7 @@ TEST(DataQuality, AcceptsARealChamberCycle) {
         }
       }
       temperature.pop_back(), rate.pop_back();
-      const DataQuality report = check_data_quality(temperature, rate, {}, {}, "x").value();
+      const DataQuality report = check_data_quality(temperature, rate, {}, "x").value();
       for (const Finding& finding : report.findings) {
         EXPECT_NE(finding.verdict, Verdict::kRefuse) << column << " " << finding.name << ": " << finding.text;
         // Around 1 030 s axes x and z jump within one block while the temperature creeps: detected, but small.
