@@ -266,15 +266,8 @@ void add_noise_findings(std::span<const double> rate, const std::vector<bool>& f
 }  // namespace
 
 const char* verdict_text(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kPass:
-      return "pass";
-    case Verdict::kWarn:
-      return "warn";
-    case Verdict::kRefuse:
-      return "refuse";
-  }
-  return "";
+  constexpr const char* kTexts[] = {"pass", "warn", "refuse"};
+  return kTexts[static_cast<std::size_t>(verdict)];
 }
 
 Result<DataQuality> check_data_quality(std::span<const double> temperature_degc, std::span<const double> rate_deg_per_h,
