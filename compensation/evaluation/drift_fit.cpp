@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/evaluation/drift_fit.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
 #include <algorithm>
@@ -190,8 +188,7 @@ std::optional<Estimate> warm_up_of(const std::vector<Point>& points, const std::
 
 }  // namespace
 
-Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_up_band_deg_per_h,
-                           const std::string& where) {
+std::optional<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_up_band_deg_per_h) {
   std::size_t blocks = 0;
   double longest_s = 0, switched_on_s = 0, step_s = HUGE_VAL;
   for (const DriftRecord& record : records) {
@@ -202,14 +199,13 @@ Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_
     if (length_s > 0) step_s = std::min(step_s, length_s / static_cast<double>(record.time_s.size() - 1));
   }
   if (records.front().causes.empty() && switched_on_s == 0) return DriftFit{};
-  if (const std::size_t fewest = kFewestBlocks + records.size(); blocks < fewest)
-    return make_error(where, fmt::format("found {} blocks, expected {} or more", blocks, fewest));
+  if (blocks < kFewestBlocks + records.size()) return std::nullopt;
   const std::vector<Noise> noises = noise_grid(step_s, longest_s);
   std::vector<double> warm_up_s;
   for (double tau = 2 * step_s; tau < switched_on_s / 3; tau *= kTauRatio) warm_up_s.push_back(tau);
   std::vector<Point> points = fits(records, noises, warm_up_s);
   if (!warm_up_s.empty() && !points.empty()) points = refined(records, noises, points);
-  if (points.empty()) return make_error(where, "the causes are constant, or change together");
+  if (points.empty()) return std::nullopt;
 
   const std::vector<double> weights = weights_of(points);
   DriftFit fit;

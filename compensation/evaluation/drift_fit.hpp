@@ -5,10 +5,7 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
-
-#include "base/result.hpp"
 
 namespace prism::evaluation {
 
@@ -34,11 +31,10 @@ struct DriftFit {
 /// Fits bias = level of the record + Σ coefficient · cause + A exp(−t / τ_w) + noise by generalised least squares; A is
 /// common to all switch-ons. The noise is white, plus flicker (Ornstein-Uhlenbeck processes from two blocks to ten
 /// times the longest record) or one such process. Its parameters and τ_w are a grid, weighted by the restricted
-/// likelihood, so that the intervals contain their uncertainty. Finite values. Errors: fewer than kFewestBlocks; causes
-/// that are constant or change together.
+/// likelihood, so that the intervals contain their uncertainty. Finite values. Returns nullopt for fewer blocks
+/// than kFewestBlocks and one more for each record, and for causes that are constant or change together.
 inline constexpr std::size_t kFewestBlocks = 20;
-Result<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_up_band_deg_per_h,
-                           const std::string& where);
+std::optional<DriftFit> fit_drift(const std::vector<DriftRecord>& records, double warm_up_band_deg_per_h);
 
 /// Mean of at least two normal values, with Student's interval.
 Estimate mean_with_interval(std::span<const double> values);

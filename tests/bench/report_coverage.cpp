@@ -108,7 +108,7 @@ std::optional<evaluation::Estimate> trend_of(const World& world, const WarmUp& w
   auto record = switch_on(paper_profile(), ageing, warm_up, seed, 180, 1000);
   std::vector<double>& days = record.causes.emplace_back();
   for (const double time_s : record.time_s) days.push_back(time_s / 86400);
-  const auto fit = evaluation::fit_drift({std::move(record)}, kBand, "bench");
+  const auto fit = evaluation::fit_drift({std::move(record)}, kBand);
   return fit ? std::optional(fit->causes.back()) : std::nullopt;
 }
 
@@ -127,8 +127,8 @@ bool run(const World& world, std::uint64_t first_seed, int count) {
       const auto rest = evaluation::summarise(rest_of(record, warm_up), evaluation::Divisor::kNMinus1, "").value();
       means.push_back(rest.mean), scatters.push_back(rest.sd);
     }
-    const auto one = evaluation::fit_drift({records[0]}, kBand, "bench");
-    const auto fit = evaluation::fit_drift(std::move(records), kBand, "bench");
+    const auto one = evaluation::fit_drift({records[0]}, kBand);
+    const auto fit = evaluation::fit_drift(std::move(records), kBand);
     const auto trend = trend_of(world, warm_up, seed + kStarts);
     if (!fit || !one || !trend) continue;
     const double causes[] = {kTemperature, kSlope, kGradient};

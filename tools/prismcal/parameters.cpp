@@ -152,8 +152,8 @@ double span_of(const std::vector<Run>& runs, std::size_t column) {
   return span;
 }
 
-Result<evaluation::DriftFit> fit_runs(const std::vector<Run>& runs, const std::vector<std::size_t>& causes,
-                                      std::size_t bias, double band) {
+std::optional<evaluation::DriftFit> fit_runs(const std::vector<Run>& runs, const std::vector<std::size_t>& causes,
+                                             std::size_t bias, double band) {
   std::vector<evaluation::DriftRecord> records;
   for (const Run& run : runs) {
     evaluation::DriftRecord record{{}, {}, std::vector<std::vector<double>>(causes.size()), run.switched_on};
@@ -166,7 +166,7 @@ Result<evaluation::DriftFit> fit_runs(const std::vector<Run>& runs, const std::v
     }
     if (!record.time_s.empty()) records.push_back(std::move(record));
   }
-  return evaluation::fit_drift(records, band, "");
+  return evaluation::fit_drift(records, band);
 }
 
 /// The white noise of a block, rounded up to one digit.
@@ -259,7 +259,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
   for (std::size_t t = 0; t < thermometers.size(); ++t)
     causes.push_back({kThermometers + t, fmt::format("D_∇T, {} − T", thermometers[t].name), "deg/h/°C", 0.5,
                       "needs differences of 0.5 °C"});
-  using Fit = Result<evaluation::DriftFit>;
+  using Fit = std::optional<evaluation::DriftFit>;
   const BeforeAfter<Fit> common{fit_runs(runs, used, kBefore, band), fit_runs(runs, used, kAfter, band)};
   std::vector<std::string> left;
   for (const Cause& cause : causes) {

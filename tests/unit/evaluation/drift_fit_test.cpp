@@ -30,7 +30,7 @@ DriftRecord record(std::size_t n, double level, std::uint64_t seed, bool switche
 }
 
 TEST(DriftFit, FindsTheSensitivityBesideLevelsAndAWarmUp) {
-  const auto fit = fit_drift({record(400, 1, 11, true), record(300, 2, 12, false)}, 0.005, "x").value();
+  const auto fit = fit_drift({record(400, 1, 11, true), record(300, 2, 12, false)}, 0.005).value();
   ASSERT_EQ(fit.causes.size(), 2u);
   EXPECT_NEAR(fit.causes[0].value, kPerDegC, 3e-5);
   EXPECT_LT(fit.causes[0].low, kPerDegC);
@@ -65,12 +65,12 @@ TEST(DriftFit, IsGeneralisedLeastSquaresAveragedOverTheNoise) {
     EXPECT_NEAR(found.low, expected.low, tolerance);
     EXPECT_NEAR(found.high, expected.high, tolerance);
   };
-  const auto two = fit_drift({waves(40, 1, true, 1), waves(30, 2, false, 2)}, 0.05, "x").value();
+  const auto two = fit_drift({waves(40, 1, true, 1), waves(30, 2, false, 2)}, 0.05).value();
   near(two.causes.at(0), {0.02183409602227723, 0.019242165251690473, 0.024426026792863986}, 1e-10);
   near(two.causes.at(1), {-0.0032989142831885833, -0.006249063051994239, -0.00034876551438292776}, 1e-10);
   ASSERT_TRUE(two.warm_up_h);
   near(*two.warm_up_h, {0.4369959086914933, 0.2828043155934691, 0.6774701801415891}, 1e-9);
-  const auto one = fit_drift({waves(24, 3, false, 0)}, 0.05, "x").value();
+  const auto one = fit_drift({waves(24, 3, false, 0)}, 0.05).value();
   near(one.causes.at(0), {0.01984079954283364, 0.01541308024328683, 0.024268518842380446}, 1e-10);
   near(one.causes.at(1), {-0.0055366238771214025, -0.010645657303610737, -0.0004275904506320684}, 1e-10);
   EXPECT_FALSE(one.warm_up_h);
@@ -78,31 +78,28 @@ TEST(DriftFit, IsGeneralisedLeastSquaresAveragedOverTheNoise) {
 
 // 20 blocks and a level for each record.
 TEST(DriftFit, NeedsTwentyBlocksBesideTheLevels) {
-  const auto what = [](const std::vector<DriftRecord>& records) {
-    const auto fit = fit_drift(records, 0.05, "log.csv");
-    return fit ? "" : fit.error().text();
-  };
-  EXPECT_EQ(what({waves(20, 1, false, 0)}), "log.csv: found 20 blocks, expected 21 or more");
-  EXPECT_EQ(what({waves(21, 1, false, 0)}), "");
-  EXPECT_EQ(what({waves(11, 1, false, 0), waves(10, 1, false, 0)}), "log.csv: found 21 blocks, expected 22 or more");
+  EXPECT_FALSE(fit_drift({waves(20, 1, false, 0)}, 0.05));
+  EXPECT_TRUE(fit_drift({waves(21, 1, false, 0)}, 0.05));
+  EXPECT_FALSE(fit_drift({waves(11, 1, false, 0), waves(10, 1, false, 0)}, 0.05));
+  EXPECT_TRUE(fit_drift({waves(12, 1, false, 0), waves(10, 1, false, 0)}, 0.05));
   DriftRecord same = waves(30, 1, false, 0);
   same.causes[1] = same.causes[0];
-  EXPECT_EQ(what({same}), "log.csv: the causes are constant, or change together");
+  EXPECT_FALSE(fit_drift({same}, 0.05));
   same.causes.clear();
-  EXPECT_EQ(what({same}), "") << "nothing to fit";
+  EXPECT_TRUE(fit_drift({same}, 0.05)) << "nothing to fit";
   same.switched_on = true;
-  EXPECT_EQ(what({same}), "");
+  EXPECT_TRUE(fit_drift({same}, 0.05));
 }
 
 TEST(DriftFit, NeedsASwitchOnForAWarmUp) {
-  EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005, "x").value().warm_up_h);
+  EXPECT_FALSE(fit_drift({record(300, 1, 3, false)}, 0.005).value().warm_up_h);
 }
 
 TEST(DriftFit, RejectsTooFewBlocksAndCausesThatChangeTogether) {
-  EXPECT_FALSE(fit_drift({record(15, 1, 4, false)}, 0.005, "x"));
+  EXPECT_FALSE(fit_drift({record(15, 1, 4, false)}, 0.005));
   DriftRecord same = record(100, 1, 5, false);
   same.causes[1] = same.causes[0];
-  EXPECT_FALSE(fit_drift({same}, 0.005, "x"));
+  EXPECT_FALSE(fit_drift({same}, 0.005));
 }
 
 TEST(Intervals, AreThoseOfStudentAndChiSquare) {
