@@ -276,8 +276,8 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const std::vector<bool>& follows = order.follows;
   assert(temperature_degc.size() == count && (follows.empty() || follows.size() == count));
   if (count < 2) return make_error(where, fmt::format("found {} blocks, expected at least 2", count));
-  const SummaryStatistics temperature = summarise(temperature_degc, Divisor::kNMinus1, where).value();
-  const SummaryStatistics rate = summarise(rate_deg_per_h, Divisor::kNMinus1, where).value();
+  const SummaryStatistics temperature = summarise(temperature_degc, Divisor::kNMinus1).value();
+  const SummaryStatistics rate = summarise(rate_deg_per_h, Divisor::kNMinus1).value();
   const double span_degc = temperature.peak_to_peak;
   const double step = std::max(quantiser_step(rate_deg_per_h), rate_step_deg_per_h), quantiser = step / std::sqrt(12.0);
   const double any_noise = std::max(noise_of(rate_deg_per_h, follows, 0, count), quantiser);
@@ -285,7 +285,7 @@ Result<DataQuality> check_data_quality(std::span<const double> temperature_degc,
   const Rest rest = without_outliers(rate_deg_per_h, temperature_degc, order, count < kEnoughForNoise ? 0 : far);
   // A constant run has none.
   const double noise = std::max(noise_of(rest.rate, rest.follows, 0, rest.rate.size()), quantiser);
-  const SummaryStatistics rest_rate = summarise(rest.rate, Divisor::kNMinus1, where).value();
+  const SummaryStatistics rest_rate = summarise(rest.rate, Divisor::kNMinus1).value();
   const double floor = noise_floor(rest.rate, rest.follows).value_or(rest_rate.sd);
   const double explainable = rest_rate.sd > 0 ? std::max(0.0, 1 - floor * floor / (rest_rate.sd * rest_rate.sd)) : 0;
   const bool still = span_degc < kStillTemperature_degc;

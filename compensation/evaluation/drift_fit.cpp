@@ -222,14 +222,13 @@ std::optional<DriftFit> fit_drift(const std::vector<DriftRecord>& records, doubl
 
 Estimate mean_with_interval(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
-  const SummaryStatistics summary = summarise(values, Divisor::kNMinus1, "").value();
+  const SummaryStatistics summary = summarise(values, Divisor::kNMinus1).value();
   const double far = boost::math::quantile(boost::math::students_t(n - 1), 1 - kOutside) * summary.sd / std::sqrt(n);
   return {summary.mean, summary.mean - far, summary.mean + far};
 }
 
 Estimate scatter_with_interval(std::span<const double> values) {
-  const double sd = summarise(values, Divisor::kNMinus1, "").value().sd,
-               freedom = static_cast<double>(values.size()) - 1;
+  const double sd = summarise(values, Divisor::kNMinus1).value().sd, freedom = static_cast<double>(values.size()) - 1;
   const boost::math::chi_squared square(freedom);
   const auto end = [&](double share) { return sd * std::sqrt(freedom / boost::math::quantile(square, share)); };
   return {sd, end(1 - kOutside), end(kOutside)};

@@ -42,7 +42,7 @@ std::vector<Recording> centre(Residuals& residuals) {
 void decimate(Residuals& residuals) {
   Residuals centred = residuals;
   (void)centre(centred);
-  const auto found = autocorrelate(centred.deg_per_h, std::min(kMostStep, residuals.deg_per_h.size() / 10), "");
+  const auto found = autocorrelate(centred.deg_per_h, std::min(kMostStep, residuals.deg_per_h.size() / 10));
   if (!found) return;
   std::size_t step = 1;
   while (step + 1 < found->coefficient.size() && found->coefficient[step] > kMostOfNeighbours) ++step;
@@ -177,7 +177,7 @@ std::optional<compensation::MonitorSettings> monitor_settings(Residuals residual
   decimate(residuals);
   std::vector<Recording> recordings = centre(residuals);
   const std::vector<double>& record = residuals.deg_per_h;
-  const auto summary = summarise(record, Divisor::kN, "");
+  const auto summary = summarise(record, Divisor::kN);
   if (!summary || !(summary->sd > 0)) return std::nullopt;
   compensation::MonitorSettings settings;
   settings.every = residuals.every;
@@ -188,7 +188,7 @@ std::optional<compensation::MonitorSettings> monitor_settings(Residuals residual
   std::vector<double> means;
   for (const Recording& one : recordings.size() < kFewestRecordings ? centre(parts) : recordings)
     means.push_back(one.mean);
-  settings.offset_deg_per_h = std::max(offset_sd_deg_per_h, summarise(means, Divisor::kNMinus1, "").value().sd);
+  settings.offset_deg_per_h = std::max(offset_sd_deg_per_h, summarise(means, Divisor::kNMinus1).value().sd);
   settings.correlation = neighbour_correlation(record);
   const double values_per_h = 3600 / (residuals.window_s * residuals.every), day = 24 * values_per_h;
   const auto n = static_cast<double>(record.size());

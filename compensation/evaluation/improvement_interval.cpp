@@ -78,8 +78,8 @@ Result<void> usable(std::span<const double> before, std::span<const double> afte
                                   kLeast, after.size(), before.size()));
   }
   for (const auto& series : {before, after}) {
-    const auto summary = summarise(series, Divisor::kN, where);
-    if (!summary) return tl::unexpected(summary.error());
+    const auto summary = summarise(series, Divisor::kN);
+    if (!summary) return make_error(where, "a value is not finite");
     if (!(summary->sd > 0)) return make_error(where, "the series is constant: the improvement has no interval");
   }
   return {};
@@ -102,7 +102,7 @@ std::size_t memory(const std::vector<double>& coefficient, std::size_t n) {
 
 std::size_t bootstrap_block(std::span<const double> values) {
   const std::size_t n = values.size(), most = std::max<std::size_t>(1, n / 4);
-  const auto correlation = autocorrelate(values, n / 2, "");
+  const auto correlation = autocorrelate(values, n / 2);
   if (!correlation) return 1;
   const std::vector<double>& r = correlation->coefficient;
   const std::size_t width = std::min(2 * std::max<std::size_t>(1, memory(r, n)), r.size() - 1);
@@ -146,8 +146,8 @@ Result<PredictionInterval> next_of_several(std::span<const double> improvements,
       return make_error(where, fmt::format("found an improvement of {}, expected less than 1", improvement));
     left.push_back(std::log(1 - improvement));
   }
-  const auto summary = summarise(left, Divisor::kNMinus1, where);
-  if (!summary) return tl::unexpected(summary.error());
+  const auto summary = summarise(left, Divisor::kNMinus1);
+  if (!summary) return make_error(where, "an improvement is not finite");
   const auto n = static_cast<double>(left.size());
   const double quantile = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
   const double far = quantile * summary->sd * std::sqrt(1 + 1 / n), here = summary->mean;

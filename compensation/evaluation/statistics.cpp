@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/evaluation/statistics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace prism::evaluation {
 namespace {
 
-/// The deviations from the mean, scaled to at most 1 (squares of very small ones would underflow), or the error.
-Result<std::vector<double>> deviations(std::span<const double> values, const std::string& where) {
-  if (values.size() < 3) {
-    return make_error(where, "a correlation needs 3 values or more, found " + std::to_string(values.size()));
-  }
-  const auto summary = summarise(values, Divisor::kN, where);
-  if (!summary) return tl::unexpected(summary.error());
-  if (summary->peak_to_peak == 0) return make_error(where, "the series is constant: its correlation is not defined");
+/// The deviations from the mean, scaled to at most 1 (squares of very small ones would underflow); nullopt if no
+/// correlation is defined.
+std::optional<std::vector<double>> deviations(std::span<const double> values) {
+  const auto summary = summarise(values, Divisor::kN);
+  if (values.size() < 3 || !summary || summary->peak_to_peak == 0) return std::nullopt;
   std::vector<double> result(values.begin(), values.end());
   for (double& value : result) value = (value - summary->mean) / summary->peak_to_peak;
   return result;
@@ -44,13 +40,9 @@ double neumaier_sum(std::span<const double> values) {
 
 double mean_of(std::span<const double> values) { return neumaier_sum(values) / static_cast<double>(values.size()); }
 
-Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where) {
-  if (values.size() < 2) {
-    return make_error(where, "a standard deviation needs 2 values or more, found " + std::to_string(values.size()));
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) return make_error(where, "value " + std::to_string(i) + " is not a finite number");
-  }
+std::optional<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (values.size() < 2 || !std::all_of(values.begin(), values.end(), finite)) return std::nullopt;
   const double n = static_cast<double>(values.size());
   SummaryStatistics summary;
   summary.count = values.size();
@@ -91,22 +83,16 @@ double median_absolute_deviation(const std::vector<double>& values) {
   return median_of(std::move(distances));
 }
 
-Result<double> correlate(std::span<const double> x, std::span<const double> y, const std::string& where) {
-  if (x.size() != y.size()) {
-    return make_error(where,
-                      std::to_string(x.size()) + " against " + std::to_string(y.size()) + " values; expected as many");
-  }
-  const auto dx = deviations(x, where);
-  if (!dx) return tl::unexpected(dx.error());
-  const auto dy = deviations(y, where);
-  if (!dy) return tl::unexpected(dy.error());
+std::optional<double> correlate(std::span<const double> x, std::span<const double> y) {
+  const auto dx = deviations(x), dy = deviations(y);
+  if (x.size() != y.size() || !dx || !dy) return std::nullopt;
   const double r = dot(*dx, *dy, 0) / std::sqrt(dot(*dx, *dx, 0) * dot(*dy, *dy, 0));
   return std::clamp(r, -1.0, 1.0);
 }
 
-Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where) {
-  const auto d = deviations(values, where);
-  if (!d) return tl::unexpected(d.error());
+std::optional<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag) {
+  const auto d = deviations(values);
+  if (!d) return std::nullopt;
   Autocorrelation result;
   const double variance = dot(*d, *d, 0);
   for (std::size_t lag = 0; lag <= std::min(max_lag, values.size() - 1); ++lag) {
@@ -117,7 +103,7 @@ Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_
 }
 
 double neighbour_correlation(std::span<const double> values) {
-  const auto found = autocorrelate(values, 1, "");
+  const auto found = autocorrelate(values, 1);
   return found ? found->coefficient[1] : 0;
 }
 
@@ -134,26 +120,18 @@ std::optional<double> noise_floor(std::span<const double> blocks, const std::vec
   return std::sqrt(squares / (2.0 * static_cast<double>(pairs)));
 }
 
-Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
-                                             const std::vector<bool>& follows, Divisor divisor,
-                                             const std::string& where) {
-  if (raw.size() != corrected.size() || (!follows.empty() && follows.size() != raw.size())) {
-    return make_error(where, fmt::format("found {} raw and {} corrected blocks, expected equal numbers", raw.size(),
-                                         corrected.size()));
-  }
-  const auto before = summarise(raw, divisor, where + ", raw");
-  if (!before) return tl::unexpected(before.error());
-  const auto after = summarise(corrected, divisor, where + ", corrected");
-  if (!after) return tl::unexpected(after.error());
-
-  BiasStability result{divisor, *before, *after, {}, noise_floor(raw, follows), {}};
-  if (before->sd > 0) result.improvement = (before->sd - after->sd) / before->sd;
+BiasStability measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
+                                     const std::vector<bool>& follows, Divisor divisor) {
+  assert(raw.size() == corrected.size() && (follows.empty() || follows.size() == raw.size()));
+  const SummaryStatistics before = summarise(raw, divisor).value(), after = summarise(corrected, divisor).value();
+  BiasStability result{divisor, before, after, {}, noise_floor(raw, follows), {}};
+  if (before.sd > 0) result.improvement = (before.sd - after.sd) / before.sd;
   if (result.floor_deg_per_h) {
     const double floor = *result.floor_deg_per_h;
-    const double explainable = before->sd * before->sd - floor * floor;
+    const double explainable = before.sd * before.sd - floor * floor;
     // below a hundredth of the variance the ratio would be noise divided by noise
-    if (explainable > 0.01 * before->sd * before->sd) {
-      result.explained = (before->sd * before->sd - after->sd * after->sd) / explainable;
+    if (explainable > 0.01 * before.sd * before.sd) {
+      result.explained = (before.sd * before.sd - after.sd * after.sd) / explainable;
     }
   }
   return result;

@@ -6,10 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
-
-#include "base/result.hpp"
 
 namespace prism::evaluation {
 
@@ -32,8 +29,8 @@ struct SummaryStatistics {
   double peak_to_peak = 0;  ///< max − min
 };
 
-/// Errors: fewer than two values; a value that is not finite (with its index). `where` names the series.
-Result<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor, const std::string& where);
+/// Returns nullopt for fewer than two values or one that is not finite.
+std::optional<SummaryStatistics> summarise(std::span<const double> values, Divisor divisor);
 
 /// Sum with compensated rounding errors (Neumaier 1974): exact to the last bit or two in any order of values.
 double neumaier_sum(std::span<const double> values);
@@ -51,9 +48,9 @@ inline constexpr double kMadToSd = 1.4826;
 /// A standard deviation of normal data that outliers do not affect. Not empty, no NaN.
 inline double robust_sd(const std::vector<double>& values) { return kMadToSd * median_absolute_deviation(values); }
 
-/// Pearson's coefficient, −1 to 1, no unit. Errors: different lengths, fewer than three pairs, a value that is not
-/// finite, a constant series (its coefficient is not defined).
-Result<double> correlate(std::span<const double> x, std::span<const double> y, const std::string& where);
+/// Pearson's coefficient, −1 to 1, no unit. Returns nullopt for different lengths, fewer than three pairs, a value that
+/// is not finite, or a constant series (its coefficient is not defined).
+std::optional<double> correlate(std::span<const double> x, std::span<const double> y);
 
 struct Autocorrelation {
   std::vector<double> coefficient;  ///< lags 0 to max_lag, in samples; [0] = 1
@@ -61,8 +58,8 @@ struct Autocorrelation {
 };
 
 /// r_k = Σ (x_i − m)(x_{i+k} − m) / Σ (x_i − m)², the biased form, always within ±1. max_lag is limited to N − 1.
-/// Errors: fewer than three values, a value that is not finite, a constant series.
-Result<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag, const std::string& where);
+/// Returns nullopt for fewer than three values, a value that is not finite, or a constant series.
+std::optional<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag);
 /// r_1; 0 if it is undefined.
 double neighbour_correlation(std::span<const double> values);
 
@@ -83,11 +80,9 @@ struct BiasStability {
 };
 
 /// Before and after over the same blocks. `follows` (block i begins at the end of block i − 1) has the length of the
-/// series, or is empty if all blocks follow each other. Errors: different lengths, fewer than two blocks, values that
-/// are not finite.
-Result<BiasStability> measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
-                                             const std::vector<bool>& follows, Divisor divisor,
-                                             const std::string& where);
+/// series, or is empty if all blocks follow each other. Requires at least two blocks of each, all finite.
+BiasStability measure_bias_stability(std::span<const double> raw, std::span<const double> corrected,
+                                     const std::vector<bool>& follows, Divisor divisor);
 
 /// The floor alone: sqrt(Σ(x_{k+1} − x_k)² / 2M) over the M pairs of neighbours, deg/h. Slow drift cancels in first
 /// differences, so this is the white part. Returns nullopt without a pair.

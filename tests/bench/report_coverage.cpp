@@ -124,7 +124,7 @@ bool run(const World& world, std::uint64_t first_seed, int count) {
       records.push_back(switch_on(warm_up_profile(), world.hidden, warm_up, seed + static_cast<std::uint64_t>(s), 4));
     std::vector<double> means, scatters;
     for (const auto& record : records) {
-      const auto rest = evaluation::summarise(rest_of(record, warm_up), evaluation::Divisor::kNMinus1, "").value();
+      const auto rest = evaluation::summarise(rest_of(record, warm_up), evaluation::Divisor::kNMinus1).value();
       means.push_back(rest.mean), scatters.push_back(rest.sd);
     }
     const auto one = evaluation::fit_drift({records[0]}, kBand);

@@ -71,7 +71,7 @@ std::optional<double> rms_improvement(const compensation::Model& model, const re
   if (!mean) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
   for (double& bias : before) bias -= *mean;
-  const auto summary = evaluation::summarise(before, evaluation::Divisor::kN, table.name);
+  const auto summary = evaluation::summarise(before, evaluation::Divisor::kN);
   if (!summary || !(summary->rms > 0)) return std::nullopt;
   return 1 - result.stability.after.rms / summary->rms;
 }
@@ -102,14 +102,14 @@ tl::unexpected<Error> too_few(const compensation::Model& model, const recordings
                                 name, max_bias_deg_per_h, result.uncorrected, table.size()));
 }
 
-Result<evaluation::BiasStability> stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
-                                               evaluation::Divisor divisor) {
+evaluation::BiasStability stability_of(const ModelEvaluation& result, const recordings::BlockTable& table,
+                                       evaluation::Divisor divisor) {
   std::vector<bool> follows = table.follows;
   for (std::size_t i = 1; i < follows.size(); ++i)
     follows[i] = follows[i] && std::isfinite(result.corrected_deg_per_h[i - 1]);
   return evaluation::measure_bias_stability(result.where_corrected(table.bias_deg_per_h),
                                             result.where_corrected(result.corrected_deg_per_h),
-                                            result.where_corrected(follows), divisor, table.name);
+                                            result.where_corrected(follows), divisor);
 }
 
 }  // namespace
@@ -166,9 +166,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   }
   if (table.size() < result.uncorrected + 2) return too_few(*model, table, result, settings.engine.max_bias_deg_per_h);
   result.predicted_warming_deg_per_h = follow_warming(engine, table);
-  auto stability = stability_of(result, table, divisor);
-  if (!stability) return tl::unexpected(stability.error());
-  result.stability = *stability;
+  result.stability = stability_of(result, table, divisor);
   result.rms_improvement = rms_improvement(*model, table, result);
   count_coverage(*model, table, settings, result);
   const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
@@ -318,7 +316,7 @@ namespace {
 std::string reversed_drift(const recordings::BlockTable& table, const ModelEvaluation& evaluated) {
   constexpr double kReversed = -0.6;
   const auto r = evaluation::correlate(evaluated.where_corrected(table.bias_deg_per_h),
-                                       evaluated.where_corrected(evaluated.predicted_deg_per_h), table.name);
+                                       evaluated.where_corrected(evaluated.predicted_deg_per_h));
   if (!r || *r > kReversed) return {};
   return fmt::format(
       "its drift is the opposite of the model's (correlation {:.2f}): has its rate or that of the training the wrong "

@@ -148,7 +148,7 @@ report::Table switch_on_table(const std::vector<RestMean>& means, const Basis& b
     table.rows.push_back({utc_text(means[i].second)});
     put(table.rows.back(), run, basis);
   }
-  if (const auto spread = evaluation::summarise(offsets, evaluation::Divisor::kNMinus1, ""))
+  if (const auto spread = evaluation::summarise(offsets, evaluation::Divisor::kNMinus1))
     table.caption = fmt::format("Repeatability (1 sigma): {:.4f} deg/h.", spread->sd);
   return table;
 }
@@ -170,8 +170,7 @@ MeanDifference mean_difference(const std::vector<RestMean>& means, const compens
   for (const auto& [hour, values] : in_hour) hours.push_back(values.mean());
   const double r = std::clamp(evaluation::neighbour_correlation(hours), 0.0, 0.9);
   double sd = settings.sd_deg_per_h * std::sqrt(window_s / kHour_s);  // at least that of white residuals
-  if (const auto summary = evaluation::summarise(hours, evaluation::Divisor::kNMinus1, ""))
-    sd = std::max(sd, summary->sd);
+  if (const auto summary = evaluation::summarise(hours, evaluation::Divisor::kNMinus1)) sd = std::max(sd, summary->sd);
   const double within_sd = sd * std::sqrt((1 + r) / (1 - r) / static_cast<double>(hours.size()));
   return {all.mean(), within_sd, std::hypot(within_sd, settings.offset_deg_per_h / std::sqrt(double(runs.size())))};
 }

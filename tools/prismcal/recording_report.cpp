@@ -307,7 +307,7 @@ Table segment_table(const EvaluatedRecording& recording) {
       for (std::size_t i = segment.begin; i < segment.end; ++i) {
         if (std::isfinite(recording.evaluation->corrected_deg_per_h[i])) known.push_back(values[i]);
       }
-      return evaluation::summarise(known, divisor, data.name);
+      return evaluation::summarise(known, divisor);
     };
     const auto before = part(data.bias_deg_per_h), after = part(recording.evaluation->corrected_deg_per_h);
     const double length_h = static_cast<double>(segment.size()) * data.features.length_s / 3600;
@@ -360,8 +360,10 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {
   const auto residual = recording.evaluation->where_corrected(recording.evaluation->corrected_deg_per_h);
-  const auto r = evaluation::autocorrelate(residual, 60, recording.table->name + ", corrected");
-  if (!r) return tl::unexpected(r.error());
+  const auto r = evaluation::autocorrelate(residual, 60);
+  if (!r)
+    return make_error(recording.table->name + ", corrected",
+                      "no autocorrelation: the values are equal, or fewer than three");
   return Figure{
       recording.id + "_residual",
       "Residual on " + recording.table->name,

@@ -35,9 +35,7 @@ evaluation::PredictionInterval interval_of(const Day& day) {
 
 double improvement_of(const Day& day) {
   using evaluation::Divisor;
-  return *evaluation::measure_bias_stability(day.before, day.after, {}, Divisor::kN, "bench_science")
-              .value()
-              .improvement;
+  return *evaluation::measure_bias_stability(day.before, day.after, {}, Divisor::kN).improvement;
 }
 
 struct Tally {

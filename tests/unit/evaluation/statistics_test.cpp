@@ -22,17 +22,17 @@ const double kNan = std::nan("");
 
 TEST(SummaryStatistics, NamesAndUsesBothDivisors) {
   const Series values = {2, 4, 4, 4, 5, 5, 7, 9};  // mean 5, sum of squared deviations 32
-  const SummaryStatistics n = summarise(values, Divisor::kN, "x").value();
+  const SummaryStatistics n = summarise(values, Divisor::kN).value();
   EXPECT_DOUBLE_EQ(n.sd, 2.0);
-  EXPECT_DOUBLE_EQ(summarise(values, Divisor::kNMinus1, "x")->sd, std::sqrt(32.0 / 7.0));
+  EXPECT_DOUBLE_EQ(summarise(values, Divisor::kNMinus1)->sd, std::sqrt(32.0 / 7.0));
   EXPECT_DOUBLE_EQ(n.mean, 5);
   EXPECT_DOUBLE_EQ(n.rms, std::sqrt(232.0 / 8.0));
   EXPECT_DOUBLE_EQ(n.peak_to_peak, 7);
   EXPECT_STREQ(divisor_text(Divisor::kN), "N");
   EXPECT_STREQ(divisor_text(Divisor::kNMinus1), "N-1");
   // With a large offset the one-pass formula Σx² − N m² gives 0 or noise.
-  EXPECT_NEAR(summarise(Series{1e9 + 1, 1e9 + 2, 1e9 + 3}, Divisor::kNMinus1, "x")->sd, 1.0, 1e-12);
-  EXPECT_EQ(summarise(Series(1000, 0.1), Divisor::kN, "x")->sd, 0) << "of a constant exactly 0";
+  EXPECT_NEAR(summarise(Series{1e9 + 1, 1e9 + 2, 1e9 + 3}, Divisor::kNMinus1)->sd, 1.0, 1e-12);
+  EXPECT_EQ(summarise(Series(1000, 0.1), Divisor::kN)->sd, 0) << "of a constant exactly 0";
   EXPECT_EQ(neumaier_sum(Series{1, 1e100, 1, -1e100}), 2);
   EXPECT_EQ(median_of({3, 1, 2}), 2);
   EXPECT_EQ(median_of({4, 1, 3, 2}), 2.5);
@@ -45,28 +45,28 @@ TEST(Correlation, MatchesAHandCalculation) {
       {{1, 2, 3, 5}, {-1, -2, -3, -5}, -1},     // its mirror
       {{1, 2, 3, 4, 5}, {2, 1, 5, 3, 4}, 0.6},  // Σdxdy = 6, Σdx² = 10, Σdy² = 10
       {{1e-200, 2e-200, 3e-200}, {1e200, 2e200, 3e200}, 1}};
-  for (const auto& [x, y, expected] : rows) EXPECT_NEAR(correlate(x, y, "x").value(), expected, 1e-15);
+  for (const auto& [x, y, expected] : rows) EXPECT_NEAR(correlate(x, y).value(), expected, 1e-15);
 }
 
 TEST(Autocorrelation, OfAFirstOrderProcessFallsGeometricallyAndOfWhiteNoiseStaysInItsBand) {
   const Series drive = test::white_noise(200000, 1, 5);
   Series y(drive.size());
   for (std::size_t i = 1; i < y.size(); ++i) y[i] = 0.8 * y[i - 1] + drive[i];
-  const Autocorrelation result = autocorrelate(y, 3, "x").value();
+  const Autocorrelation result = autocorrelate(y, 3).value();
   EXPECT_DOUBLE_EQ(result.coefficient[0], 1);
   EXPECT_NEAR(result.coefficient[1], 0.8, 0.01);  // sd of r_1 is sqrt((1 − 0.64) / N) = 0.0013
   EXPECT_NEAR(result.coefficient[3], 0.512, 0.02);
-  const Autocorrelation white = autocorrelate(test::white_noise(10000, 1, 6), 100, "x").value();
+  const Autocorrelation white = autocorrelate(test::white_noise(10000, 1, 6), 100).value();
   int outside = 0;
   for (std::size_t lag = 1; lag <= 100; ++lag) outside += std::abs(white.coefficient[lag]) > white.band;
   EXPECT_LE(outside, 12);  // 5 expected; 12 is more than three sigma above
-  EXPECT_EQ(autocorrelate(Series{1, 2, 4}, 50, "x")->coefficient.size(), 3u) << "limited to the length of the series";
+  EXPECT_EQ(autocorrelate(Series{1, 2, 4}, 50)->coefficient.size(), 3u) << "limited to the length of the series";
 }
 
 TEST(BiasStability, ReturnsThePercentagesOfThePaper) {
   // Table 5, last row but one: 0.01850 before, 0.00718 after: 61.19 %.
   const BiasStability result =
-      measure_bias_stability(Series{-0.01850, 0.01850}, Series{-0.00718, 0.00718}, {}, Divisor::kN, "x").value();
+      measure_bias_stability(Series{-0.01850, 0.01850}, Series{-0.00718, 0.00718}, {}, Divisor::kN);
   EXPECT_DOUBLE_EQ(result.before.sd, 0.01850);
   EXPECT_DOUBLE_EQ(result.after.sd, 0.00718);
   EXPECT_NEAR(*result.improvement, 0.6119, 5e-5);
@@ -75,7 +75,7 @@ TEST(BiasStability, ReturnsThePercentagesOfThePaper) {
 TEST(BiasStability, FindsTheFloorUnderASlowDriftWithoutStepsOverGaps) {
   Series raw = test::white_noise(20000, 0.007, 1), noise = raw;
   for (std::size_t i = 0; i < raw.size(); ++i) raw[i] += 0.02 * std::sin(static_cast<double>(i) / 300);
-  const BiasStability result = measure_bias_stability(raw, noise, {}, Divisor::kNMinus1, "x").value();
+  const BiasStability result = measure_bias_stability(raw, noise, {}, Divisor::kNMinus1);
   EXPECT_NEAR(*result.floor_deg_per_h, 0.007, 0.00015);  // 4 sigma of 0.007 · sqrt(3 / (4 · 20000)), and the drift
   EXPECT_NEAR(*result.explained, 1.0, 0.01);             // the rest is the simulated noise
   const Series blocks = {1, 1, 1, 5, 5, 5};
@@ -85,29 +85,24 @@ TEST(BiasStability, FindsTheFloorUnderASlowDriftWithoutStepsOverGaps) {
 
 TEST(BiasStability, ReturnsNulloptIfAValueIsNotDefined) {
   const Series constant(10, 3.0), white = test::white_noise(500, 1, 3);
-  const BiasStability result = measure_bias_stability(constant, constant, {}, Divisor::kN, "x").value();
+  const BiasStability result = measure_bias_stability(constant, constant, {}, Divisor::kN);
   EXPECT_FALSE(result.improvement);
   EXPECT_FALSE(result.explained);
   EXPECT_EQ(result.floor_deg_per_h, 0);
-  const BiasStability nothing = measure_bias_stability(white, white, {}, Divisor::kN, "x").value();
+  const BiasStability nothing = measure_bias_stability(white, white, {}, Divisor::kN);
   EXPECT_NEAR(nothing.explained.value_or(0), 0, 1e-9);
 }
 
-TEST(Statistics, RejectSeriesThatTheyAreNotDefinedFor) {
+TEST(Statistics, AreNulloptForSeriesThatTheyAreNotDefinedFor) {
   const Series one = {1}, two = {1, 2}, three = {1, 2, 3}, constant = {7, 7, 7};
-  EXPECT_EQ(summarise({}, Divisor::kN, "rate").error().text(),
-            "rate: a standard deviation needs 2 values or more, found 0");
-  EXPECT_FALSE(summarise(one, Divisor::kN, "rate"));
-  EXPECT_EQ(summarise(Series{1, 2, kNan}, Divisor::kN, "rate").error().text(), "rate: value 2 is not a finite number");
-  EXPECT_EQ(correlate(three, constant, "U").error().text(),
-            "U: the series is constant: its correlation is not defined");
-  EXPECT_FALSE(correlate(two, two, "U"));
-  EXPECT_FALSE(correlate(three, two, "U"));
-  EXPECT_FALSE(autocorrelate(constant, 2, "x"));
-  EXPECT_EQ(measure_bias_stability(two, three, {}, Divisor::kN, "x").error().text(),
-            "x: found 2 raw and 3 corrected blocks, expected equal numbers");
-  EXPECT_FALSE(measure_bias_stability(two, two, {true}, Divisor::kN, "x"));
-  EXPECT_FALSE(measure_bias_stability(one, one, {}, Divisor::kN, "x"));
+  EXPECT_FALSE(summarise({}, Divisor::kN));
+  EXPECT_FALSE(summarise(one, Divisor::kN));
+  EXPECT_FALSE(summarise(Series{1, 2, kNan}, Divisor::kN));
+  EXPECT_FALSE(correlate(three, constant));
+  EXPECT_FALSE(correlate(two, two));
+  EXPECT_FALSE(correlate(three, two));
+  EXPECT_FALSE(correlate(three, Series{1, 2, kNan}));
+  EXPECT_FALSE(autocorrelate(constant, 2));
 }
 
 /// A first-order autoregression with a standard deviation of `sd`.
@@ -143,11 +138,11 @@ TEST(ImprovementInterval, ContainsTheImprovementOfTheNextDay) {
     const double memory = pair % 2 == 0 ? 0 : 0.9;
     const Day here = day(random, memory), next = day(random, memory);
     const auto interval = next_improvement(here.before, here.after, "here");
-    const auto further = measure_bias_stability(next.before, next.after, {}, Divisor::kN, "next");
-    ASSERT_TRUE(interval && further);
+    const auto further = measure_bias_stability(next.before, next.after, {}, Divisor::kN);
+    ASSERT_TRUE(interval);
     EXPECT_LT(interval->low, interval->value);
     EXPECT_LT(interval->value, interval->high);
-    covered += *further->improvement >= interval->low && *further->improvement <= interval->high;
+    covered += *further.improvement >= interval->low && *further.improvement <= interval->high;
     width += interval->high - interval->low;
   }
   EXPECT_GE(covered, 180);
@@ -248,8 +243,7 @@ TEST(ImprovementInterval, OfWhiteNoiseIsThatOfItsStandardDeviation) {
   ASSERT_EQ(interval->block, bootstrap_block(made.after));
   const double low = std::log(1 - interval->low), here = std::log(1 - interval->value),
                high = std::log(1 - interval->high);
-  EXPECT_NEAR(here, std::log(summarise(made.after, Divisor::kN, "")->sd / summarise(made.before, Divisor::kN, "")->sd),
-              1e-12);
+  EXPECT_NEAR(here, std::log(summarise(made.after, Divisor::kN)->sd / summarise(made.before, Divisor::kN)->sd), 1e-12);
   EXPECT_NEAR(low - here, here - high, 1e-9);
   // Here and there scatter alike, but for what repeats; between days, 1.96 of the standard deviation. Student's t of
   // more than 100 blocks is 1.97.
@@ -278,7 +272,7 @@ TEST(ImprovementInterval, OfADifferenceIsThatOfBothStandardDeviations) {
   for (int i = 0; i < 400; ++i) before.push_back(i % 2 ? 2 : -2);
   const auto interval = next_difference(before, good, worse, "two");
   ASSERT_TRUE(interval);
-  const double first = summarise(good, Divisor::kN, "")->sd, second = summarise(worse, Divisor::kN, "")->sd;
+  const double first = summarise(good, Divisor::kN)->sd, second = summarise(worse, Divisor::kN)->sd;
   EXPECT_NEAR(interval->value, (first - second) / 2, 1e-12);
   EXPECT_NEAR(interval->value - interval->low, interval->high - interval->value, 1e-12);
   const double sd = std::sqrt(first * first * variance_of_sd(good) + second * second * variance_of_sd(worse)) / 2;
