@@ -10,8 +10,6 @@
 #include <cmath>
 #include <utility>
 
-#include "compensation/evaluation/statistics.hpp"
-
 namespace prism::evaluation {
 namespace {
 

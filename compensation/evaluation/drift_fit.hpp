@@ -7,12 +7,9 @@
 #include <span>
 #include <vector>
 
-namespace prism::evaluation {
+#include "compensation/evaluation/statistics.hpp"
 
-/// A value with its 95 % interval.
-struct Estimate {
-  double value = 0, low = 0, high = 0;
-};
+namespace prism::evaluation {
 
 /// Means of one switch-on of the gyro, or of a recording without one; its level is its own.
 struct DriftRecord {

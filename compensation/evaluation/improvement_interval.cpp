@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "compensation/evaluation/improvement_interval.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -10,8 +8,6 @@
 #include <numeric>
 #include <random>
 #include <vector>
-
-#include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {
 namespace {
@@ -70,19 +66,12 @@ double reach(std::size_t n, std::size_t block) {
   return std::sqrt(2.0) * boost::math::quantile(boost::math::students_t(freedom), 0.975);
 }
 
-Result<void> usable(std::span<const double> before, std::span<const double> after, const std::string& where) {
-  if (before.size() != after.size() || before.size() < kLeast) {
-    return make_error(where,
-                      fmt::format("an interval of the improvement needs as many corrected blocks as raw ones, {} or "
-                                  "more; found {} and {}",
-                                  kLeast, after.size(), before.size()));
-  }
-  for (const auto& series : {before, after}) {
+bool usable(std::span<const double> before, std::span<const double> after) {
+  const auto varies = [](std::span<const double> series) {
     const auto summary = summarise(series, Divisor::kN);
-    if (!summary) return make_error(where, "a value is not finite");
-    if (!(summary->sd > 0)) return make_error(where, "the series is constant: the improvement has no interval");
-  }
-  return {};
+    return summary && summary->sd > 0;
+  };
+  return before.size() == after.size() && before.size() >= kLeast && varies(before) && varies(after);
 }
 
 /// Number of lags until the autocorrelation stays within its band (Politis and White 2004, footnote c); all if it never
@@ -118,9 +107,8 @@ std::size_t bootstrap_block(std::span<const double> values) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length)));
 }
 
-Result<PredictionInterval> next_improvement(std::span<const double> before, std::span<const double> after,
-                                            const std::string& where) {
-  if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
+std::optional<Estimate> next_improvement(std::span<const double> before, std::span<const double> after) {
+  if (!usable(before, after)) return std::nullopt;
   const std::size_t n = before.size(), block = bootstrap_block(after);
   std::vector<double> raw(n), left(n);
   const auto statistic = [&](const std::vector<std::size_t>& from) {
@@ -132,33 +120,24 @@ Result<PredictionInterval> next_improvement(std::span<const double> before, std:
   };
   const auto [here, sd] = bootstrap(n, block, statistic);
   const double far = std::hypot(std::sqrt(1 - kRepeats) * reach(n, block) * sd, std::sqrt(2.0) * 1.96 * kBetweenDays);
-  return PredictionInterval{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), block};
+  return Estimate{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far)};
 }
 
-Result<PredictionInterval> next_of_several(std::span<const double> improvements, const std::string& where) {
-  if (improvements.size() < 3) {
-    return make_error(
-        where, fmt::format("found {} recordings, expected 3 or more to estimate their scatter", improvements.size()));
-  }
+std::optional<Estimate> next_of_several(std::span<const double> improvements) {
+  if (improvements.size() < 3) return std::nullopt;
   std::vector<double> left;
-  for (const double improvement : improvements) {
-    if (!(improvement < 1))
-      return make_error(where, fmt::format("found an improvement of {}, expected less than 1", improvement));
-    left.push_back(std::log(1 - improvement));
-  }
-  const auto summary = summarise(left, Divisor::kNMinus1);
-  if (!summary) return make_error(where, "an improvement is not finite");
+  for (const double improvement : improvements) left.push_back(std::log(1 - improvement));
+  const auto summary = summarise(left, Divisor::kNMinus1);  // of 1 and more the logarithm is not finite
+  if (!summary) return std::nullopt;
   const auto n = static_cast<double>(left.size());
   const double quantile = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
   const double far = quantile * summary->sd * std::sqrt(1 + 1 / n), here = summary->mean;
-  return PredictionInterval{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far), 1};
+  return Estimate{1 - std::exp(here), 1 - std::exp(here + far), 1 - std::exp(here - far)};
 }
 
-Result<PredictionInterval> next_difference(std::span<const double> before, std::span<const double> first,
-                                           std::span<const double> second, const std::string& where) {
-  for (const auto& after : {first, second}) {
-    if (auto good = usable(before, after, where); !good) return tl::unexpected(good.error());
-  }
+std::optional<Estimate> next_difference(std::span<const double> before, std::span<const double> first,
+                                        std::span<const double> second) {
+  if (!usable(before, first) || !usable(before, second)) return std::nullopt;
   const std::size_t n = before.size();
   const std::size_t block =
       std::max(bootstrap_block(influence(before, first)), bootstrap_block(influence(before, second)));
@@ -172,7 +151,7 @@ Result<PredictionInterval> next_difference(std::span<const double> before, std::
   };
   const auto [here, sd] = bootstrap(n, block, statistic);
   const double far = reach(n, block) * sd;
-  return PredictionInterval{here, here - far, here + far, block};
+  return Estimate{here, here - far, here + far};
 }
 
 }  // namespace prism::evaluation

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Prediction intervals: the improvement of further recordings, from that of one or several.
+// 95 % prediction intervals: the improvement of further recordings of the same profile, from that of one or several.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
-#include <string>
 
-#include "base/result.hpp"
+#include "compensation/evaluation/statistics.hpp"
 
 namespace prism::evaluation {
 
@@ -19,34 +19,22 @@ inline constexpr double kBetweenDays = 0.09;
 /// not contribute to their difference. Also from simulated days.
 inline constexpr double kRepeats = 0.4;
 
-/// A value of one recording, and its 95 % prediction interval for further recordings of the same profile.
-struct PredictionInterval {
-  double value = 0;       ///< of this recording
-  double low = 0;         ///< 2.5 % of further recordings are below
-  double high = 0;        ///< 2.5 % are above
-  std::size_t block = 0;  ///< values per resampled block
-
-  /// Returns true if the interval contains zero: the next recording may show the opposite, or no effect.
-  bool holds_zero() const { return low <= 0 && high >= 0; }
-};
-
 /// The improvement 1 − sd(after)/sd(before), a fraction. Circular block bootstrap of the residual `after` on the fixed
 /// prediction `before` − `after`, 1 000 resamples with a fixed seed. The interval uses Student's t on the logarithm of
 /// the ratio, with one degree of freedom less than the recording has blocks, and kBetweenDays. The variance counts
-/// twice, because the next recording scatters as much as this one, except for kRepeats. Errors: fewer than 20 values,
-/// different lengths, values that are not finite, a constant series.
-Result<PredictionInterval> next_improvement(std::span<const double> before, std::span<const double> after,
-                                            const std::string& where);
+/// twice, because the next recording scatters as much as this one, except for kRepeats. Returns nullopt for fewer than
+/// 20 values, different lengths, values that are not finite, or a constant series.
+std::optional<Estimate> next_improvement(std::span<const double> before, std::span<const double> after);
 
 /// The improvement of `second` minus that of `first`, both corrections of the same recording `before`. Pairs are
-/// resampled together, and day-to-day changes common to both cancel. Errors: as above.
-Result<PredictionInterval> next_difference(std::span<const double> before, std::span<const double> first,
-                                           std::span<const double> second, const std::string& where);
+/// resampled together, and day-to-day changes common to both cancel. Returns nullopt as above.
+std::optional<Estimate> next_difference(std::span<const double> before, std::span<const double> first,
+                                        std::span<const double> second);
 
 /// 95 % prediction interval of the improvement, from the improvements of several recordings alone (fractions, each
 /// below 1): Student's t on the logarithms of the remaining ratios, with the recordings' own scatter. `value` is their
-/// mean, `block` 1. Errors: fewer than 3, or one that is not finite or not below 1.
-Result<PredictionInterval> next_of_several(std::span<const double> improvements, const std::string& where);
+/// mean. Returns nullopt for fewer than 3, or one that is not finite or not below 1.
+std::optional<Estimate> next_of_several(std::span<const double> improvements);
 
 /// Number of neighbours to resample together: the block length with the smallest error of a mean's variance, from the
 /// autocorrelation (Politis and White 2004, corrected by Patton, Politis and White 2009), 1 to a quarter of the values.

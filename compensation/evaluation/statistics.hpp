@@ -19,6 +19,13 @@ enum class Divisor {
 /// "N" or "N-1", as reports print it.
 const char* divisor_text(Divisor divisor);
 
+/// A value with its 95 % interval.
+struct Estimate {
+  double value = 0, low = 0, high = 0;
+
+  bool holds_zero() const { return low <= 0 && high >= 0; }
+};
+
 /// Location and scale of one series, in its own unit.
 struct SummaryStatistics {
   std::size_t count = 0;

@@ -73,7 +73,7 @@ std::optional<report::Paragraph> together_paragraph(const std::vector<Case>& cas
   for (const Case& c : cases) {
     if (const auto& improvement = c.evaluation.stability.improvement) improvements.push_back(*improvement);
   }
-  const auto interval = evaluation::next_of_several(improvements, "");
+  const auto interval = evaluation::next_of_several(improvements);
   if (!interval) return std::nullopt;
   const std::string text = fmt::format(
       "Over {} recordings the bias stability {} by {:.1f} % (geometric mean of the residual shares). 95 % of further "

@@ -169,13 +169,12 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   result.stability = stability_of(result, table, divisor);
   result.rms_improvement = rms_improvement(*model, table, result);
   count_coverage(*model, table, settings, result);
-  const auto interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
-                                                     result.where_corrected(result.corrected_deg_per_h), table.name);
-  if (interval) result.improvement_interval = *interval;
+  result.improvement_interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
+                                                             result.where_corrected(result.corrected_deg_per_h));
   return result;
 }
 
-std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval) {
+std::string interval_text(const std::optional<evaluation::Estimate>& interval) {
   return interval ? fmt::format("{:.1f} to {:.1f}", 100 * interval->low, 100 * interval->high) : report::kNothing;
 }
 
@@ -188,7 +187,7 @@ std::optional<evaluation::Estimate> gain_of(const ModelEvaluation& first, const 
     one.push_back(first.corrected_deg_per_h[i]);
     two.push_back(other.corrected_deg_per_h[i]);
   }
-  const auto gain = evaluation::next_difference(before, one, two, table.name);
+  const auto gain = evaluation::next_difference(before, one, two);
   if (!gain) return std::nullopt;
   return evaluation::Estimate{100 * gain->value, 100 * gain->low, 100 * gain->high};
 }

@@ -32,7 +32,7 @@ struct ModelEvaluation {
   bool knows_slope = false;             ///< the model has the slope of a temperature as input
   evaluation::BiasStability stability;  ///< over blocks with a correction
   /// 95 % prediction interval of the improvement in another recording; nullopt if these blocks do not determine it.
-  std::optional<evaluation::PredictionInterval> improvement_interval;
+  std::optional<evaluation::Estimate> improvement_interval;
   /// 1 − rms(after) / rms(before − mean of the training). Unlike 1 sigma it includes a shift of the bias since the
   /// training. Nullopt if the model does not contain the training mean.
   std::optional<double> rms_improvement;
@@ -74,7 +74,7 @@ struct ModelEvaluation {
 };
 
 /// "44.1 to 61.3", in percent; "—" without an interval.
-std::string interval_text(const std::optional<evaluation::PredictionInterval>& interval);
+std::string interval_text(const std::optional<evaluation::Estimate>& interval);
 
 /// The improvement of `other` minus that of `first`, in points, over the blocks of `table` that both correct, and its
 /// 95 % prediction interval in another recording. Nullopt if these blocks do not determine it.

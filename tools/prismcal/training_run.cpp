@@ -446,7 +446,7 @@ double sum_of_squares(const std::vector<double>& values) {
 // next_improvement(): from 16 pairs of simulated days (docs/report.md).
 constexpr double kOtherDay = 0.18;
 
-evaluation::PredictionInterval for_another_day(evaluation::PredictionInterval interval) {
+evaluation::Estimate for_another_day(evaluation::Estimate interval) {
   const auto widened = [&](double end) {
     const double left = 1 - interval.value, half = std::log((1 - end) / left);
     return 1 - left * std::exp(std::copysign(std::hypot(half, 2 * kOtherDay), half));
@@ -530,7 +530,7 @@ std::optional<Expectation> expectation_of(const training::HeldOutErrors& held_ou
   if (!(sum_of_squares(before) > 0)) return std::nullopt;
   Expectation expected{training::fold_count(held_out.folds), count, 1 - sum_of_squares(after) / sum_of_squares(before),
                        std::nullopt};
-  if (const auto interval = evaluation::next_improvement(before, after, "held-out parts"))
+  if (const auto interval = evaluation::next_improvement(before, after))
     expected.improvement = for_another_day(*interval);
   return expected;
 }

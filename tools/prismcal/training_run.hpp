@@ -29,7 +29,7 @@ struct Expectation {
   /// 1 − variance of the errors / variance of the bias, within the recordings; below 0: worse than no model.
   double explained = 0;
   /// Of 1 sigma, in another recording of the same profile. Nullopt if the samples do not determine it.
-  std::optional<evaluation::PredictionInterval> improvement;
+  std::optional<evaluation::Estimate> improvement;
 };
 
 /// Returns nullopt if the recordings are too short to hold parts out.

@@ -24,10 +24,10 @@ Day day_of(const compensation::Model& model, const Record& record) {
   return {{record.data.target.begin(), record.data.target.end()}, {after.begin(), after.end()}};
 }
 
-evaluation::PredictionInterval interval_of(const Day& day) {
-  const auto interval = evaluation::next_improvement(day.before, day.after, "bench_science");
+evaluation::Estimate interval_of(const Day& day) {
+  const auto interval = evaluation::next_improvement(day.before, day.after);
   if (!interval) {
-    fmt::print(stderr, "{}\n", interval.error().text());
+    fmt::print(stderr, "bench_science: found no interval of the improvement\n");
     std::exit(1);
   }
   return *interval;
@@ -58,12 +58,13 @@ int intervals(std::uint64_t first_seed, int count) {
         const compensation::ModelPtr model =
             trained(contender, simulate(simulation::paper_profile(), truth.settings, seed).data);
         for (std::size_t p = 0; p < 2; ++p) {
-          const auto here = interval_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
+          const Day day = day_of(*model, simulate(profiles[p], truth.settings, ++seed));
+          const auto here = interval_of(day);
           const double next = improvement_of(day_of(*model, simulate(profiles[p], truth.settings, ++seed)));
           tallies[p].held.push_back(next >= here.low && next <= here.high);
           tallies[p].width.push_back((here.high - here.low) / 2);
           tallies[p].far.push_back((next - here.value) * (next - here.value));
-          tallies[p].block.push_back(static_cast<double>(here.block));
+          tallies[p].block.push_back(static_cast<double>(evaluation::bootstrap_block(day.after)));
         }
       }
       for (std::size_t p = 0; p < 2; ++p) {
