@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "base/text_number.hpp"
@@ -19,21 +20,10 @@
 namespace prism::compensation {
 namespace {
 
-constexpr int kArrivalDecimals = 3;
+/// Decimal places in the output.
+constexpr int kRateDecimals = 6, kTemperatureDecimals = 5, kUhfoDecimals = 6, kSlopeDecimals = 8, kSensorDecimals = 6,
+              kArrivalDecimals = 3;
 constexpr std::int64_t kFarthestSecond = 9'223'372'036;  // the range of std::int64_t nanoseconds
-
-// With one digit in the last column, a truncated row always has too few columns or an empty last one.
-static_assert(kLogColumns.back().name == "partial" && kLogColumns.back().type == ColumnType::kFlag);
-static_assert(kLogColumns[kColumnsOfFormat1 - 1].name == "quality");
-static_assert(kJsonColumns.front() == column_index("time_s"));
-static_assert(
-    [] {
-      for (std::size_t i = 0; i < kJsonColumns.size(); ++i) {
-        if (kLogColumns[kJsonColumns[i]].json != static_cast<int>(i) + 1) return false;
-      }
-      return true;
-    }(),
-    "each position in JSON is used once, from 1 on");
 
 template <class Number>
 bool take_number(std::string_view field, Number& value) {
@@ -41,10 +31,6 @@ bool take_number(std::string_view field, Number& value) {
   if (number) value = *number;
   return number.has_value();
 }
-
-}  // namespace
-
-namespace column {
 
 void append(std::string& text, double value, int decimals) { append_fixed(text, value, decimals); }
 
@@ -114,7 +100,115 @@ bool parse_partial(std::string_view field, std::size_t /*before*/, CompensatedWi
   return digit == '0' || digit == '1';
 }
 
-}  // namespace column
+template <class Class, class Value>
+constexpr bool is_member_of_second(Value Class::* /*member*/) {
+  return std::is_same_v<Class, SecondMean>;
+}
+
+/// `path`: pointers to members, from the row to the value.
+template <int decimals, auto... path>
+constexpr LogColumn real(std::string_view name, std::string_view unit, int json) {
+  return {name,
+          unit,
+          ColumnType::kReal,
+          json,
+          [](std::string& text, const CompensatedWindow& row) { append(text, (row.*....*path), decimals); },
+          [](std::string_view field, std::size_t before, CompensatedWindow& row) {
+            return parse(field, before, (row.*....*path), decimals);
+          },
+          nullptr,
+          [](const CompensatedWindow& row) -> const double& { return (row.*....*path); },
+          decimals,
+          (is_member_of_second(path) || ...)};
+}
+
+template <auto... path>
+constexpr LogColumn count(std::string_view name, ColumnType type, int json) {
+  return {name,
+          "",
+          type,
+          json,
+          [](std::string& text, const CompensatedWindow& row) { append(text, (row.*....*path)); },
+          [](std::string_view field, std::size_t before, CompensatedWindow& row) {
+            return parse(field, before, (row.*....*path));
+          },
+          [](const CompensatedWindow& row) { return std::int64_t{(row.*....*path)}; }};
+}
+
+template <int decimals, auto member>
+constexpr auto* of_second = &real<decimals, &CompensatedWindow::window, &Window::second_mean, member>;
+template <auto member>
+constexpr auto* count_of_second = &count<&CompensatedWindow::window, &Window::second_mean, member>;
+template <int decimals, auto member>
+constexpr auto* of_window = &real<decimals, &CompensatedWindow::window, member>;
+template <auto member>
+constexpr auto* of_correction = &real<kRateDecimals, &CompensatedWindow::correction, member>;
+template <auto member>
+constexpr auto* of_row = &real<kRateDecimals, member>;
+
+constexpr std::array kLogColumns = [] {
+  using enum ColumnType;
+  using Row = CompensatedWindow;
+  // clang-format off
+  return std::array{
+      LogColumn{"time_utc", "", kTime, 0, append_utc, [](std::string_view, std::size_t, Row&) { return true; }},
+      LogColumn{"time_s", "s", kTime, 1, append_second, parse_second},
+      count_of_second<&SecondMean::samples>("samples", kInteger, 2),
+      count_of_second<&SecondMean::missing_frames>("missing", kUnsigned, 3),
+      of_second<kRateDecimals, &SecondMean::rate_deg_per_h>("rate_deg_per_h", "deg/h", 4),
+      of_second<kTemperatureDecimals, &SecondMean::temperature_degc>("temperature_degc", "degC", 5),
+      of_second<kUhfoDecimals, &SecondMean::uhfo_v>("uhfo_v", "V", 6),
+      count_of_second<&SecondMean::status>("status", kUnsigned, 0),
+      of_window<kRateDecimals, &Window::rate_deg_per_h>("mean_rate_deg_per_h", "deg/h", 7),
+      of_window<kTemperatureDecimals, &Window::temperature_degc>("mean_temperature_degc", "degC", 8),
+      of_window<kSlopeDecimals, &Window::slope_degc_per_s>("slope_degc_per_s", "degC/s", 9),
+      of_window<kUhfoDecimals, &Window::uhfo_v>("mean_uhfo_v", "V", 10),
+      of_correction<&Correction::bias_deg_per_h>("bias_deg_per_h", "deg/h", 12),
+      of_correction<&Correction::sd_deg_per_h>("sd_deg_per_h", "deg/h", 13),
+      of_row<&Row::corrected_deg_per_h>("corrected_deg_per_h", "deg/h", 15),
+      of_row<&Row::corrected_mean_deg_per_h>("corrected_mean_deg_per_h", "deg/h", 11),
+      LogColumn{"quality", "", kText, 16, append_quality, parse_quality},
+      of_correction<&Correction::sd_mean_deg_per_h>("sd_mean_deg_per_h", "deg/h", 14),
+      LogColumn{"arrival_s", "s", kTime, 0, append_arrival, parse_arrival},
+      of_row<&Row::sent_deg_per_h>("sent_deg_per_h", "deg/h", 17),
+      of_correction<&Correction::offset_deg_per_h>("offset_deg_per_h", "deg/h", 18),
+      // New columns here.
+      LogColumn{"partial", "", kFlag, 0, append_partial, parse_partial,
+                [](const Row& row) { return std::int64_t{row.window.second_mean.partial}; }}};
+  // clang-format on
+}();
+
+/// Indices of the columns in JSON, in their order there.
+constexpr std::array kJsonColumns = [] {
+  constexpr auto count = std::ranges::count_if(kLogColumns, [](const LogColumn& column) { return column.json > 0; });
+  std::array<std::size_t, count> indices{};
+  for (std::size_t i = 0; i < kLogColumns.size(); ++i) {
+    if (kLogColumns[i].json > 0) indices.at(static_cast<std::size_t>(kLogColumns[i].json - 1)) = i;
+  }
+  return indices;
+}();
+
+// With one digit in the last column, a truncated row always has too few columns or an empty last one.
+static_assert(kLogColumns.back().name == "partial" && kLogColumns.back().type == ColumnType::kFlag);
+static_assert(kLogColumns[kColumnsOfFormat1 - 1].name == "quality");
+static_assert(kLogColumns[kJsonColumns.front()].name == "time_s");
+static_assert(
+    [] {
+      for (std::size_t i = 0; i < kJsonColumns.size(); ++i) {
+        if (kLogColumns[kJsonColumns[i]].json != static_cast<int>(i) + 1) return false;
+      }
+      return true;
+    }(),
+    "each position in JSON is used once, from 1 on");
+
+}  // namespace
+
+std::span<const LogColumn> log_columns() { return kLogColumns; }
+
+const LogColumn* find_column(std::string_view name) {
+  const auto* const found = std::ranges::find(kLogColumns, name, &LogColumn::name);
+  return found == kLogColumns.end() ? nullptr : found;
+}
 
 }  // namespace prism::compensation
 
@@ -197,13 +291,12 @@ Result<CsvLayout> CsvLayout::parse(std::string_view columns, std::string_view wh
     const std::string_view name = columns.substr(begin, end - begin);
     if (!names.insert(name).second)
       return make_error(std::string(where), fmt::format("found column \"{}\" twice", plain_text(name)));
-    const auto known = std::find_if(kLogColumns.begin(), kLogColumns.end(),
-                                    [name](const LogColumn& column) { return column.name == name; });
+    const LogColumn* const known = find_column(name);
     const auto sensor = std::find(wanted.begin(), wanted.end(), name);
     Field& field = layout.fields_.emplace_back();
     if (sensor != wanted.end()) {
       field.known = kSensors + static_cast<std::size_t>(sensor - wanted.begin());
-    } else if (known != kLogColumns.end()) {
+    } else if (known != nullptr) {
       field.known = static_cast<std::size_t>(known - kLogColumns.begin());
     }
   }
@@ -316,7 +409,7 @@ Result<void> read_csv(std::string_view line, std::string_view where, const CsvLa
     const bool checked = checked_decimals > 0 && (field.empty() || is_fixed(field, before, checked_decimals));
     const bool read = !checked && known != CsvLayout::kPassedOver;
     if (read && known >= CsvLayout::kSensors) {
-      if (!column::parse(field, before, window.second_mean.sensors[known - CsvLayout::kSensors], kSensorDecimals))
+      if (!parse(field, before, window.second_mean.sensors[known - CsvLayout::kSensors], kSensorDecimals))
         return make_error(std::string(where),
                           fmt::format("sensor: found \"{}\", expected a number", plain_text(field)));
     } else if (read && !kLogColumns[known].parse(field, before, row)) {

@@ -23,7 +23,7 @@ namespace prism::prismrelay {
 namespace {
 
 using compensation::ColumnType;
-using compensation::kLogColumns;
+using compensation::log_columns;
 using compensation::LogColumn;
 using nlohmann::json;
 
@@ -103,7 +103,7 @@ class RowConverter {
     append_time(text, record.arrival_ns);
     append_time(text, time_ns);
     sensors.empty() ? append_null(text) : append_text(text, sensors += '}');
-    for (const LogColumn& column : kLogColumns) append_column(text, column);
+    for (const LogColumn& column : log_columns()) append_column(text, column);
     return std::nullopt;
   }
 
@@ -178,7 +178,7 @@ void add_segment(BatchItem& item, const json& segment) {
   item.records[kSegments].push_back(
       {.segment = record.segment, .line = member(segment, "file").get_ref<const std::string&>(), .end = text.size()});
   std::string prefix;  // of a row: the number of its fields, and the first ones
-  append_number(prefix, 8 + std::ranges::count_if(kLogColumns, is_copied), 2);
+  append_number(prefix, 8 + std::ranges::count_if(log_columns(), is_copied), 2);
   append_text(prefix, item.log.gyro);
   append_text(prefix, item.log.axis);
   const std::vector<std::uint8_t> log_id = hex_bytes(item.log_id);
@@ -268,7 +268,7 @@ std::string place_line(const BatchItem& item) {
 
 std::string row_columns() {
   std::string text = "gyro, axis, log, segment, row_number, arrival, time, sensors";
-  for (const LogColumn& column : kLogColumns) {
+  for (const LogColumn& column : log_columns()) {
     if (is_copied(column)) (text += ", ") += column.name;
   }
   return text;

@@ -139,9 +139,7 @@ void Period::add(const Period& other) {
 
 Period second_of(const compensation::CompensatedWindow& row) {
   const compensation::SecondMean& mean = row.window.second_mean;
-  const auto value_of = [&](std::string_view name) {
-    return compensation::kLogColumns[compensation::column_index(name)].value(row);
-  };
+  const auto value_of = [&](std::string_view name) { return compensation::find_column(name)->value(row); };
   Period second = period_of(mean.second, static_cast<double>(mean.samples), static_cast<double>(mean.missing_frames),
                             row.correction.quality == compensation::kGood, value_of);
   for (std::size_t i = 0; i < mean.sensors.size(); ++i) {

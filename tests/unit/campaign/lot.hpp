@@ -21,7 +21,7 @@ class Lot {
     std::filesystem::create_directories(path.parent_path());
     std::string columns;
     for (std::size_t i = 0; i < compensation::kColumnsOfFormat1; ++i)
-      columns += (i > 0 ? "," : "") + std::string(compensation::kLogColumns[i].name);
+      columns += (i > 0 ? "," : "") + std::string(compensation::log_columns()[i].name);
     std::ofstream(path) << "# prism 0.2.0 data log, format 2\n# instance: g\n# gyro_serial: " << serial
                         << "\n# axis: z\n"
                         << columns << "\n"

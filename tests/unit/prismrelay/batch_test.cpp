@@ -331,7 +331,7 @@ TEST(RowConverter, HasTheColumnsOfTheTable) {
   std::string sql;
   for (const char* const file : {"1.sql", "2.sql"})
     sql += test::read_file(std::filesystem::path(PRISM_SOURCE_DIR) / "tools/prismrelay/schema" / file);
-  for (const compensation::ColumnInfo& column : compensation::kColumnInfo) {
+  for (const compensation::LogColumn& column : compensation::log_columns()) {
     if (column.type == compensation::ColumnType::kTime) continue;
     EXPECT_THAT(sql, HasSubstr(fmt::format(" {} ", column.name)));
   }
