@@ -32,7 +32,7 @@ std::optional<InputTerm> parse_term(const std::string& name) {
   return InputTerm{InputTerm::Kind::kDifference, first, second};
 }
 
-/// True if the definition has the quantity.
+/// The unit of a quantity; empty if the definition does not have it.
 std::string unit_of(const FeatureDefinition& definition, const std::string& quantity) {
   if (quantity == kInputTemperature) return "degC";
   if (quantity == kInputUhfo) return "V";
@@ -68,13 +68,8 @@ std::vector<std::string> sensors_of(const std::vector<std::string>& inputs) {
 bool has_input(const FeatureDefinition& definition, const std::string& name) {
   const auto term = parse_term(name);
   if (!term) return false;
-  const auto known = [&](const std::string& quantity) {
-    return quantity == kInputTemperature || quantity == kInputUhfo ||
-           sensor_index(definition.sensors, quantity) < definition.sensors.size();
-  };
-  if (!known(term->first)) return false;
-  return term->kind != InputTerm::Kind::kDifference ||
-         (known(term->second) && unit_of(definition, term->first) == unit_of(definition, term->second));
+  const std::string unit = unit_of(definition, term->first);
+  return !unit.empty() && (term->kind != InputTerm::Kind::kDifference || unit == unit_of(definition, term->second));
 }
 
 std::string unit_of_input(const FeatureDefinition& definition, const std::string& name) {
@@ -89,26 +84,15 @@ double input_value(const Window& window, const FeatureDefinition& definition, co
   if (name == kInputUhfo) return window.uhfo_v;
   const auto term = parse_term(name);
   if (!term) return kUnknown;
-  const auto sensor = [&](const std::string& quantity) -> const SensorWindow* {
+  const auto of = [&](const std::string& quantity) {
+    if (quantity == kInputTemperature) return SensorWindow{window.temperature_degc, window.slope_degc_per_s};
+    if (quantity == kInputUhfo) return SensorWindow{window.uhfo_v};
     const std::size_t index = sensor_index(definition.sensors, quantity);
-    return index < window.sensors.size() ? &window.sensors[index] : nullptr;
+    return index < window.sensors.size() ? window.sensors[index] : SensorWindow();
   };
-  const auto mean = [&](const std::string& quantity) {
-    if (quantity == kInputTemperature) return window.temperature_degc;
-    if (quantity == kInputUhfo) return window.uhfo_v;
-    const SensorWindow* const own = sensor(quantity);
-    return own ? own->mean : kUnknown;
-  };
-  const SensorWindow* const own = sensor(term->first);
-  switch (term->kind) {
-    case InputTerm::Kind::kMean:
-      return mean(term->first);
-    case InputTerm::Kind::kSlope:
-      return own ? own->slope_per_s : kUnknown;
-    case InputTerm::Kind::kDifference:
-      return mean(term->first) - mean(term->second);
-  }
-  return kUnknown;
+  const SensorWindow first = of(term->first);
+  if (term->kind == InputTerm::Kind::kSlope) return first.slope_per_s;
+  return term->kind == InputTerm::Kind::kMean ? first.mean : first.mean - of(term->second).mean;
 }
 
 namespace {
