@@ -173,7 +173,10 @@ class JsonTable {
     return value(
         key, {{"type", "array"}, {"items", limits_schema("number", range)}}, member, help,
         [range](const Section& section, const std::string& name) { return section.numbers(name, range); },
-        [](const auto&) { return Json(); });
+        [](const auto& stored) {
+          const std::vector<double> numbers(stored.data(), stored.data() + stored.size());
+          return numbers.empty() ? Json() : Json(numbers);
+        });
   }
 
   /// One string, or an array of at least one.
@@ -381,6 +384,12 @@ class JsonTable {
   /// The last key is read by another function, also if it is absent.
   JsonTable& read_by(std::function<void(const Section&, T&)> read) {
     rows_.back().read = std::move(read);
+    return *this;
+  }
+
+  /// The last key is printed by another function, which puts it into the object.
+  JsonTable& print_by(std::function<void(const T&, Json&)> print) {
+    rows_.back().print = std::move(print);
     return *this;
   }
 
