@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/json_member.hpp"
 #include "base/text_number.hpp"
 
 namespace prism::pipeline {
@@ -16,92 +18,66 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kStampChars = 16;           // 20261121T091100Z
-constexpr std::size_t kMaxDigits = 15;            // of a number in a name, header or cursor: sums do not overflow
 constexpr std::int64_t kMaxClockStep_s = 86'400;  // between two lines of an index; a larger step is damage
 
-bool take(std::string_view& text, std::string_view word) {
-  if (!text.starts_with(word)) return false;
-  text.remove_prefix(word.size());
-  return true;
+// The complete text and the groups of a pattern that matches it; empty if it does not match. Numbers in patterns have
+// at most 15 digits, so that their sums do not overflow.
+std::vector<std::string> groups_of(std::string_view text, const std::regex& pattern) {
+  std::cmatch found;
+  if (!std::regex_match(text.data(), text.data() + text.size(), found, pattern)) return {};
+  return {found.begin(), found.end()};
 }
 
-std::optional<std::uint64_t> take_number(std::string_view& text) {
-  const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
-  if (digits == 0 || digits > kMaxDigits) return std::nullopt;
-  const auto number = parse_number<std::uint64_t>(text.substr(0, digits));
-  text.remove_prefix(digits);
-  return number;
-}
+// 0 for a group without digits.
+std::uint64_t number_of(const std::string& digits) { return parse_number<std::uint64_t>(digits).value_or(0); }
 
-// 0 or empty if it is missing or of another type.
-template <class T>
-T value_of(const json& object, const char* key) {
-  const auto found = object.find(key);
-  const T* const value = found == object.end() ? nullptr : found->get_ptr<const T*>();
-  return value == nullptr ? T() : *value;
+std::int64_t seconds_of(const json& object, const char* key) {
+  return static_cast<std::int64_t>(count_member(object, key));
 }
-std::uint64_t unsigned_of(const json& object, const char* key) { return value_of<std::uint64_t>(object, key); }
-std::int64_t seconds_of(const json& object, const char* key) { return value_of<std::int64_t>(object, key); }
-std::string word_of(const json& object, const char* key) { return value_of<std::string>(object, key); }
 
 // Clocks increase with the numbers: a smaller one is damage and makes no segment older than the one before it.
 void take_made(OldIndex& index, const json& line, std::uint64_t number) {
   const auto next = index.entries.lower_bound(number);
   const std::int64_t least = next == index.entries.begin() ? 0 : std::prev(next)->second.clock_s;
   const std::int64_t clock_s = line.contains("clock_s") ? seconds_of(line, "clock_s") : index.clock_s;
-  index.entries[number] = {word_of(line, "file"), unsigned_of(line, "rows"),
+  index.entries[number] = {text_member(line, "file"), count_member(line, "rows"),
                            std::clamp(clock_s, least, std::max(least, index.clock_s))};
   index.next = std::max(index.next, number + 1);
 }
 
 void take_line(OldIndex& index, const json& line) {
   if (!line.is_object()) return;
-  if (word_of(line, "format") == "prism-segments" && unsigned_of(line, "version") == 1) {
-    index.id = word_of(line, "id");
-    index.next = std::max<std::uint64_t>(unsigned_of(line, "next"), 1);
-    index.deleted_segments = unsigned_of(line, "deleted_segments");
-    index.deleted_rows = unsigned_of(line, "deleted_rows");
-    index.deleted_before_s = seconds_of(line, "deleted_before_s");
+  if (text_member(line, "format") == "prism-segments" && count_member(line, "version") == 1) {
+    index.id = text_member(line, "id");
+    index.next = std::max<std::uint64_t>(count_member(line, "next"), 1);
+    index.deleted_rows = count_member(line, "deleted_rows");
     index.clock_s = std::clamp<std::int64_t>(seconds_of(line, "clock_s"), 0, INT32_MAX);
     return;
   }
   const bool has_clock = line.contains("clock_s");
   if (has_clock)
     index.clock_s += std::clamp<std::int64_t>(seconds_of(line, "clock_s") - index.clock_s, 0, kMaxClockStep_s);
-  if (const std::uint64_t made = unsigned_of(line, "made"); made > 0) return take_made(index, line, made);
-  const std::uint64_t deleted = unsigned_of(line, "deleted");
-  const auto entry = index.entries.find(std::max({unsigned_of(line, "ended"), unsigned_of(line, "deleting"), deleted}));
+  if (const std::uint64_t made = count_member(line, "made"); made > 0) return take_made(index, line, made);
+  const std::uint64_t deleted = count_member(line, "deleted");
+  const auto entry =
+      index.entries.find(std::max({count_member(line, "ended"), count_member(line, "deleting"), deleted}));
   if (entry == index.entries.end()) return;
-  entry->second.rows = unsigned_of(line, "rows");
+  entry->second.rows = count_member(line, "rows");
   if (has_clock) entry->second.clock_s = index.clock_s;
   if (deleted == 0) return;
-  ++index.deleted_segments;
   index.deleted_rows += entry->second.rows;
-  if (const std::int64_t before_s = seconds_of(line, "before_s"); before_s != 0) index.deleted_before_s = before_s;
   index.entries.erase(entry);
 }
 
 }  // namespace
 
-bool is_log_id(std::string_view text) {
-  return text.size() == kLogIdChars &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
 std::string RowCursor::text() const { return fmt::format("{}-{}-{}-{}", log, segment, row, total); }
 
 std::optional<RowCursor> RowCursor::parse(std::string_view text) {
-  if (!is_log_id(text.substr(0, kLogIdChars))) return std::nullopt;
-  RowCursor cursor;
-  cursor.log = text.substr(0, kLogIdChars);
-  text.remove_prefix(kLogIdChars);
-  for (std::uint64_t RowCursor::*const part : {&RowCursor::segment, &RowCursor::row, &RowCursor::total}) {
-    const auto number = take(text, "-") ? take_number(text) : std::nullopt;
-    if (!number) return std::nullopt;
-    cursor.*part = *number;
-  }
-  return text.empty() ? std::optional(cursor) : std::nullopt;
+  static const std::regex kCursor("([0-9a-f]{32})-([0-9]{1,15})-([0-9]{1,15})-([0-9]{1,15})");
+  const auto part = groups_of(text, kCursor);
+  if (part.empty()) return std::nullopt;
+  return RowCursor{part[1], number_of(part[2]), number_of(part[3]), number_of(part[4])};
 }
 
 std::string SegmentName::file(const std::string& name, const std::string& extension) const {
@@ -111,31 +87,25 @@ std::string SegmentName::file(const std::string& name, const std::string& extens
 
 std::optional<SegmentName> SegmentName::parse(std::string_view file, std::string_view name,
                                               std::string_view extension) {
-  if (!take(file, name) || !take(file, "-") || !file.ends_with(extension)) return std::nullopt;
+  static const std::regex kNew("-([0-9]{6,15})-([0-9]{8}T[0-9]{6}Z)(?:-([0-9]{1,15})s)?");
+  static const std::regex kOld("-([0-9]{8}T[0-9]{6}Z)(?:-([0-9]{1,15}))?");
+  if (!file.starts_with(name)) return std::nullopt;
+  file.remove_prefix(name.size());
+  if (!file.ends_with(extension)) return std::nullopt;
   file.remove_suffix(extension.size());
   SegmentName found;
-  const bool numbered = file.find('-') >= 6 && file.find('-') < kStampChars;
-  if (numbered) {
-    found.number = take_number(file).value_or(0);
-    if (found.number == 0 || !take(file, "-")) return std::nullopt;
+  std::optional<std::int64_t> begin_s;
+  if (const auto part = groups_of(file, kNew); !part.empty()) {
+    begin_s = parse_utc_file_text(part[2]);
+    found.number = number_of(part[1]);
+    found.running_s = static_cast<std::int64_t>(number_of(part[3]));
+    if (found.number == 0 || part[3].empty() == (extension == ".pcap")) return std::nullopt;
+  } else if (const auto old = groups_of(file, kOld); !old.empty()) {
+    begin_s = parse_utc_file_text(old[1]);
+    if (!old[2].empty()) found.same = number_of(old[2]);
   }
-  const auto begin_s = parse_utc_file_text(file.substr(0, kStampChars));
-  if (!begin_s) return std::nullopt;
-  found.begin_s = *begin_s;
-  file.remove_prefix(kStampChars);
-  if (numbered && extension == ".pcap") {
-    if (!take(file, "-")) return std::nullopt;
-    const auto running_s = take_number(file);
-    if (!running_s || file != "s") return std::nullopt;
-    found.running_s = static_cast<std::int64_t>(*running_s);
-    return found;
-  }
-  if (!numbered && take(file, "-")) {
-    const auto same = take_number(file);
-    if (!same) return std::nullopt;
-    found.same = *same;
-  }
-  return file.empty() ? std::optional(found) : std::nullopt;
+  found.begin_s = begin_s.value_or(0);
+  return begin_s ? std::optional(found) : std::nullopt;
 }
 
 std::string LogPosition::line() const {
@@ -143,17 +113,12 @@ std::string LogPosition::line() const {
 }
 
 std::optional<LogPosition> LogPosition::parse(std::string_view value) {
-  LogPosition found;
-  if (!is_log_id(value.substr(0, kLogIdChars))) return std::nullopt;
-  found.log = value.substr(0, kLogIdChars);
-  value.remove_prefix(kLogIdChars);
-  const auto number = [&](std::string_view word) { return take(value, word) ? take_number(value) : std::nullopt; };
-  const auto segment = number(" segment "), first = number(" first "), running_s = number(" running ");
-  if (!segment || !first || !running_s || !value.empty() || *segment == 0 || *first == 0) return std::nullopt;
-  found.segment = *segment;
-  found.first = *first;
-  found.running_s = static_cast<std::int64_t>(*running_s);
-  return found;
+  static const std::regex kPosition("([0-9a-f]{32}) segment ([0-9]{1,15}) first ([0-9]{1,15}) running ([0-9]{1,15})");
+  const auto part = groups_of(value, kPosition);
+  if (part.empty()) return std::nullopt;
+  const LogPosition found{part[1], number_of(part[2]), number_of(part[3]),
+                          static_cast<std::int64_t>(number_of(part[4]))};
+  return found.segment > 0 && found.first > 0 ? std::optional(found) : std::nullopt;
 }
 
 std::optional<SupersededRows> SupersededRows::parse(std::string_view value) {
@@ -179,12 +144,6 @@ std::optional<OldIndex> OldIndex::read(const std::string& path) {
     begin = end + 1;
   }
   return index.id.empty() ? std::nullopt : std::optional(index);
-}
-
-std::uint64_t OldIndex::number(const std::string& file) const {
-  const auto found =
-      std::find_if(entries.begin(), entries.end(), [&](const auto& entry) { return entry.second.file == file; });
-  return found == entries.end() ? 0 : found->first;
 }
 
 }  // namespace prism::pipeline

@@ -17,9 +17,6 @@ namespace prism::pipeline {
 inline constexpr std::size_t kLogIdChars = 32;
 inline const std::string kNoLog(kLogIdChars, '0');  ///< id of a log without a row yet
 
-/// True for the 32 hex digits of LogPosition::log.
-bool is_log_id(std::string_view text);
-
 /// The position after a row.
 struct RowCursor {
   std::string log;            ///< LogPosition::log; kNoLog: of a log without a row yet
@@ -78,14 +75,11 @@ struct OldIndex {
   };
   std::string id;
   std::map<std::uint64_t, Entry> entries;  ///< by number; not those that were deleted
-  std::uint64_t next = 1, deleted_segments = 0, deleted_rows = 0;
-  std::int64_t deleted_before_s = 0;  ///< begin of the oldest segment that remained; 0: not known
-  std::int64_t clock_s = 0;           ///< running time at the last entry
+  std::uint64_t next = 1, deleted_rows = 0;
+  std::int64_t clock_s = 0;  ///< running time at the last entry
 
   /// Returns nullopt if it is missing or damaged. Leaves out invalid lines.
   static std::optional<OldIndex> read(const std::string& path);
-  /// Returns 0 if the file is not in the index.
-  std::uint64_t number(const std::string& file) const;
 };
 
 }  // namespace prism::pipeline

@@ -107,13 +107,11 @@ class StoredPlayer {
     std::ofstream(folder_.file("index")) << text;
     const auto index = OldIndex::read(folder_.file("index"));
     if (!index) return {"refused"};
-    Lines given = {fmt::format("id {}, next {}, deleted {} with {} rows before {}, clock {}", index->id, index->next,
-                               index->deleted_segments, index->deleted_rows, index->deleted_before_s, index->clock_s)};
+    Lines given = {fmt::format("id {}, next {}, deleted {} rows, clock {}", index->id, index->next, index->deleted_rows,
+                               index->clock_s)};
     for (const auto& [number, entry] : index->entries) {
       given.push_back(fmt::format("{} {}: {} rows, clock {}", number, entry.file, entry.rows, entry.clock_s));
-      EXPECT_EQ(index->number(entry.file), number) << text;
     }
-    EXPECT_EQ(index->number("none"), 0u) << text;
     return given;
   }
 
