@@ -35,18 +35,6 @@ void write_all(int descriptor, std::string_view text) {
   }
 }
 
-}  // namespace
-
-void MessageThread::put(const std::string& line) {
-  const std::string text =
-      (lost_ > 0 ? fmt::format("prismd: lost {} messages: stderr was blocked\n", lost_) : std::string()) + line;
-  const bool taken = thread_.post(text.size(), [descriptor = descriptor_, text] { write_all(descriptor, text); });
-  lost_ = taken ? 0 : lost_ + 1;
-  lost_total_ += !taken;
-}
-
-namespace {
-
 // "<4>": the syslog priority that the journal reads at the start of a line.
 class JournalPriority : public spdlog::custom_flag_formatter {
  public:
@@ -83,6 +71,14 @@ class QueueSink : public spdlog::sinks::base_sink<std::mutex> {
 std::shared_ptr<QueueSink> stderr_sink;
 
 }  // namespace
+
+void MessageThread::put(const std::string& line) {
+  const std::string text =
+      (lost_ > 0 ? fmt::format("prismd: lost {} messages: stderr was blocked\n", lost_) : std::string()) + line;
+  const bool taken = thread_.post(text.size(), [descriptor = descriptor_, text] { write_all(descriptor, text); });
+  lost_ = taken ? 0 : lost_ + 1;
+  lost_total_ += !taken;
+}
 
 void begin_logging(const std::string& level) {
   const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;

@@ -18,7 +18,22 @@
 namespace prism::line {
 namespace {
 
+namespace asio = boost::asio;
+using daemon::kUse;
+using pipeline::LineState, pipeline::Severity;
+
 constexpr std::int64_t kFollowNs = 500'000'000;
+
+constexpr std::chrono::seconds kForget{60};  // without another host that is turned away
+
+constexpr std::size_t kMostUnsent = 64 << 10;
+constexpr std::chrono::milliseconds kRetryWrite{10};
+
+constexpr std::uint8_t kFf = 0xFF;  // begins a command of Telnet
+
+auto as_steady(std::chrono::duration<double> seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(seconds);
+}
 
 }  // namespace
 
@@ -34,25 +49,6 @@ std::int64_t ArrivalClock::check() {
   *this = now;
   return step;
 }
-
-namespace {
-
-namespace asio = boost::asio;
-using daemon::kUse;
-using pipeline::LineState, pipeline::Severity;
-
-constexpr std::chrono::seconds kForget{60};  // without another host that is turned away
-
-constexpr std::size_t kMostUnsent = 64 << 10;
-constexpr std::chrono::milliseconds kRetryWrite{10};
-
-constexpr std::uint8_t kFf = 0xFF;  // begins a command of Telnet
-
-auto as_steady(std::chrono::duration<double> seconds) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(seconds);
-}
-
-}  // namespace
 
 LiveLine::LiveLine(asio::io_context& io, pipeline::Device& device, std::size_t number, ArrivalClock& clock, bool alone,
                    pipeline::Tell tell)

@@ -12,7 +12,7 @@ namespace prism::pipeline {
 namespace {
 
 // Keys and kinds of problems.
-constexpr const char *kEarthRate = "earth_rate", *kDrifted = "monitor";
+constexpr const char *kEarthRate = "earth_rate", *kDrifted = "monitor", *kWrongRate = "rate_hz";
 
 // The direction is unknown if its azimuth is not stated and matters.
 compensation::AtRest at_rest_of(const Setup& setup, std::size_t axis) {
@@ -47,44 +47,6 @@ void watch_plausibility(const compensation::CompensatedWindow& row, const AxisRe
     }
   }
 }
-
-}  // namespace
-
-void AxisRecord::keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s) {
-  if (log) log->append(row, session_ns);
-  stability.add(row, block_s);
-  ++seconds;
-  windows += row.window.state == compensation::WindowState::kReady;
-  corrected += std::isfinite(row.corrected_deg_per_h);
-  last_window = row;
-}
-
-// Only changes of quality are events. Implausible values have their own events.
-void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& tell, Problems& problems) {
-  const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
-  if (std::exchange(last_quality, quality) != quality) {
-    const bool harmless =
-        quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
-    tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
-         prefix + "quality is now " + compensation::quality_text(quality));
-  }
-  watch_plausibility(row, *this, problems);
-  changes.push(row, {name, prefix, problems});
-  if (at_rest.push(row) && at_rest.differs()) watch_rest(problems);
-}
-
-void AxisRecord::watch_rest(Problems& problems) {
-  const compensation::AtRest::Difference found = *at_rest.difference();
-  const std::string key = prefix + kEarthRate;
-  const std::string text = fmt::format("{}at rest, {:.2g} deg/h from the Earth rate; model and mount explain ±{:.2g}",
-                                       prefix, std::abs(found.deg_per_h), found.sd_deg_per_h);
-  if (!*at_rest.differs()) return problems.clear(key, text);
-  problems.set(key, {.kind = kEarthRate, .part = name, .text = text + ": moved, remounted, or train again"});
-}
-
-namespace {
-
-constexpr const char* kWrongRate = "rate_hz";  // a problem's key
 
 // Returns an error if a reload changes a socket or a directory, which other programs use.
 Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
@@ -160,6 +122,38 @@ Result<void> same_names(const Setup& before, const Setup& after) {
 }
 
 }  // namespace
+
+void AxisRecord::keep(const compensation::CompensatedWindow& row, std::int64_t session_ns, int block_s) {
+  if (log) log->append(row, session_ns);
+  stability.add(row, block_s);
+  ++seconds;
+  windows += row.window.state == compensation::WindowState::kReady;
+  corrected += std::isfinite(row.corrected_deg_per_h);
+  last_window = row;
+}
+
+// Only changes of quality are events. Implausible values have their own events.
+void AxisRecord::watch(const compensation::CompensatedWindow& row, const Tell& tell, Problems& problems) {
+  const std::uint32_t quality = row.correction.quality & ~compensation::kImplausible;
+  if (std::exchange(last_quality, quality) != quality) {
+    const bool harmless =
+        quality == compensation::kGood || quality == compensation::kWarming || quality == compensation::kNoModel;
+    tell(harmless ? Severity::kInfo : Severity::kWarning, "quality",
+         prefix + "quality is now " + compensation::quality_text(quality));
+  }
+  watch_plausibility(row, *this, problems);
+  changes.push(row, {name, prefix, problems});
+  if (at_rest.push(row) && at_rest.differs()) watch_rest(problems);
+}
+
+void AxisRecord::watch_rest(Problems& problems) {
+  const compensation::AtRest::Difference found = *at_rest.difference();
+  const std::string key = prefix + kEarthRate;
+  const std::string text = fmt::format("{}at rest, {:.2g} deg/h from the Earth rate; model and mount explain ±{:.2g}",
+                                       prefix, std::abs(found.deg_per_h), found.sd_deg_per_h);
+  if (!*at_rest.differs()) return problems.clear(key, text);
+  problems.set(key, {.kind = kEarthRate, .part = name, .text = text + ": moved, remounted, or train again"});
+}
 
 std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make) {
   std::vector<std::unique_ptr<RowWriter>> logs;

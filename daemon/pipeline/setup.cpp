@@ -319,6 +319,18 @@ Result<void> replace(config::Config& config, const Overrides& overrides) {
   return {};
 }
 
+constexpr double kDayS = 86400;
+// A row with a model's columns; a sensor's column; a capture's packet with one frame, without the frame (measured).
+constexpr double kRowBytes = 170, kSensorBytes = 10, kPacketBytes = 28;
+
+/// The directory, or the part of its path that exists.
+std::filesystem::path existing_part(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::path place = directory;
+  while (!std::filesystem::exists(place, error) && place.has_relative_path()) place = place.parent_path();
+  return place.empty() ? std::filesystem::path(".") : place;
+}
+
 }  // namespace
 
 Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides) {
@@ -418,22 +430,6 @@ std::string unit_name(const Setup& setup) {
 std::string log_name(const Setup& setup, std::size_t axis) {
   return setup.config.by_axes ? setup.config.name + "-" + setup.frames->axes[axis].name : setup.config.name;
 }
-
-namespace {
-
-constexpr double kDayS = 86400;
-// A row with a model's columns; a sensor's column; a capture's packet with one frame, without the frame (measured).
-constexpr double kRowBytes = 170, kSensorBytes = 10, kPacketBytes = 28;
-
-/// The directory, or the part of its path that exists.
-std::filesystem::path existing_part(const std::string& directory) {
-  std::error_code error;
-  std::filesystem::path place = directory;
-  while (!std::filesystem::exists(place, error) && place.has_relative_path()) place = place.parent_path();
-  return place.empty() ? std::filesystem::path(".") : place;
-}
-
-}  // namespace
 
 double log_bytes_per_day(const Setup& setup) {
   const double row = kRowBytes + kSensorBytes * static_cast<double>(sensors_of_list(setup.sensors).size());

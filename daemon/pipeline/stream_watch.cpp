@@ -38,6 +38,19 @@ std::string no_rate(const Pipeline& pipeline, std::size_t axis, std::uint64_t sa
                      example.empty() ? ": invalid, or out of the field's range" : ", for example \"" + example + "\"");
 }
 
+using compensation::SecondMean;
+
+// Means of the same number in another number of samples differ by rounding.
+bool same(double a, double b) { return std::fabs(a - b) <= 1e-12 * std::fabs(a); }
+
+bool is_nearer(double value, double to, double than) { return std::fabs(value - to) < std::fabs(value - than); }
+
+std::string jump_key(const std::string& prefix, const AxisSensor& sensor) { return "jump " + prefix + sensor.name; }
+
+void begin(const SensorChanges::Place& place, const std::string& key, std::string text) {
+  place.problems.set(key, {.kind = "question", .part = place.axis, .text = std::move(text)});
+}
+
 }  // namespace
 
 StageMonitor::Counts StageMonitor::counts_of(const Pipeline& pipeline) {
@@ -87,23 +100,6 @@ std::string tagged_rate_text(const wire::FrameDescription& frames, const drivers
       "are lost all the time",
       frames.name, check.tagged_hz(), frames.rate_hz);
 }
-
-namespace {
-
-using compensation::SecondMean;
-
-// Means of the same number in another number of samples differ by rounding.
-bool same(double a, double b) { return std::fabs(a - b) <= 1e-12 * std::fabs(a); }
-
-bool is_nearer(double value, double to, double than) { return std::fabs(value - to) < std::fabs(value - than); }
-
-std::string jump_key(const std::string& prefix, const AxisSensor& sensor) { return "jump " + prefix + sensor.name; }
-
-void begin(const SensorChanges::Place& place, const std::string& key, std::string text) {
-  place.problems.set(key, {.kind = "question", .part = place.axis, .text = std::move(text)});
-}
-
-}  // namespace
 
 void SensorChanges::push(const compensation::CompensatedWindow& row, Place place) {
   const SecondMean& now = row.window.second_mean;

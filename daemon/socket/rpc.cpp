@@ -117,6 +117,28 @@ bool too_many_values(std::string_view line) {
   return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), begins)) > kMaxValues;
 }
 
+config::SocketError code_of(pipeline::RowRefusal::Why why) {
+  using Why = pipeline::RowRefusal::Why;
+  if (why == Why::kGone) return kRowsGone;
+  return why == Why::kForeignCursor ? kUnknownCursor : why == Why::kBadCursor ? kInvalidParams : kFailed;
+}
+
+// A result without rows.
+ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axis) {
+  const ordered_json page = {
+      {"log", refusal.after.log},    {"segments", json::array()},     {"first", refusal.after.total - refusal.gone + 1},
+      {"last", refusal.after.total}, {"after", refusal.after.text()}, {"more", true},
+      {"missing", refusal.gone}};
+  return {{"axes", {{axis, page}}}};
+}
+
+using Pages = asio::experimental::concurrent_channel<void(boost::system::error_code, pipeline::RowResult)>;
+
+// The disk thread sends the page.
+void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, const std::shared_ptr<Pages>& pages) {
+  log.read(query, [pages](pipeline::RowResult page) { pages->try_send(boost::system::error_code(), std::move(page)); });
+}
+
 }  // namespace
 
 std::string rpc_error(const json& id, int code, const std::string& message, const ordered_json* data) {
@@ -273,25 +295,6 @@ void Rpc::events(const Call& call) {
   call.client->answer(line += "]}\n");
 }
 
-namespace {
-
-config::SocketError code_of(pipeline::RowRefusal::Why why) {
-  using Why = pipeline::RowRefusal::Why;
-  if (why == Why::kGone) return kRowsGone;
-  return why == Why::kForeignCursor ? kUnknownCursor : why == Why::kBadCursor ? kInvalidParams : kFailed;
-}
-
-// A result without rows.
-ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axis) {
-  const ordered_json page = {
-      {"log", refusal.after.log},    {"segments", json::array()},     {"first", refusal.after.total - refusal.gone + 1},
-      {"last", refusal.after.total}, {"after", refusal.after.text()}, {"more", true},
-      {"missing", refusal.gone}};
-  return {{"axes", {{axis, page}}}};
-}
-
-}  // namespace
-
 void Rpc::rows(const Call& call) {
   if (call.axes.size() != 1)
     return call.fail(kInvalidParams,
@@ -325,17 +328,6 @@ void Rpc::synced() {
     if (const auto timer = waiting.lock()) timer->cancel();
   }
 }
-
-namespace {
-
-using Pages = asio::experimental::concurrent_channel<void(boost::system::error_code, pipeline::RowResult)>;
-
-// The disk thread sends the page.
-void read_page(pipeline::RowWriter& log, const pipeline::RowQuery& query, const std::shared_ptr<Pages>& pages) {
-  log.read(query, [pages](pipeline::RowResult page) { pages->try_send(boost::system::error_code(), std::move(page)); });
-}
-
-}  // namespace
 
 // A request at the end of the log waits for a sync, after which there may be new rows, up to wait_s.
 asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, double wait_s) {
