@@ -29,11 +29,6 @@ bool DiskThread::post(std::size_t bytes, Task task, Failed failed) {
   return true;
 }
 
-void DiskThread::drain() {
-  std::unique_lock lock(mutex_);
-  idle_.wait(lock, [this] { return queue_.empty() && !busy_; });
-}
-
 bool DiskThread::drain(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   return idle_.wait_for(lock, timeout, [this] { return queue_.empty() && !busy_; });

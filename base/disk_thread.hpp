@@ -33,10 +33,8 @@ class DiskThread {
   /// constructor's.
   bool post(std::size_t bytes, Task task, Failed failed = nullptr);
 
-  /// Waits until everything posted so far has run.
-  void drain();
-  /// Waits at most `timeout`. Returns false if tasks are left.
-  bool drain(std::chrono::milliseconds timeout);
+  /// Waits until everything posted so far has run, at most `timeout`. Returns false if tasks are left.
+  bool drain(std::chrono::milliseconds timeout = std::chrono::hours(1));
   /// Run time so far of the current task; zero if idle.
   std::chrono::steady_clock::duration busy_for() const;
 

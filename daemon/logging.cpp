@@ -77,7 +77,6 @@ void MessageThread::put(const std::string& line) {
       (lost_ > 0 ? fmt::format("prismd: lost {} messages: stderr was blocked\n", lost_) : std::string()) + line;
   const bool taken = thread_.post(text.size(), [descriptor = descriptor_, text] { write_all(descriptor, text); });
   lost_ = taken ? 0 : lost_ + 1;
-  lost_total_ += !taken;
 }
 
 void begin_logging(const std::string& level) {

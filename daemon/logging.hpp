@@ -28,11 +28,9 @@ class MessageThread {
   /// Waits until all lines are written, at most `timeout`. Returns false if some are not.
   bool finish(std::chrono::milliseconds timeout) { return thread_.drain(timeout); }
 
-  std::uint64_t lost() const { return lost_total_; }
-
  private:
   const int descriptor_;
-  std::uint64_t lost_ = 0, lost_total_ = 0;
+  std::uint64_t lost_ = 0;
   DiskThread& thread_ = *new DiskThread(kMostBytes, [](const std::string&) {});  ///< never ends: it may be blocked
 };
 

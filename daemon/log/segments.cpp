@@ -44,6 +44,17 @@ std::int64_t wait_for(std::int64_t bytes, double bytes_per_s) {
   return wait_s < kMost_s ? static_cast<std::int64_t>(wait_s) + 1 : std::numeric_limits<std::int64_t>::max();
 }
 
+// The lines "# KEY: VALUE" above the columns of a log, as far as they are complete; nullopt: it cannot be opened.
+std::optional<std::string> header_lines(const std::string& path) {
+  auto in = FileReader::open(path);
+  if (!in) return std::nullopt;
+  std::string text;
+  for (std::string line;
+       text.size() < kMaxTextBytes && in->read_line(line) && in->line_ended() && line.starts_with("# ");)
+    text += line + '\n';
+  return text;
+}
+
 // "" if the header lines have no such key.
 std::string header_value(const std::string& text, const std::string& key) {
   const std::string before = "# " + key + ": ";
@@ -81,16 +92,6 @@ std::uint64_t rows_in_file(const std::string& path) {
 }
 
 }  // namespace
-
-std::optional<std::string> header_lines(const std::string& path) {
-  auto in = FileReader::open(path);
-  if (!in) return std::nullopt;
-  std::string text;
-  for (std::string line;
-       text.size() < kMaxTextBytes && in->read_line(line) && in->line_ended() && line.starts_with("# ");)
-    text += line + '\n';
-  return text;
-}
 
 bool disk_is_full(int error) { return error == ENOSPC || error == EDQUOT; }
 

@@ -51,9 +51,6 @@ struct SegmentPolicy {
   std::function<std::int64_t()> uptime_s = prism::uptime_s;
 };
 
-/// The lines "# KEY: VALUE" above the columns of a log, as far as they are complete; nullopt: it cannot be opened.
-std::optional<std::string> header_lines(const std::string& path);
-
 /// True for an errno that means a full disk or an exceeded quota.
 bool disk_is_full(int error);
 

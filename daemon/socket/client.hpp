@@ -47,7 +47,6 @@ class ClientMemory {
   explicit ClientMemory(std::size_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
 
   bool has_room(std::size_t bytes) const { return used_bytes_ + bytes <= most_bytes_; }
-  std::size_t used_bytes() const { return used_bytes_; }
   void take(Client& client, std::size_t bytes);
   void give_back(Client& client, std::size_t bytes);
 

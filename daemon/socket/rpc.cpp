@@ -205,10 +205,6 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
   return requests;
 }
 
-void Rpc::request(const std::shared_ptr<Client>& client, std::string_view line) {
-  for (json& request : take(client, line)) one(client, std::move(request));
-}
-
 void Rpc::one(const std::shared_ptr<Client>& client, json request) {
   const auto invalid = [&](const json& id, const std::string& message) {
     client->answer(rpc_error(id, kInvalidRequest, message));

@@ -61,8 +61,6 @@ class Rpc {
   static std::deque<nlohmann::json> take(const std::shared_ptr<Client>& client, std::string_view line);
   /// Handles one request. Some responses are sent later.
   void one(const std::shared_ptr<Client>& client, nlohmann::json request);
-  /// Handles all requests of a line at once.
-  void request(const std::shared_ptr<Client>& client, std::string_view line);
 
  private:
   struct Call;

@@ -51,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   test::Asker asker;
   std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
   for (std::string line; std::getline(lines, line) && asker.client()->open();) {
-    rpc.request(asker.client(), line);
+    test::request(rpc, asker.client(), line);
     std::istringstream answers(asker.read());
     std::size_t answered = 0;
     for (std::string answer; std::getline(answers, answer); ++answered) {
@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     require(answered <= requests_in(line));
   }
-  rpc.request(asker.client(), R"({"jsonrpc":"2.0","id":"last","method":"version"})");
+  test::request(rpc, asker.client(), R"({"jsonrpc":"2.0","id":"last","method":"version"})");
   require(asker.read().find("\"last\"") != std::string::npos);
   return 0;
 }

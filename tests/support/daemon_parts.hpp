@@ -12,6 +12,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -97,6 +98,11 @@ class DaemonPartsTest : public testing::Test {
   std::int64_t arrival_ns_ = 1'700'000'000'000'000'000;
 };
 
+/// Handles all requests of a line at once.
+inline void request(socket::Rpc& rpc, const std::shared_ptr<socket::Client>& client, std::string_view line) {
+  for (nlohmann::json& one : socket::Rpc::take(client, line)) rpc.one(client, std::move(one));
+}
+
 /// One client and the text that it receives.
 class Asker {
  public:
@@ -145,7 +151,7 @@ class Asker {
     }
   }
   nlohmann::json ask(socket::Rpc& rpc, const std::string& line) {
-    rpc.request(client_, line);
+    request(rpc, client_, line);
     return nlohmann::json::parse(read());
   }
   nlohmann::json ask(socket::Rpc& rpc, std::string_view method, const nlohmann::json& params) {

@@ -143,7 +143,7 @@ class DaemonPlayer : test::DaemonPartsTest {
     } else if (command == "show") {
       return show(words);
     } else if (command == "unanswered") {  // a request whose answer is later
-      rpc_->request(asker_.client(), test::rest_of(words));
+      test::request(*rpc_, asker_.client(), test::rest_of(words));
       return received_lines();
     } else if (command == "reload") {  // MORE of the configuration
       const auto done = parts_->device.reconfigure(make_setup(test::rest_of(words), frames_));
@@ -195,7 +195,7 @@ class DaemonPlayer : test::DaemonPartsTest {
     } else if (command == "ask") {
       return ask(words);
     } else if (command == "raw") {
-      rpc_->request(asker_.client(), test::rest_of(words));
+      test::request(*rpc_, asker_.client(), test::rest_of(words));
       std::istringstream in(asker_.read());
       Lines lines;
       for (std::string line; std::getline(in, line);) lines.push_back(shown_answer(json::parse(line)));
@@ -402,7 +402,7 @@ TEST_F(RpcTest, AFullBatchOfTheRichestRequestIsAnswered) {
     line += std::string(i == 0 ? "[" : ", ") + R"({"jsonrpc": "2.0", "id": 1, "method": "subscribe", "params":
         {"streams": ["sample", "window", "event"], "every": 2}})";
   }
-  rpc_.request(asker_.client(), line + "]");
+  test::request(rpc_, asker_.client(), line + "]");
   const std::string text = asker_.read();
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
   EXPECT_EQ(text.find("error"), std::string::npos);
@@ -421,8 +421,8 @@ TEST_F(RpcTest, HistoryIsTheLastHourOldestFirst) {
         << wanted;
   test::Asker deaf(1 << 16);  // sends requests without reading
   for (int i = 0; i < 50 && deaf.client()->open(); ++i)
-    rpc_.request(deaf.client(),
-                 R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}})");
+    test::request(rpc_, deaf.client(),
+                  R"({"jsonrpc":"2.0","id":1,"protocol":2,"method":"history","params":{"seconds":3600}})");
   EXPECT_FALSE(deaf.client()->open()) << "responses do not fill the memory";
 }
 

@@ -274,14 +274,12 @@ TEST(Client, TheLimitOfAllIsExact) {
   const auto row = std::make_shared<const std::string>(std::string(99, 'r') + "\n");
   while (full.client()->lost_rows() == 0) full.client()->send(row, 1);
   EXPECT_EQ(full.client()->queued_bytes(), 1000u);
-  EXPECT_EQ(memory->used_bytes(), 1000u);
   EXPECT_TRUE(memory->has_room(0));
   EXPECT_FALSE(memory->has_room(1));
   other.client()->answer("\n");
   EXPECT_FALSE(full.client()->open());
   EXPECT_TRUE(other.client()->open());
   EXPECT_EQ(other.read(), "\n");
-  EXPECT_EQ(memory->used_bytes(), 0u);
   EXPECT_TRUE(memory->has_room(1000));
   EXPECT_FALSE(memory->has_room(1001));
 }
@@ -296,14 +294,14 @@ TEST(Client, AllTogetherHoldSoMuchAndTheOneThatHoldsMostGives) {
   EXPECT_TRUE(peers[1]->client()->open());
   for (int round = 0; round < 30; ++round) {
     for (const std::size_t i : {0u, 2u, 3u}) peers[i]->client()->answer(answer);
-    EXPECT_LE(memory->used_bytes(), 5'000'000u);
+    EXPECT_TRUE(memory->has_room(0));
   }
   EXPECT_TRUE(peers[1]->client()->open()) << "what it holds is little";
   EXPECT_FALSE(peers[0]->client()->open() && peers[2]->client()->open() && peers[3]->client()->open());
   peers[4]->client()->answer("small\n");
   EXPECT_EQ(peers[4]->read(), "small\n") << "others are answered";
   peers.clear();
-  EXPECT_EQ(memory->used_bytes(), 0u);
+  EXPECT_TRUE(memory->has_room(5'000'000)) << "all is given back";
 }
 
 TEST(Client, IsIdleWhereItNeitherAsksNorListens) {
