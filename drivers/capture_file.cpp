@@ -317,22 +317,19 @@ void CaptureWriter::drain() {
 
 Result<void> CaptureWriter::append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes) {
   const auto record = encode_capture_record(time_ns, event);
-  const auto count = static_cast<std::uint32_t>(record.size() + bytes.size());
-  const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
-                            static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
-  std::array<std::uint8_t, sizeof header + kCaptureRecordBytes> head;
-  std::memcpy(head.data(), &header, sizeof header);
-  std::copy(record.begin(), record.end(), head.begin() + sizeof header);
-  put(head, bytes);
-  if (buffer_.size() >= kWriteBytes) drain();
+  do {
+    const auto packet = bytes.first(std::min(bytes.size(), kMostBytes));
+    const auto count = static_cast<std::uint32_t>(record.size() + packet.size());
+    const PacketHeader header{static_cast<std::uint32_t>(time_ns / 1'000'000'000),
+                              static_cast<std::uint32_t>(time_ns % 1'000'000'000), count, count};
+    std::array<std::uint8_t, sizeof header + kCaptureRecordBytes> head;
+    std::memcpy(head.data(), &header, sizeof header);
+    std::copy(record.begin(), record.end(), head.begin() + sizeof header);
+    put(head, packet);
+    if (buffer_.size() >= kWriteBytes) drain();
+    bytes = bytes.subspan(packet.size());
+  } while (!bytes.empty() && failure_.empty());
   return state();
-}
-
-Result<void> CaptureWriter::data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
-  for (; bytes.size() > kMostBytes; bytes = bytes.subspan(kMostBytes)) {
-    if (auto done = append(time_ns, CaptureEvent::kData, bytes.first(kMostBytes)); !done) return done;
-  }
-  return append(time_ns, CaptureEvent::kData, bytes);
 }
 
 Result<void> CaptureWriter::flush(bool sync) {

@@ -49,11 +49,11 @@ class CaptureWriter {
   CaptureWriter& operator=(CaptureWriter&&) = delete;
   ~CaptureWriter() { drain(); }
 
-  /// Adds bytes that had arrived at `time_ns` (0 to 2^32 s). Buffered until flush().
-  Result<void> data(std::int64_t time_ns, std::span<const std::uint8_t> bytes);
-  /// Adds bytes that were sent to the device at `time_ns`; a replay ignores them.
-  Result<void> sent(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
-    return append(time_ns, CaptureEvent::kSent, bytes);
+  /// Adds an event of the line at `time_ns` (0 to 2^32 s), and its bytes. Buffered until flush().
+  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes);
+  /// Adds bytes that had arrived at `time_ns`.
+  Result<void> data(std::int64_t time_ns, std::span<const std::uint8_t> bytes) {
+    return append(time_ns, CaptureEvent::kData, bytes);
   }
   /// Records that the line was opened at `time_ns`: replay starts a new session here.
   Result<void> opened(std::int64_t time_ns) { return append(time_ns, CaptureEvent::kOpened, {}); }
@@ -71,7 +71,6 @@ class CaptureWriter {
   void fail(int error);
   void put(std::span<const std::uint8_t> header, std::span<const std::uint8_t> bytes);
   void drain();
-  Result<void> append(std::int64_t time_ns, CaptureEvent event, std::span<const std::uint8_t> bytes);
 
   std::string path_, failure_;
   Again again_;

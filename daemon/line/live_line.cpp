@@ -225,7 +225,7 @@ Result<void> LiveLine::put(std::span<const std::uint8_t> bytes) {
     return tl::unexpected<Error>(taken.error());
   }
   if (const auto& capture = status().capture; capture && *taken > 0)
-    capture->sent({unsent.data(), *taken}, arrival_.stamp(Clock::now()));
+    capture->record(drivers::CaptureEvent::kSent, {unsent.data(), *taken}, arrival_.stamp(Clock::now()));
   unsent.erase(unsent.begin(), unsent.begin() + static_cast<std::ptrdiff_t>(*taken));
   return {};
 }

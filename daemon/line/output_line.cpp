@@ -64,7 +64,7 @@ void OutputLine::proceed() {
     status_.set(LineState::kReceiving, "", host_time_ns());
     tell_(pipeline::Severity::kInfo, "output_open", name_ + ": open");
     problems_.forget(fault_key_);
-    if (capture_) capture_->mark_opened(host_time_ns());
+    if (capture_) capture_->record(drivers::CaptureEvent::kOpened, {}, host_time_ns());
   }
   received.kind == transport::Received::Kind::kEmpty ? wait(again_, kRest, &OutputLine::proceed) : listen();
   if (is_open()) flush();
@@ -99,7 +99,7 @@ void OutputLine::flush() {
     chunk.written += *written;
     if (chunk.written < chunk.bytes.size()) break;
     status_.latencies_s.push_back(std::chrono::duration<float>(Clock::now() - chunk.read_at).count());
-    if (capture_) capture_->data(chunk.bytes, chunk.arrival_ns);
+    if (capture_) capture_->record(drivers::CaptureEvent::kData, chunk.bytes, chunk.arrival_ns);
     waiting_.pop_front();
   }
   if (waiting_.empty()) return;

@@ -100,9 +100,7 @@ class CaptureLog::Writer {
     if (!file_ && !open(second)) return false;
     const bool mark = chunk.event == drivers::CaptureEvent::kOpened;
     if (after_loss && !mark && !good(file_->opened(chunk.time_ns))) return false;
-    if (mark) return good(file_->opened(chunk.time_ns));
-    return good(chunk.event == drivers::CaptureEvent::kSent ? file_->sent(chunk.time_ns, bytes)
-                                                            : file_->data(chunk.time_ns, bytes));
+    return good(file_->append(chunk.time_ns, chunk.event, bytes));
   }
 
   bool open(std::int64_t second) {
@@ -180,19 +178,7 @@ std::uint64_t CaptureLog::dropped_bytes() const { return writer_->dropped(); }
 
 std::optional<pipeline::RetentionStatus> CaptureLog::retention() const { return writer_->retention(); }
 
-void CaptureLog::mark_opened(std::int64_t time_ns) {
-  batch_.chunks.push_back({time_ns, batch_.bytes.size(), drivers::CaptureEvent::kOpened});
-}
-
-void CaptureLog::data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
-  add(drivers::CaptureEvent::kData, bytes, time_ns);
-}
-
-void CaptureLog::sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
-  add(drivers::CaptureEvent::kSent, bytes, time_ns);
-}
-
-void CaptureLog::add(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
+void CaptureLog::record(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) {
   batch_.bytes.insert(batch_.bytes.end(), bytes.begin(), bytes.end());
   batch_.chunks.push_back({time_ns, batch_.bytes.size(), event});
   const bool old = time_ns - batch_.chunks.front().time_ns >= compensation::kNanosecondsPerSecond;

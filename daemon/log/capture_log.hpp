@@ -31,9 +31,7 @@ class CaptureLog : public pipeline::CaptureSink {
              std::size_t most_held = kMostHeld, SegmentPolicy policy = {});
   ~CaptureLog() override;
 
-  void mark_opened(std::int64_t time_ns) override;
-  void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) override;
-  void sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) override;
+  void record(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) override;
   void flush() override;
 
   std::uint64_t dropped_bytes() const override;
@@ -52,8 +50,6 @@ class CaptureLog : public pipeline::CaptureSink {
     bool after_loss = false;  // the batch before was dropped
   };
   using BatchPtr = std::shared_ptr<Batch>;
-
-  void add(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns);
 
   DiskThread& disk_;
   std::shared_ptr<Writer> writer_;

@@ -11,6 +11,8 @@
 namespace prism::pipeline {
 namespace {
 
+using drivers::CaptureEvent;
+
 // Keys and kinds of problems.
 constexpr const char *kEarthRate = "earth_rate", *kDrifted = "monitor", *kWrongRate = "rate_hz";
 
@@ -195,7 +197,7 @@ const wire::DecoderCounters& Device::decoded(std::size_t line) const {
 }
 
 void Device::begin_session(std::size_t line, std::int64_t now_ns) {
-  if (lines[line].capture) lines[line].capture->mark_opened(now_ns);
+  if (lines[line].capture) lines[line].capture->record(CaptureEvent::kOpened, {}, now_ns);
   if (line != kGyroLine) return pipeline->begin_sensor_session(line - 1, now_ns);
   ++sessions;
   stages_.begin();
@@ -204,7 +206,7 @@ void Device::begin_session(std::size_t line, std::int64_t now_ns) {
 
 void Device::feed(std::size_t line, std::span<const std::uint8_t> bytes, std::int64_t arrival_ns) {
   lines[line].last_data_ns = arrival_ns;
-  if (lines[line].capture) lines[line].capture->data(bytes, arrival_ns);
+  if (lines[line].capture) lines[line].capture->record(CaptureEvent::kData, bytes, arrival_ns);
   if (line != kGyroLine) return pipeline->feed_sensors(line - 1, bytes, arrival_ns);
   keep(pipeline->feed(bytes, arrival_ns), bytes);
   watch_stages(arrival_ns);
@@ -217,7 +219,8 @@ void Device::clock_set(std::int64_t before_ns, std::int64_t now_ns) {
     begin_session(line, before_ns);
     begin_session(line, now_ns);
   }
-  if (lines[kGyroLine].capture && lines.size() > 1) lines[kGyroLine].capture->mark_opened(before_ns);
+  if (lines[kGyroLine].capture && lines.size() > 1)
+    lines[kGyroLine].capture->record(CaptureEvent::kOpened, {}, before_ns);
   begin_session(kGyroLine, now_ns);
 }
 

@@ -14,6 +14,7 @@
 #include "base/problems.hpp"
 #include "compensation/compensated.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
+#include "drivers/capture_file.hpp"
 
 namespace prism::pipeline {
 
@@ -117,10 +118,8 @@ class RowWriter {
 class CaptureSink {
  public:
   virtual ~CaptureSink() = default;
-  virtual void mark_opened(std::int64_t time_ns) = 0;
-  virtual void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
-  /// Bytes that were sent to the device.
-  virtual void sent(std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
+  /// kOpened has no bytes.
+  virtual void record(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) = 0;
   virtual void flush() = 0;
   virtual std::uint64_t dropped_bytes() const = 0;
   /// As RowWriter::retention().

@@ -43,9 +43,10 @@ constexpr std::array kStates = {"none", "connecting", "receiving", "silent", "re
 
 /// The bytes that a line stores: received and sent.
 struct CountedCapture : pipeline::CaptureSink {
-  void mark_opened(std::int64_t) override { ++opened; }
-  void data(std::span<const std::uint8_t> bytes, std::int64_t) override { received += bytes.size(); }
-  void sent(std::span<const std::uint8_t> bytes, std::int64_t) override { written += bytes.size(); }
+  void record(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t) override {
+    opened += event == drivers::CaptureEvent::kOpened;
+    (event == drivers::CaptureEvent::kSent ? written : received) += bytes.size();
+  }
   void flush() override {}
   std::uint64_t dropped_bytes() const override { return 0; }
   std::size_t opened = 0, received = 0, written = 0;

@@ -358,7 +358,7 @@ class CapturePlayer : public DiskPlayer {
   void data(double second, const std::string& text, bool is_sent = false) {
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
     const std::int64_t time_ns = kNoon * 1'000'000'000 + std::llround(second * 1e9);
-    is_sent ? log_->sent(bytes, time_ns) : log_->data(bytes, time_ns);
+    log_->record(is_sent ? drivers::CaptureEvent::kSent : drivers::CaptureEvent::kData, bytes, time_ns);
   }
   bool of_log(const std::string& command, std::istream& words) override {
     if (command == "open") {
@@ -370,7 +370,7 @@ class CapturePlayer : public DiskPlayer {
       const auto second = next<double>(words);
       data(second, rest_of(words), true);
     } else if (command == "mark") {
-      log_->mark_opened(kNoon * 1'000'000'000 + std::llround(next<double>(words) * 1e9));
+      log_->record(drivers::CaptureEvent::kOpened, {}, kNoon * 1'000'000'000 + std::llround(next<double>(words) * 1e9));
     } else if (command == "flush") {
       log_->flush();
     } else if (command == "flushed") {

@@ -192,11 +192,10 @@ class ShownCapture : public CaptureSink {
  public:
   ShownCapture(Transcript& transcript, std::size_t line)
       : transcript_(transcript), name_(fmt::format("capture {}", line)) {}
-  void mark_opened(std::int64_t time_ns) override { transcript_.add(name_, after_start(time_ns), "opened"); }
-  void data(std::span<const std::uint8_t> bytes, std::int64_t time_ns) override {
-    transcript_.add(name_, after_start(time_ns), fmt::format("{} bytes", bytes.size()));
+  void record(drivers::CaptureEvent event, std::span<const std::uint8_t> bytes, std::int64_t time_ns) override {
+    const bool is_mark = event == drivers::CaptureEvent::kOpened;
+    transcript_.add(name_, after_start(time_ns), is_mark ? "opened" : fmt::format("{} bytes", bytes.size()));
   }
-  void sent(std::span<const std::uint8_t>, std::int64_t) override {}
   void flush() override { transcript_.add(name_, 0, "flushed"); }
   std::uint64_t dropped_bytes() const override { return 0; }
 

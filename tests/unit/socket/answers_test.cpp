@@ -65,9 +65,7 @@ struct StatedLog : pipeline::RowWriter {
 };
 
 struct StatedCapture : pipeline::CaptureSink {
-  void mark_opened(std::int64_t) override {}
-  void data(std::span<const std::uint8_t>, std::int64_t) override {}
-  void sent(std::span<const std::uint8_t>, std::int64_t) override {}
+  void record(drivers::CaptureEvent, std::span<const std::uint8_t>, std::int64_t) override {}
   void flush() override {}
   std::uint64_t dropped_bytes() const override { return 77; }
   std::optional<pipeline::RetentionStatus> retention() const override { return status; }
