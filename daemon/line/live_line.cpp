@@ -184,12 +184,12 @@ void LiveLine::answered(std::span<const std::uint8_t> bytes, std::uint64_t frame
 
 void LiveLine::converse() {
   const Clock::time_point now = Clock::now();
-  if (const auto sent = put({}); !sent) return fail("line_lost", sent.error().what);
+  if (const auto sent = put({}); !sent) return lose("line_lost", sent.error().what);
   if (!open_->unsent.empty()) return converse_at(now + kRetryWrite);
   if (open_->steps) return converse_by_steps(now);
   if (!polls()) return;
   if (const auto request = poller_->proceed(now); !request.empty()) {
-    if (const auto sent = put(request); !sent) return fail("line_lost", sent.error().what);
+    if (const auto sent = put(request); !sent) return lose("line_lost", sent.error().what);
   }
   converse_at(poller_->deadline());
 }
@@ -197,12 +197,12 @@ void LiveLine::converse() {
 void LiveLine::converse_by_steps(Clock::time_point now) {
   drivers::StartUp& steps = *open_->steps;
   for (auto bytes = steps.proceed(now); !bytes.empty(); bytes = steps.proceed(now)) {
-    if (const auto sent = put(bytes); !sent) return fail("line_lost", sent.error().what);
+    if (const auto sent = put(bytes); !sent) return lose("line_lost", sent.error().what);
   }
   if (steps.has_failed()) {
     const std::string why = "start-up: " + steps.text();
     open_->steps.reset();
-    return stopping_ ? void() : fail("line_start_up", why);
+    return stopping_ ? void() : lose("line_start_up", why);
   }
   if (!steps.is_done()) {
     if (!stopping_ && fault_kind().empty()) set(LineState::kConnecting, "start-up: " + steps.text());
@@ -237,11 +237,6 @@ void LiveLine::converse_at(Clock::time_point when) {
   });
 }
 
-void LiveLine::fail(const char* kind, const std::string& why) {
-  set(LineState::kConnecting, why);
-  lose(kind, why);
-}
-
 std::string LiveLine::prefix() const {
   return number_ == pipeline::kGyroLine ? "" : device_.setup.sensor_lines[number_ - 1].name + ": ";
 }
@@ -254,7 +249,7 @@ void LiveLine::set(LineState state, const std::string& detail) { status().set(st
 
 // Logs a fault once; again only if it changes, or after data arrived. A connection that was lost, then refused, is one
 // fault.
-void LiveLine::complain(const char* kind, const std::string& text) {
+void LiveLine::complain(const std::string& kind, const std::string& text) {
   const Problem before = device_.problems.find(fault_key_);
   const bool same = before.kind == "line_start_up" && before.kind == kind;
   if (same || continues_fault() || before.text == prefix() + text) return;
@@ -273,11 +268,7 @@ void LiveLine::readable() {
   using Kind = transport::Received::Kind;
   const transport::Received received = open_->transport->read(buffer_);
   if (!open_->is_ready) return proceed(received);
-  if (received.kind == Kind::kLost) {
-    const std::string why = received.why + heard_instead();
-    set(LineState::kConnecting, why);
-    return lose("line_lost", "lost: " + why);
-  }
+  if (received.kind == Kind::kLost) return lose("line_lost", received.why + heard_instead());
   if (received.kind == Kind::kEmpty) return rest();
   if (received.kind == Kind::kData) {
     last_data_ = last_progress_ = Clock::now();
@@ -322,8 +313,10 @@ void LiveLine::receiving() {
   device_.problems.forget(fault_key_);
 }
 
-void LiveLine::lose(const char* kind, const std::string& why) {
-  complain(kind, transport::describe(settings()) + ": " + why + "; opening it again until data comes");
+void LiveLine::lose(const std::string& kind, const std::string& why, LineState state) {
+  set(state, why);
+  complain(kind, fmt::format("{}: {}{}; opening it again until data comes", transport::describe(settings()),
+                             kind == "line_lost" ? "lost: " : "", why));
   open_.reset();
   device_.finish(number_);
   pause();
@@ -366,8 +359,7 @@ asio::awaitable<void> LiveLine::watch() {
     std::string why = fmt::format("no data for {} s", config().silence_s);
     if (const std::string others = transport::other_users_of(settings().device); !others.empty())
       why += fmt::format("; another program may be reading this device: {}", others);
-    set(LineState::kSilent, why);
-    lose("line_silent", why);
+    lose("line_silent", why, LineState::kSilent);
   }
 }
 
@@ -397,10 +389,8 @@ bool LiveLine::watch_peers(Clock::duration silence) {
   const Clock::time_point now = Clock::now();
   const std::string other = open_->transport->turn_away(), peer = open_->transport->peer();
   if (!other.empty() && is_open() && !framed_ && now - opened_at_ >= silence) {
-    const std::string why = fmt::format("{} sent no frame for {} s and is replaced by {}{}", peer, config().silence_s,
-                                        other, heard_instead());
-    set(LineState::kConnecting, why);
-    lose("line_lost", "lost: " + why);
+    lose("line_lost", fmt::format("{} sent no frame for {} s and is replaced by {}{}", peer, config().silence_s, other,
+                                  heard_instead()));
     return true;
   }
   if (!other.empty()) turned_away_at_ = now;

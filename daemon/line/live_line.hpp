@@ -105,8 +105,9 @@ class LiveLine {
   void count_hardware();
   void rest();
   void pause();
-  void lose(const char* kind, const std::string& why);
-  void complain(const char* kind, const std::string& text);
+  void lose(const std::string& kind, const std::string& why,
+            pipeline::LineState state = pipeline::LineState::kConnecting);
+  void complain(const std::string& kind, const std::string& text);
   /// Of texts: a sensor line's begin with its name.
   std::string prefix() const;
   void tell(pipeline::Severity severity, const char* kind, const std::string& text);
@@ -124,7 +125,6 @@ class LiveLine {
   void converse_by_steps(Clock::time_point now);
   Result<void> put(std::span<const std::uint8_t> bytes);
   void converse_at(Clock::time_point when);
-  void fail(const char* kind, const std::string& why);
   void begin_receiving(std::int64_t arrival_ns);
   void receiving();
   void frames_came();
