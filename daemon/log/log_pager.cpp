@@ -25,8 +25,8 @@ std::string text_json(const std::string& line) {
   return plain ? '"' + line + '"' : json_text(json(line));
 }
 
-tl::unexpected<RowRefusal> refused(RowRefusal::Why why, std::string text) {
-  return tl::unexpected(RowRefusal{why, std::move(text), {}, 0});
+tl::unexpected<RowRefusal> refused(config::SocketError code, std::string text) {
+  return tl::unexpected(RowRefusal{code, std::move(text), {}, 0});
 }
 
 // Members of a JSON object. "log" is in the page; "sensor_line" occurs several times.
@@ -46,14 +46,13 @@ std::string metadata_json(std::string_view lines) {
 
 // A page ends before a gap, so that `missing` is always a gap before its first row.
 RowResult LogPager::page(const RowQuery& query, std::uint64_t synced) {
-  if (auto begun = segments_.begin(); !begun)
-    return refused(RowRefusal::Why::kUnreadable, "rows: " + begun.error().text());
+  if (auto begun = segments_.begin(); !begun) return refused(config::kFailed, "rows: " + begun.error().text());
   const std::uint64_t end = segments_.end() + synced, deleted = segments_.deleted_rows();
   const auto begin = resolve(query.after, end);
   if (!begin) return tl::unexpected(begin.error());
   if (begin->total < deleted)
     return tl::unexpected(
-        RowRefusal{RowRefusal::Why::kGone,
+        RowRefusal{config::kRowsGone,
                    fmt::format("rows/after: rows {} to {} of the log were deleted before they were read; continue with "
                                "\"after\" of this error's data",
                                begin->total + 1, deleted),
@@ -114,7 +113,6 @@ std::vector<LogPager::Part> LogPager::parts(std::uint64_t after, std::uint64_t e
 }
 
 tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, std::uint64_t end) {
-  using Why = RowRefusal::Why;
   const std::string& id = segments_.id();
   const std::vector<StoredSegment>& stored = segments_.stored();
   if (after.empty() || after == "earliest") return RowCursor{id, 0, 0, segments_.deleted_rows()};
@@ -125,12 +123,12 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
   auto cursor = RowCursor::parse(after);
   if (!cursor)
     return refused(
-        Why::kBadCursor,
+        config::kInvalidParams,
         fmt::format("rows: found cursor \"{:.80}\", expected one that rows returned, \"earliest\" or \"latest\"",
                     after));
   if (cursor->total == 0 && cursor->log == pipeline::kNoLog) return RowCursor{id, 0, 0, 0};
   if (cursor->log != id) {
-    return refused(Why::kForeignCursor,
+    return refused(config::kUnknownCursor,
                    fmt::format("rows/after: found a cursor of log {:.8}, expected one of log {:.8}: the directory was "
                                "emptied or replaced; use \"earliest\" to read it from the start",
                                cursor->log, id));
@@ -143,9 +141,10 @@ tl::expected<RowCursor, RowRefusal> LogPager::resolve(const std::string& after, 
     is_good &= first == 0 || (is_own ? first - 1 + cursor->row == cursor->total : cursor->total < first);
   }
   if (!is_good)
-    return refused(Why::kForeignCursor, fmt::format("rows/after: found a cursor after row {} of segment {}, which the "
-                                                    "log does not have; use \"earliest\" to read it from the start",
-                                                    cursor->row, cursor->segment));
+    return refused(config::kUnknownCursor,
+                   fmt::format("rows/after: found a cursor after row {} of segment {}, which the "
+                               "log does not have; use \"earliest\" to read it from the start",
+                               cursor->row, cursor->segment));
   return *cursor;
 }
 
@@ -170,7 +169,7 @@ tl::expected<LogPager::PartRows, RowRefusal> LogPager::rows_of(const Part& part,
   const auto file = open_input(segment.path);
   std::error_code ignored;
   if (!file && std::filesystem::is_regular_file(std::filesystem::symlink_status(segment.path, ignored)))
-    return refused(RowRefusal::Why::kUnreadable, "rows: " + file.error().text());
+    return refused(config::kFailed, "rows: " + file.error().text());
   const std::optional<Head> head = file && part.is_readable ? head_of(segment) : std::nullopt;
   if (!head) return PartRows{{}, 0, 0, {}};
   PartRows found = read_rows(segment, head->bytes, behind, most);

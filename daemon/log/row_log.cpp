@@ -246,7 +246,7 @@ void LogWriter::set_metadata(const std::string& metadata) {
 
 void LogWriter::read(const RowQuery& query, Pages done) {
   const auto refuse = [done](const std::string& why) {
-    done(tl::unexpected(pipeline::RowRefusal{pipeline::RowRefusal::Why::kUnreadable, "rows: " + why}));
+    done(tl::unexpected(pipeline::RowRefusal{config::kFailed, "rows: " + why}));
   };
   if (!log_) return refuse("the log is closed");
   if (disk_ == nullptr) return done(log_->page(query));

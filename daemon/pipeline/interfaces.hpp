@@ -13,6 +13,7 @@
 
 #include "base/problems.hpp"
 #include "compensation/compensated.hpp"
+#include "config/socket_protocol.hpp"
 #include "daemon/pipeline/stored_segments.hpp"
 #include "drivers/capture_file.hpp"
 
@@ -82,16 +83,12 @@ struct RowPage {
 
 /// Why a query failed.
 struct RowRefusal {
-  enum class Why {
-    kBadCursor,      ///< not a text that `rows` returned
-    kForeignCursor,  ///< of another log, or past the end of this one
-    kUnreadable,     ///< the log cannot be read
-    kGone,           ///< the rows after the cursor were deleted, up to `after`
-  };
-  Why why;
+  /// kInvalidParams: the cursor is not one that `rows` returned; kUnknownCursor; kFailed: the log cannot be read;
+  /// kRowsGone: the rows after the cursor were deleted, up to `after`.
+  config::SocketError code;
   std::string text;        ///< one line
-  RowCursor after = {};    ///< kGone: to continue
-  std::uint64_t gone = 0;  ///< kGone: number of these rows
+  RowCursor after = {};    ///< kRowsGone: to continue
+  std::uint64_t gone = 0;  ///< kRowsGone: number of these rows
 };
 using RowResult = tl::expected<RowPage, RowRefusal>;
 

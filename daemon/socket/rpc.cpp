@@ -117,12 +117,6 @@ bool too_many_values(std::string_view line) {
   return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), begins)) > kMaxValues;
 }
 
-config::SocketError code_of(pipeline::RowRefusal::Why why) {
-  using Why = pipeline::RowRefusal::Why;
-  if (why == Why::kGone) return kRowsGone;
-  return why == Why::kForeignCursor ? kUnknownCursor : why == Why::kBadCursor ? kInvalidParams : kFailed;
-}
-
 // A result without rows.
 ordered_json data_of(const pipeline::RowRefusal& refusal, const std::string& axis) {
   const ordered_json page = {
@@ -355,7 +349,7 @@ asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, doub
     co_return;
   }
   const ordered_json data = data_of(page.error(), axis);
-  call.fail(code_of(page.error().why), page.error().text, page.error().gone > 0 ? &data : nullptr);
+  call.fail(page.error().code, page.error().text, page.error().gone > 0 ? &data : nullptr);
 }
 
 void Rpc::change_subscription(const Call& call) {

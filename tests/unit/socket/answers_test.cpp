@@ -226,16 +226,15 @@ class DaemonPlayer : test::DaemonPartsTest {
 
   // ROWS MISSING, or a refusal: WHY.
   void page(std::istream& words) {
-    using Why = pipeline::RowRefusal::Why;
-    const std::map<std::string, Why> refusals = {{"bad", Why::kBadCursor},
-                                                 {"foreign", Why::kForeignCursor},
-                                                 {"unreadable", Why::kUnreadable},
-                                                 {"gone", Why::kGone}};
+    const std::map<std::string, config::SocketError> refusals = {{"bad", config::kInvalidParams},
+                                                                 {"foreign", config::kUnknownCursor},
+                                                                 {"unreadable", config::kFailed},
+                                                                 {"gone", config::kRowsGone}};
     const auto word = next<std::string>(words);
-    if (const auto why = refusals.find(word); why != refusals.end()) {
-      const pipeline::RowCursor after{std::string(32, 'a'), 0, 0, why->second == Why::kGone ? 20U : 0U};
+    if (const auto code = refusals.find(word); code != refusals.end()) {
+      const pipeline::RowCursor after{std::string(32, 'a'), 0, 0, code->second == config::kRowsGone ? 20U : 0U};
       log_->pages.emplace_back(tl::unexpected(
-          pipeline::RowRefusal{why->second, "rows: " + word, after, why->second == Why::kGone ? 7U : 0U}));
+          pipeline::RowRefusal{code->second, "rows: " + word, after, code->second == config::kRowsGone ? 7U : 0U}));
     } else {
       pipeline::RowPage page{
           fmt::format(R"({{"page":{})", log_->pages.size()), {}, std::stoul(word), next<std::uint64_t>(words)};
