@@ -50,25 +50,22 @@ void watch_plausibility(const compensation::CompensatedWindow& row, const AxisRe
   }
 }
 
-// Returns an error if a reload changes a socket or a directory, which other programs use.
-Result<void> same_places(const Setup& before_setup, const Setup& after_setup) {
-  const config::Config &before = before_setup.config, &after = after_setup.config;
-  if (after.socket.path != before.socket.path || after.name != before.name) {
-    return make_error(after.path, "name or socket/path changed; restart prismd to apply it");
-  }
-  const auto directory = [](const std::optional<config::LogSegmentSettings>& s) {
-    return s ? s->directory : std::string();
-  };
-  if (directory(after.log) != directory(before.log) || directory(after.capture) != directory(before.capture)) {
-    return make_error(after.path, "log or capture directory changed; restart prismd to apply it");
-  }
-  return {};
+// Names and places that other programs use; a reload keeps them.
+std::vector<std::pair<const char*, std::string>> fixed_names(const Setup& setup) {
+  const config::Config& config = setup.config;
+  std::vector<std::string> logs, lines;
+  for (std::size_t i = 0; i < setup.axes.size(); ++i) logs.push_back(log_name(setup, i));
+  for (const Setup::SensorLine& line : setup.sensor_lines) lines.push_back(line.name);
+  const auto directory = [](const auto& of) { return of ? of->directory : ""; };
+  return {{"name", config.name},
+          {"socket/path", config.socket.path},
+          {"log/directory", directory(config.log)},
+          {"capture/directory", directory(config.capture)},
+          {"logs", fmt::to_string(fmt::join(logs, ", "))},
+          {"sensor lines", fmt::to_string(fmt::join(lines, ", "))}};
 }
 
 bool same_stream(const Setup& a, const Setup& b) {
-  const auto same_axis = [](const wire::AxisRule& one, const wire::AxisRule& other) {
-    return one.name == other.name && one.scale == other.scale && one.thermometer == other.thermometer;
-  };
   const auto same_line = [](const Setup::SensorLine& one, const Setup::SensorLine& other) {
     return one.name == other.name && one.frames->id == other.frames->id && one.stale_after_s == other.stale_after_s;
   };
@@ -81,8 +78,7 @@ bool same_stream(const Setup& a, const Setup& b) {
          std::equal(a.sensor_lines.begin(), a.sensor_lines.end(), b.sensor_lines.begin(), b.sensor_lines.end(),
                     same_line) &&
          std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same_source) &&
-         std::equal(a.frames->axes.begin(), a.frames->axes.end(), b.frames->axes.begin(), b.frames->axes.end(),
-                    same_axis);
+         a.frames->axes == b.frames->axes;
 }
 
 // Settings with which each line is opened.
@@ -97,30 +93,6 @@ bool same_wires(const Setup& a, const Setup& b) {
 bool same_engines(const Setup& a, const Setup& b) {
   const auto same = [](const auto& one, const auto& other) { return one.engine == other.engine; };
   return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(), same);
-}
-
-// Each log, and each sensor line's capture and state, keeps its name.
-Result<void> same_names(const Setup& before, const Setup& after) {
-  const auto logs = [](const Setup& setup) {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < setup.axes.size(); ++i) names.push_back(log_name(setup, i));
-    return names;
-  };
-  const auto lines = [](const Setup& setup) {
-    std::vector<std::string> names;
-    for (const Setup::SensorLine& line : setup.sensor_lines) names.push_back(line.name);
-    return names;
-  };
-  const auto text = [](const std::vector<std::string>& names) {
-    return names.empty() ? "none" : fmt::to_string(fmt::join(names, ", "));
-  };
-  const auto refused = [&](const char* what, const auto& names) {
-    return make_error(after.config.path, fmt::format("found {} {}, expected {} as before; restart prismd to apply it",
-                                                     what, text(names(after)), text(names(before))));
-  };
-  if (logs(before) != logs(after)) return refused("logs", logs);
-  if (lines(before) != lines(after)) return refused("sensor lines", lines);
-  return {};
 }
 
 }  // namespace
@@ -252,8 +224,12 @@ void Device::sync() {
 }
 
 Result<bool> Device::reconfigure(Setup next) {
-  for (const auto same : {same_places, same_names}) {
-    if (auto kept = same(setup, next); !kept) return tl::unexpected<Error>(kept.error());
+  const auto before = fixed_names(setup), after = fixed_names(next);
+  const auto text = [](const std::string& names) { return names.empty() ? "none" : names; };
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (after[i].second != before[i].second)
+      return make_error(next.config.path, fmt::format("found {} {}, expected {} as before; restart prismd to apply it",
+                                                      after[i].first, text(after[i].second), text(before[i].second)));
   }
   const bool stream = same_stream(next, setup);
   const bool reopen = !stream || !same_wires(next, setup);

@@ -36,6 +36,8 @@ struct AxisRule {
   double scale = 1;      ///< one unit of AxisReading::value in deg/h (rate) or arcsec (angle); includes the chosen sign
   double wrap = 0;       ///< accumulated: AxisReading::value is modulo this; 0 if it never wraps
   int thermometer = -1;  ///< its own thermometer: index into FrameDescription::sensors(); -1: the device's temperature
+
+  bool operator==(const AxisRule&) const = default;
 };
 
 /// A counter sent by the device: of frames, samples or time ticks.
