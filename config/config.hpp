@@ -42,7 +42,7 @@ struct LineConfig {
   // The defaults are in the frame description.
   std::optional<int> baud;
   std::optional<int> data_bits;
-  std::optional<std::string> parity;  ///< "none", "even" or "odd"
+  std::optional<wire::Parity> parity;
   std::optional<int> stop_bits;
   double silence_s = 2;      ///< without data for this time the line is lost and reopened, 0.1 to 3600 s
   double retry_min_s = 0.1;  ///< first pause before the line is reopened; doubles up to retry_max_s

@@ -13,7 +13,6 @@
 namespace prism::config {
 namespace {
 
-constexpr std::array kParities = {"none", "even", "odd"};
 constexpr std::array kLineEnds = {"lf", "cr"};
 constexpr std::array kClocks = {"host", "device"};
 constexpr std::array kFullPolicies = {"stop", "delete_oldest"};
@@ -29,7 +28,7 @@ JsonTable<LineConfig> place_keys() {
       .group(transport::network_keys(), &LineConfig::network)
       .integer("baud", {50, 20e6}, &LineConfig::baud, "")
       .integer("data_bits", {5, 8}, &LineConfig::data_bits, "")
-      .choice("parity", kParities, &LineConfig::parity, "")
+      .choice("parity", wire::kParities, &LineConfig::parity, "")
       .integer("stop_bits", {1, 2}, &LineConfig::stop_bits, "Speed and format; default: the description's.")
       .number("retry_min_s", {0.01, 60}, &LineConfig::retry_min_s, "")
       .number(

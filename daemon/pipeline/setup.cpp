@@ -27,10 +27,7 @@ wire::WireFormat wire_format(const config::LineConfig& line, wire::WireFormat wi
   wire.baud = line.baud.value_or(wire.baud);
   wire.data_bits = line.data_bits.value_or(wire.data_bits);
   wire.stop_bits = line.stop_bits.value_or(wire.stop_bits);
-  if (line.parity)
-    wire.parity = *line.parity == "even"  ? wire::Parity::kEven
-                  : *line.parity == "odd" ? wire::Parity::kOdd
-                                          : wire::Parity::kNone;
+  wire.parity = line.parity.value_or(wire.parity);
   return wire;
 }
 

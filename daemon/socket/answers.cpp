@@ -498,11 +498,10 @@ SensorStatement statement(const compensation::SensorLimits& limits) {
 
 // Adds the values of the frame description.
 void complete_line(const pipeline::Setup& setup, std::size_t number, config::LineConfig& line) {
-  constexpr const char* kParities[] = {"none", "even", "odd"};
   const wire::WireFormat& format = setup.line_settings(number).format;
   line.baud = format.baud;
   line.data_bits = format.data_bits;
-  line.parity = kParities[static_cast<int>(format.parity)];
+  line.parity = format.parity;
   line.stop_bits = format.stop_bits;
   line.commands = setup.line_commands(number).with(line.commands);
   if (!line.commands.start) line.commands.start.emplace();

@@ -72,12 +72,9 @@ bool set_line_format(int fd, const wire::WireFormat& format) {
   return ::ioctl(fd, TCSETS2, &line) == 0;
 }
 
-const char* parity_name(wire::Parity parity) {
-  return parity == wire::Parity::kNone ? "none" : parity == wire::Parity::kEven ? "even" : "odd";
-}
-
 std::string format_text(const wire::WireFormat& format) {
-  return fmt::format("{} baud, {} data bits, parity {}, {}", format.baud, format.data_bits, parity_name(format.parity),
+  return fmt::format("{} baud, {} data bits, parity {}, {}", format.baud, format.data_bits,
+                     wire::kParities[static_cast<std::size_t>(format.parity)],
                      counted(static_cast<std::size_t>(format.stop_bits), "stop bit"));
 }
 

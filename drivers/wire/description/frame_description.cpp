@@ -16,8 +16,6 @@ namespace {
 constexpr std::size_t kMaxKinds = 64;
 constexpr Range kRateHz{0.01, 100'000};
 
-constexpr std::array kParities = {"none", "even", "odd"};
-
 JsonTable<WireFormat> line_keys() {
   using W = WireFormat;
   return JsonTable<W>()

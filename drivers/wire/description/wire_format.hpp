@@ -2,6 +2,9 @@
 // Character format of a serial line: speed, bits, parity, and the time of one byte.
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 namespace prism::wire {
 
 /// Maximum number of input axes of a device.
@@ -10,6 +13,7 @@ inline constexpr std::size_t kMaxAxes = 4;
 inline constexpr std::size_t kMaxSensors = 16;
 
 enum class Parity { kNone, kEven, kOdd };
+inline constexpr std::array kParities = {"none", "even", "odd"};
 
 struct WireFormat {
   int baud = 921600;  ///< 50 to 20 000 000; any integer, not only standard speeds

@@ -86,7 +86,7 @@ TEST(Config, ReadsEveryKeyAndAllowsComments) {
   EXPECT_EQ(config.axes[0].sign, -1);
   EXPECT_EQ(config.axes[0].scale_factor_arcsec_per_pulse, 0.25);
   EXPECT_EQ(config.line.baud, 614400);
-  EXPECT_EQ(config.line.parity, "even");
+  EXPECT_EQ(config.line.parity, wire::Parity::kEven);
   EXPECT_TRUE(config.device_clock);
   EXPECT_EQ(config.axes[0].elevation_deg, 90);
   EXPECT_EQ(config.log->directory, "/etc/prism/logs");
