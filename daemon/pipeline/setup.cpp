@@ -109,15 +109,16 @@ SensorList all_sensors(const Setup& setup) {
   return sensors.empty() ? nullptr : std::make_shared<const std::vector<SensorName>>(std::move(sensors));
 }
 
-/// The sensor that an axis takes instead of the frame's own quantity; -1: none is configured. `key`: of the axis.
-Result<int> find_source(const Setup& setup, const std::string& axis, const char* key, const std::string& name,
+/// The index of a sensor in this unit; -1: `name` is empty. `where`: the sensor was named there.
+Result<int> find_sensor(const Setup& setup, const std::string& where, const std::string& name,
                         const std::string& unit) {
   if (name.empty()) return -1;
   const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
   const std::size_t index = sensor_index(there, name);
-  const std::string where = fmt::format("{}:/axes/{}/{}", setup.config.path, axis, key);
   if (index == there.size())
-    return make_error(where, fmt::format("found \"{}\", expected one of {}", name, sensors_text(there)));
+    return make_error(where, fmt::format("found {}, expected a sensor of {}{}: {}", name, setup.frames->name,
+                                         setup.config.by_axes ? "" : " (sensors need \"axes\" in the configuration)",
+                                         sensors_text(there)));
   if (there[index].unit != unit)
     return make_error(where, fmt::format("found {} in {}, expected a sensor in {}", name, there[index].unit, unit));
   return static_cast<int>(index);
@@ -150,18 +151,9 @@ Result<compensation::ModelPtr> load_model(const Setup& setup, const std::string&
     return make_error(path + ":/inputs",
                       fmt::format("found {}, which frames of \"{}\" do not contain", input, frames.name));
   }
-  const std::vector<SensorName>& there = sensors_of_list(setup.sensors);
   for (const SensorName& sensor : info.features.sensors) {
-    const std::size_t index = sensor_index(there, sensor.name);
-    if (index == there.size()) {
-      return make_error(
-          path + ":/features/sensors",
-          fmt::format("found {}, expected a sensor of {}{}: {}", sensor.name, frames.name,
-                      config.by_axes ? "" : " (sensors need \"axes\" in the configuration)", sensors_text(there)));
-    }
-    if (there[index].unit != sensor.unit)
-      return make_error(path + ":/features/sensors", fmt::format("found {} in {}, but {} has it in {}", sensor.name,
-                                                                 sensor.unit, frames.name, there[index].unit));
+    const auto found = find_sensor(setup, path + ":/features/sensors", sensor.name, sensor.unit);
+    if (!found) return tl::unexpected<Error>(found.error());
   }
   return model;
 }
@@ -249,9 +241,10 @@ void leave_out_models(Setup::Axis& axis, const Error& why) {
 Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overrides& overrides) {
   const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
-  const Result<int> thermometer = find_source(setup, config.name, "temperature", config.thermometer, "degC");
+  const std::string place = fmt::format("{}:/axes/{}", setup.config.path, config.name);
+  const Result<int> thermometer = find_sensor(setup, place + "/temperature", config.thermometer, "degC");
   if (!thermometer) return tl::unexpected<Error>(thermometer.error());
-  const Result<int> uhfo = find_source(setup, config.name, "uhfo", config.uhfo, "V");
+  const Result<int> uhfo = find_sensor(setup, place + "/uhfo", config.uhfo, "V");
   if (!uhfo) return tl::unexpected<Error>(uhfo.error());
   axis.thermometer = *thermometer, axis.uhfo = *uhfo;
   axis.engine = config.engine;

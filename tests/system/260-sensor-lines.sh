@@ -59,7 +59,7 @@ refused() { # WHAT EXPECTED: wrong.json must be rejected with this text
   contains "$1" "$(cat wrong.err)" "$2"
 }
 jq 'del(.axes) + {gyro: {axis: "z"}}' fog-z.json >wrong.json; refused "no axes" '/sensor_lines: given without "axes"'
-jq '.axes.z.temperature = "oven.temperature"' fog-z.json >wrong.json; refused "no such thermometer" '/axes/z/temperature: found "oven.temperature", expected one of chamber.temperature'
+jq '.axes.z.temperature = "oven.temperature"' fog-z.json >wrong.json; refused "no such thermometer" '/axes/z/temperature: found oven.temperature, expected a sensor of dsp3000: chamber.temperature'
 jq '.axes.z.uhfo = "chamber.temperature"' fog-z.json >wrong.json; refused "a voltage in degC" '/axes/z/uhfo: found chamber.temperature in degC, expected a sensor in V'
 jq 'del(.sensor_lines.chamber.columns)' fog-z.json >wrong.json; refused "no columns" 'ascii-columns.json: found no sensor with a name, expected at least one; name them in "columns" of the sensor line chamber'
 jq '.sensor_lines.chamber.frames = "trplg"' fog-z.json >wrong.json; refused "a gyro's frames" 'trplg.json'
