@@ -84,12 +84,11 @@ class Live {
     const config::Config& config = setup().config;
     const std::optional<int> inherited = inherited_socket();
     if (!config.socket.path.empty() || inherited) {
-      auto server = socket::Server::open(io_, config.socket, inherited, publisher_, rpc_, tell_, problems_);
-      if (!server) {
-        spdlog::error(server.error().text());
+      server_ = std::make_unique<socket::Server>(io_, config.socket, publisher_, rpc_, tell_, problems_);
+      if (const auto listening = server_->listen(inherited); !listening) {
+        spdlog::error(listening.error().text());
         return kExitFailed;
       }
-      server_ = std::move(*server);
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
     for (const std::string& key : setup().config.removed_keys) tell_(Severity::kWarning, "removed_key", key);

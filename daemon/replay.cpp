@@ -130,11 +130,10 @@ class Replay {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
     if (auto opened = open_frames(); !opened) return fail(opened.error().text());
     if (!options_.socket.empty()) {
-      auto server = socket::Server::open(
-          io_, device_.setup.config.socket, std::nullopt, publisher_, rpc_,
+      server_ = std::make_unique<socket::Server>(
+          io_, device_.setup.config.socket, publisher_, rpc_,
           [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); }, problems_);
-      if (!server) return fail(server.error().text());
-      server_ = std::move(*server);
+      if (const auto listening = server_->listen({}); !listening) return fail(listening.error().text());
       asio::co_spawn(io_, server_->serve(), asio::detached);
     }
     asio::co_spawn(io_, handle_signals(), asio::detached);

@@ -28,47 +28,35 @@ using daemon::kUse;
 using pipeline::Severity;
 using Protocol = asio::local::stream_protocol;
 
-Result<Server::Acceptor> listen(asio::io_context& io, const config::SocketSettings& settings,
-                                std::optional<int> inherited) {
-  boost::system::error_code error;
-  Server::Acceptor acceptor(io);
-  if (inherited) {
-    acceptor.assign(Protocol(), *inherited, error);
-    if (error) return make_error("systemd's socket", error.message());
-    return acceptor;
-  }
-  std::error_code folder_error;  // listen_unix() reports the error
-  std::filesystem::create_directories(std::filesystem::path(settings.path).parent_path(), folder_error);
-  auto socket = listen_unix(settings.path, static_cast<mode_t>(settings.mode));
-  if (!socket) return tl::unexpected<Error>(socket.error());
-  acceptor.assign(Protocol(), socket->get(), error);
-  if (error) return make_error(settings.path, "cannot listen: " + error.message());
-  socket->release();
-  return acceptor;
-}
-
 }  // namespace
 
-Result<std::unique_ptr<Server>> Server::open(asio::io_context& io, const config::SocketSettings& settings,
-                                             std::optional<int> inherited, Publisher& publisher, Rpc& rpc,
-                                             pipeline::Tell tell, Problems& problems) {
-  Result<Acceptor> acceptor = listen(io, settings, inherited);
-  if (!acceptor) return tl::unexpected<Error>(acceptor.error());
-  OwnSocketFile own = inherited ? OwnSocketFile() : OwnSocketFile(settings.path);
-  return std::unique_ptr<Server>(
-      new Server(std::move(*acceptor), settings, std::move(own), publisher, rpc, std::move(tell), problems));
-}
-
-Server::Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
+Server::Server(asio::io_context& io, config::SocketSettings settings, Publisher& publisher, Rpc& rpc,
                pipeline::Tell tell, Problems& problems)
-    : acceptor_(std::move(acceptor)),
+    : acceptor_(io),
       settings_(std::move(settings)),
-      own_(std::move(own)),
       publisher_(publisher),
       tell_(std::move(tell)),
       problems_(problems),
       rpc_(rpc),
-      turn_(acceptor_.get_executor(), 1) {}
+      turn_(io, 1) {}
+
+Result<void> Server::listen(std::optional<int> inherited) {
+  boost::system::error_code error;
+  if (inherited) {
+    acceptor_.assign(Protocol(), *inherited, error);
+    if (error) return make_error("systemd's socket", error.message());
+    return {};
+  }
+  std::error_code folder_error;  // listen_unix() reports the error
+  std::filesystem::create_directories(std::filesystem::path(settings_.path).parent_path(), folder_error);
+  auto socket = listen_unix(settings_.path, static_cast<mode_t>(settings_.mode));
+  if (!socket) return tl::unexpected<Error>(socket.error());
+  acceptor_.assign(Protocol(), socket->get(), error);
+  if (error) return make_error(settings_.path, "cannot listen: " + error.message());
+  socket->release();
+  own_.emplace(settings_.path);
+  return {};
+}
 
 asio::awaitable<void> Server::serve() {
   asio::steady_timer pause(acceptor_.get_executor());
@@ -93,7 +81,7 @@ asio::awaitable<void> Server::serve() {
 }
 
 void Server::watch_file() {
-  if (own_.is_in_place()) return problems_.clear("socket", settings_.path + ": clients can connect again");
+  if (!own_ || own_->is_in_place()) return problems_.clear("socket", settings_.path + ": clients can connect again");
   problems_.set("socket", {.kind = "socket",
                            .text = settings_.path +
                                    ": the socket's file was removed or replaced, new clients cannot connect; restart "

@@ -23,22 +23,19 @@ namespace prism::socket {
 class Server {
  public:
   static constexpr std::chrono::seconds kIdle{60};
-  using Acceptor = boost::asio::local::stream_protocol::acceptor;
+
+  Server(boost::asio::io_context& io, config::SocketSettings settings, Publisher& publisher, Rpc& rpc,
+         pipeline::Tell tell, Problems& problems);
 
   /// `inherited`: a listening socket from systemd; else creates one at settings.path. Replaces a stale socket file.
   /// Errors: another daemon listens on this path.
-  static Result<std::unique_ptr<Server>> open(boost::asio::io_context& io, const config::SocketSettings& settings,
-                                              std::optional<int> inherited, Publisher& publisher, Rpc& rpc,
-                                              pipeline::Tell tell, Problems& problems);
-
+  Result<void> listen(std::optional<int> inherited);
   /// Accepts until the context stops.
   boost::asio::awaitable<void> serve();
   /// Reports once if the socket's file was removed or replaced, and once if it is back. Call once a second.
   void watch_file();
 
  private:
-  Server(Acceptor acceptor, config::SocketSettings settings, OwnSocketFile own, Publisher& publisher, Rpc& rpc,
-         pipeline::Tell tell, Problems& problems);
   /// Disconnects another client if needed. Returns an error text if the client cannot be admitted, else "".
   std::string admit(const Client& client);
   boost::asio::awaitable<void> talk(std::shared_ptr<Client> client);
@@ -46,9 +43,9 @@ class Server {
   /// One request of any client at a time, first come, first served; the line is read between two of them.
   using Turn = boost::asio::experimental::channel<void(boost::system::error_code)>;
 
-  Acceptor acceptor_;
-  config::SocketSettings settings_;
-  const OwnSocketFile own_;
+  boost::asio::local::stream_protocol::acceptor acceptor_;
+  const config::SocketSettings settings_;
+  std::optional<OwnSocketFile> own_;
   Publisher& publisher_;
   const pipeline::Tell tell_;
   Problems& problems_;

@@ -111,9 +111,9 @@ class ServerPlayer : test::DaemonPartsTest {
   Lines open(std::optional<int> inherited) {
     if (::geteuid() == 0) std::filesystem::permissions(folder_.file(""), std::filesystem::perms(0711));
     auto made =
-        Server::open(io_, settings_, inherited, parts_->publisher, rpc_, parts_->events.teller(), parts_->problems);
-    if (!made) return {shown(made.error().text())};
-    server_ = std::move(*made);
+        std::make_unique<Server>(io_, settings_, parts_->publisher, rpc_, parts_->events.teller(), parts_->problems);
+    if (const auto listening = made->listen(inherited); !listening) return {shown(listening.error().text())};
+    server_ = std::move(made);
     boost::asio::co_spawn(io_, server_->serve(), boost::asio::detached);
     poll();
     return {};
