@@ -54,17 +54,18 @@ class Live {
               publisher_.rows(rows, device_.log != nullptr && device_.log->pending > 0);
             },
             tell_, problems_),
-        reloader_(Reloader::make(io_, loader_,
-                                 {[path = options.config, overrides = overrides_of(options)] {
-                                    auto loaded = pipeline::load_setup(path, overrides);
-                                    if (loaded) loaded->loaded_ns = host_time_ns();
-                                    return loaded;
-                                  },
-                                  device_,
-                                  [this] {
-                                    for (const auto& line : lines_) line->reopen();
-                                  },
-                                  [this] { open_outputs(); }, tell_, [this] { return socket::summary(sources()); }})),
+        reloader_(std::make_shared<Reloader>(
+            io_, loader_,
+            Reloader::Parts{[path = options.config, overrides = overrides_of(options)] {
+                              auto loaded = pipeline::load_setup(path, overrides);
+                              if (loaded) loaded->loaded_ns = host_time_ns();
+                              return loaded;
+                            },
+                            device_,
+                            [this] {
+                              for (const auto& line : lines_) line->reopen();
+                            },
+                            [this] { open_outputs(); }, tell_, [this] { return socket::summary(sources()); }})),
         rpc_(sources(), publisher_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_),

@@ -1,20 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/reloader.hpp"
 
-#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <utility>
 
 #include "base/notify.hpp"
 
 namespace prism::daemon {
-
-std::shared_ptr<Reloader> Reloader::make(boost::asio::io_context& io, DiskThread& loader, Parts parts) {
-  return std::shared_ptr<Reloader>(new Reloader(io, loader, std::move(parts)));
-}
-
-Reloader::Reloader(boost::asio::io_context& io, DiskThread& loader, Parts parts)
-    : io_(io), loader_(loader), parts_(std::move(parts)) {}
 
 void Reloader::reload(Done done) {
   waiting_.push_back(std::move(done));
@@ -57,10 +49,7 @@ Result<std::string> Reloader::take(Result<pipeline::Setup> setup) {
   if (!reopen) return tl::unexpected<Error>(reopen.error());
   if (*reopen) parts_.lines_changed();
   const pipeline::Setup& now = parts_.device.setup;
-  // The device's own format is an output's, too, if its frames are the same.
-  const auto same = [](const auto& a, const auto& b) { return a.config == b.config && a.line == b.line; };
-  if (!std::equal(outputs.begin(), outputs.end(), now.outputs.begin(), now.outputs.end(), same))
-    parts_.outputs_changed();
+  if (outputs != now.outputs) parts_.outputs_changed();
   return now.config.path + " in use, model " + pipeline::models_text(now);
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/disk_thread.hpp"
@@ -14,7 +15,8 @@
 
 namespace prism::daemon {
 
-/// The loader thread owns copies and a weak reference: the daemon may end while it reads.
+/// Make it with std::make_shared: the loader thread owns copies and a weak reference, since the daemon may end while
+/// it reads.
 class Reloader : public std::enable_shared_from_this<Reloader> {
  public:
   using Done = std::function<void(Result<std::string>)>;
@@ -28,13 +30,13 @@ class Reloader : public std::enable_shared_from_this<Reloader> {
     pipeline::Tell tell;
     std::function<std::string()> summary;  ///< for systemd's status, when the reload is over
   };
-  static std::shared_ptr<Reloader> make(boost::asio::io_context& io, DiskThread& loader, Parts parts);
+  Reloader(boost::asio::io_context& io, DiskThread& loader, Parts parts)
+      : io_(io), loader_(loader), parts_(std::move(parts)) {}
 
   /// A request during a reload starts another reload after it, since the files may have changed again.
   void reload(Done done);
 
  private:
-  Reloader(boost::asio::io_context& io, DiskThread& loader, Parts parts);
   void begin();
   void finish(Result<pipeline::Setup> setup);
   Result<std::string> take(Result<pipeline::Setup> setup);

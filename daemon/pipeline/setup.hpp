@@ -45,6 +45,9 @@ struct Setup {
     config::OutputConfig config;
     wire::FrameDescriptionPtr frames;  ///< that are encoded; null: "same" or "prism"
     transport::Settings line;
+
+    /// Compares the settings of the line; the device's own format is the output's, too, if its frames are the same.
+    bool operator==(const Output& other) const { return config == other.config && line == other.line; }
   };
 
   config::Config config;

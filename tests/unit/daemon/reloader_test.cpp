@@ -15,9 +15,10 @@ namespace {
 class ReloaderTest : public test::DaemonPartsTest {
  protected:
   std::shared_ptr<Reloader> make(Reloader::Load load) {
-    return Reloader::make(io_, *disk_,
-                          {std::move(load), parts_->device, [this] { ++reopened_; }, [this] { ++outputs_reopened_; },
-                           parts_->events.teller(), [] { return std::string("test"); }});
+    return std::make_shared<Reloader>(
+        io_, *disk_,
+        Reloader::Parts{std::move(load), parts_->device, [this] { ++reopened_; }, [this] { ++outputs_reopened_; },
+                        parts_->events.teller(), [] { return std::string("test"); }});
   }
   /// The outcome of a reload.
   std::string reload(Reloader& reloader) {
