@@ -66,14 +66,15 @@ class Live {
                               for (const auto& line : lines_) line->reopen();
                             },
                             [this] { open_outputs(); }, tell_, [this] { return socket::summary(sources()); }})),
-        rpc_(sources(), publisher_, [this](Reloader::Done done) { reloader_->reload(std::move(done)); }),
+        rpc_(sources(),
+             {[this](Reloader::Done done) { reloader_->reload(std::move(done)); },
+              [this](std::size_t line, std::span<const std::uint8_t> bytes) { return lines_[line]->send(bytes); },
+              [this](std::size_t axis, std::optional<pipeline::Offset> offset, socket::Rpc::Done done) {
+                set_offset(axis, std::move(offset), std::move(done));
+              }}),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
         tick_(io_),
         stop_timer_(io_) {
-    rpc_.send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) { return lines_[line]->send(bytes); });
-    rpc_.offset_by([this](std::size_t axis, std::optional<pipeline::Offset> offset, socket::Rpc::Done done) {
-      set_offset(axis, std::move(offset), std::move(done));
-    });
     for (std::size_t i = 0; i < device_.lines.size(); ++i) {
       device_.lines[i].since_ns = started_ns_;
       const bool alone = device_.lines.size() == 1;
@@ -113,7 +114,7 @@ class Live {
   }
 
  private:
-  socket::Sources sources() const { return {device_, events_, publisher_, started_ns_}; }
+  socket::Sources sources() { return {device_, events_, publisher_, started_ns_}; }
 
   // Again after a reload that changed the outputs.
   void open_outputs() {

@@ -121,8 +121,8 @@ class Replay {
         device_(
             setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
             events_.teller(), problems_),
-        rpc_({device_, events_, publisher_, host_time_ns()}, publisher_,
-             [](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }),
+        rpc_({device_, events_, publisher_, host_time_ns()},
+             {[](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }}),
         signals_(io_, SIGINT, SIGTERM),
         timer_(io_) {}
 

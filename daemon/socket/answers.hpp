@@ -20,7 +20,7 @@ namespace prism::socket {
 struct Sources {
   const pipeline::Device& device;
   const EventLog& events;
-  const Publisher& publisher;
+  Publisher& publisher;     ///< subscriptions change it
   std::int64_t started_ns;  ///< host time
 };
 

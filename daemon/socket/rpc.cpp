@@ -382,12 +382,12 @@ void Rpc::change_subscription(const Call& call) {
               {"event", wanted.events},
               {"axes", names_of(sources_.device, wanted.axes)}});
   call.client->subscription = wanted;
-  publisher_.update();
+  sources_.publisher.update();
 }
 
 void Rpc::reload(const Call& call) {
   if (!call.client->privileged()) return call.fail(kNotPermitted, "reload needs root or the user that prismd runs as");
-  reload_([call](Result<std::string> outcome) {
+  actions_.reload([call](Result<std::string> outcome) {
     outcome ? call.reply({{"reloaded", *outcome}}) : call.fail(kFailed, outcome.error().text());
   });
 }
@@ -412,13 +412,14 @@ void Rpc::offset(const Call& call) {
   if (!params.good() || clear == call.params.contains("deg_per_h") || clear != offset.reason.empty())
     return call.refuse(fmt::format(
         R"({{"deg_per_h": VALUE, "reason": TEXT, "expires_s": 1 to {}}} or {{"clear": true}})", kLongest_s));
-  if (!set_offset_) return call.fail(kFailed, "offset: a replay has none");
+  if (!actions_.set_offset) return call.fail(kFailed, "offset: a replay has none");
   offset.set_s = host_time_ns() / 1'000'000'000;
   offset.expires_s = for_s > 0 ? offset.set_s + for_s : 0;
   const std::size_t axis = call.axes.front();
-  set_offset_(axis, clear ? std::nullopt : std::optional(std::move(offset)), [call](Result<std::string> outcome) {
-    outcome ? call.reply({{"offset", *outcome}}) : call.fail(kFailed, outcome.error().text());
-  });
+  actions_.set_offset(axis, clear ? std::nullopt : std::optional(std::move(offset)),
+                      [call](Result<std::string> outcome) {
+                        outcome ? call.reply({{"offset", *outcome}}) : call.fail(kFailed, outcome.error().text());
+                      });
 }
 
 void Rpc::send(const Call& call) {
@@ -440,8 +441,8 @@ void Rpc::send(const Call& call) {
   if (!params.good() || bytes.empty() || bytes.size() > kMostSentBytes)
     return call.refuse(fmt::format(
         R"({{"text": 1 to {} bytes}} or {{"hex": "55 AA"}}, and "line" only for a sensor line)", kMostSentBytes));
-  if (!send_) return call.fail(kFailed, "send: a replay has no device");
-  const auto sent = send_(line, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  if (!actions_.send) return call.fail(kFailed, "send: a replay has no device");
+  const auto sent = actions_.send(line, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   if (!sent) return call.fail(kFailed, sent.error().text());
   call.reply({{"sent", bytes.size()}});
 }

@@ -33,26 +33,23 @@ using enum config::SocketError;
 std::string rpc_error(const nlohmann::json& id, int code, const std::string& message,
                       const nlohmann::ordered_json* data = nullptr);
 
-/// Handles requests. `reload` starts a reload and calls back with its result.
+/// Handles requests.
 class Rpc {
  public:
   using Done = std::function<void(Result<std::string>)>;
-  using Reload = std::function<void(Done)>;
 
-  /// Sends bytes to the device of a line (0: the gyro's). Errors: not allowed, or not possible now.
-  using Send = std::function<Result<void>(std::size_t line, std::span<const std::uint8_t> bytes)>;
+  struct Actions {
+    /// Starts a reload and calls back with its result.
+    std::function<void(Done)> reload;
+    /// Sends bytes to the device of a line (0: the gyro's). Errors: not allowed, or not possible now. Null: a replay,
+    /// which has no device.
+    std::function<Result<void>(std::size_t line, std::span<const std::uint8_t> bytes)> send = nullptr;
+    /// Sets the offset of an axis, or ends it (nullopt), and calls back with its text. Null: a replay.
+    std::function<void(std::size_t axis, std::optional<pipeline::Offset>, Done)> set_offset = nullptr;
+  };
 
-  /// Sets the offset of an axis, or ends it (nullopt), and calls back with its text.
-  using SetOffset = std::function<void(std::size_t axis, std::optional<pipeline::Offset>, Done)>;
+  Rpc(const Sources& sources, Actions actions) : sources_(sources), actions_(std::move(actions)) {}
 
-  /// `publisher`: the one of `sources`; subscriptions change it.
-  Rpc(const Sources& sources, Publisher& publisher, Reload reload)
-      : sources_(sources), publisher_(publisher), reload_(std::move(reload)) {}
-
-  /// Without this call, "send" fails: a replay has no device.
-  void send_by(Send send) { send_ = std::move(send); }
-  /// The same of "offset".
-  void offset_by(SetOffset set) { set_offset_ = std::move(set); }
   /// Call after a sync of the log: new rows may be on the disk.
   void synced();
 
@@ -77,10 +74,7 @@ class Rpc {
   void send(const Call& call);
 
   const Sources sources_;
-  Publisher& publisher_;
-  Reload reload_;
-  Send send_;
-  SetOffset set_offset_;
+  const Actions actions_;
   std::vector<std::weak_ptr<boost::asio::steady_timer>> waiting_;  ///< requests at the end of the log
   std::uint64_t syncs_ = 0;
 };

@@ -47,7 +47,7 @@ std::size_t requests_in(const std::string& line) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto parts = make_parts();
   if (size > 4096) return 0;
-  socket::Rpc rpc = parts->rpc([](auto done) { done(make_error("reload", "not here")); });
+  socket::Rpc rpc = parts->rpc({[](auto done) { done(make_error("reload", "not here")); }});
   test::Asker asker;
   std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
   for (std::string line; std::getline(lines, line) && asker.client()->open();) {

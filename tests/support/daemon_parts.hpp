@@ -42,9 +42,8 @@ struct DaemonParts {
             },
             events.teller(), problems) {}
 
-  socket::Rpc rpc(socket::Rpc::Reload reload = [](const auto&) {}) {
-    socket::Rpc made({device, events, publisher, started_ns}, publisher, std::move(reload));
-    return made;
+  socket::Rpc rpc(socket::Rpc::Actions actions = {[](const auto&) {}}) {
+    return socket::Rpc({device, events, publisher, started_ns}, std::move(actions));
   }
   void begin_session(std::int64_t now_ns) {
     device.begin_session(pipeline::kGyroLine, now_ns);

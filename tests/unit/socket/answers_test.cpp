@@ -126,16 +126,18 @@ class DaemonPlayer : test::DaemonPartsTest {
       const auto& model = parts_->device.setup.axes[0].model;
       parts_->device.use_offset(0, pipeline::Offset{next<double>(words), "turned on", model->info().id, 5, 0}, "set");
     } else if (command == "offsets") {  // are taken, but not that of 9 deg/h
-      rpc_->offset_by([this](std::size_t axis, std::optional<pipeline::Offset> offset, const Rpc::Done& done) {
+      actions_.set_offset = [this](std::size_t axis, std::optional<pipeline::Offset> offset, const Rpc::Done& done) {
         sent_.push_back(offset
                             ? fmt::format("axis {}: {} deg/h for {} s: {}", axis, offset->deg_per_h,
                                           offset->expires_s > 0 ? offset->expires_s - offset->set_s : 0, offset->reason)
                             : fmt::format("axis {}: none", axis));
         if (offset && offset->deg_per_h == 9) return done(make_error("offset", "too large"));
         done(std::string("in use"));
-      });
+      };
+      rpc_.emplace(parts_->rpc(actions_));
     } else if (command == "reloads") {
-      rpc_.emplace(parts_->rpc([](auto done) { done(std::string("gyro.json in use")); }));
+      actions_.reload = [](auto done) { done(std::string("gyro.json in use")); };
+      rpc_.emplace(parts_->rpc(actions_));
     } else if (command == "summary") {
       return {summary({parts_->device, parts_->events, parts_->publisher, parts_->started_ns})};
     } else if (command == "show") {
@@ -176,11 +178,12 @@ class DaemonPlayer : test::DaemonPartsTest {
       const auto kind = next<std::string>(words);
       parts_->events.teller()(Severity::kError, kind, test::rest_of(words));
     } else if (command == "device") {  // takes what is sent, but not three bytes
-      rpc_->send_by([this](std::size_t line, std::span<const std::uint8_t> bytes) -> Result<void> {
+      actions_.send = [this](std::size_t line, std::span<const std::uint8_t> bytes) -> Result<void> {
         sent_.push_back(fmt::format("sent to {}: {}", line, std::string(bytes.begin(), bytes.end())));
         if (bytes.size() == 3) return make_error("tty", "no");
         return {};
-      });
+      };
+      rpc_.emplace(parts_->rpc(actions_));
     } else if (command == "client") {
       parts_->publisher.add(asker_.client());
     } else if (command == "received") {
@@ -209,7 +212,8 @@ class DaemonPlayer : test::DaemonPartsTest {
 
   void start(std::vector<std::unique_ptr<pipeline::RowWriter>> logs) {
     parts_ = std::make_unique<test::DaemonParts>(setup_, std::move(logs));
-    rpc_.emplace(parts_->rpc([](auto done) { done(make_error("gyro.json", "no")); }));
+    actions_ = {[](auto done) { done(make_error("gyro.json", "no")); }};
+    rpc_.emplace(parts_->rpc(actions_));
   }
 
   // BYTES or AGE or DISK_FULL, and in how many seconds; nothing: none.
@@ -348,6 +352,7 @@ class DaemonPlayer : test::DaemonPartsTest {
 
   std::string frames_;
   StatedLog* log_ = nullptr;  ///< of the last axis
+  Rpc::Actions actions_;
   std::optional<Rpc> rpc_;
   test::Asker asker_;
   Lines sent_;
@@ -457,7 +462,7 @@ TEST_F(ConfigAnswer, ShowsEveryKeyInForce) {
       "start": [{"send": "A\r", "expect_hex": "01 02"}, {"wait_ms": 5}], "columns": {"air": {"column": 2, "unit": "degC", "max": 90}},
       "poll": {"every_ms": 500, "send": "READ?\n"}}},
       "capture": {"directory": ".", "keep_mib": 100})"));
-  Rpc rpc = parts.rpc([](auto done) { done({}); });
+  Rpc rpc = parts.rpc();
   const json shown = test::Asker().ask(rpc, "config", nullptr)["result"];
   std::vector<std::string> missing;
   add_missing(schema, schema, shown, "", missing);
