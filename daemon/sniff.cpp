@@ -106,19 +106,15 @@ bool sniff_file(const std::string& path, const std::vector<wire::FrameDescriptio
 
 // The line settings of the descriptions, the most frequent first.
 std::vector<wire::WireFormat> wire_formats(const std::vector<wire::FrameDescriptionPtr>& descriptions) {
-  std::vector<std::pair<int, wire::WireFormat>> counted;
-  for (const wire::FrameDescriptionPtr& description : descriptions) {
-    const auto known =
-        std::find_if(counted.begin(), counted.end(), [&](const auto& c) { return c.second == description->wire; });
-    if (known != counted.end()) {
-      ++known->first;
-    } else {
-      counted.emplace_back(1, description->wire);
-    }
-  }
-  std::stable_sort(counted.begin(), counted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<wire::WireFormat> formats;
-  for (const auto& [count, wire] : counted) formats.push_back(wire);
+  for (const wire::FrameDescriptionPtr& description : descriptions) {
+    if (std::find(formats.begin(), formats.end(), description->wire) == formats.end())
+      formats.push_back(description->wire);
+  }
+  const auto count = [&](const wire::WireFormat& format) {
+    return std::count_if(descriptions.begin(), descriptions.end(), [&](const auto& d) { return d->wire == format; });
+  };
+  std::stable_sort(formats.begin(), formats.end(), [&](const auto& a, const auto& b) { return count(a) > count(b); });
   return formats;
 }
 
