@@ -49,7 +49,12 @@ class Live {
   Live(const Options& options, const pipeline::Setup& setup)
       : disk_(kDiskQueueBytes, [tell = teller()](const std::string& what) { tell(Severity::kWarning, "disk", what); }),
         device_(
-            setup, make_logs(setup), make_captures(setup),
+            setup,
+            log::make_logs(setup, &disk_, problems_,
+                           {[this] { asio::post(io_, [this] { publisher_.rows_written(); }); },
+                            [this] { asio::post(io_, [this] { rpc_.synced(); }); }},
+                           segment_policy()),
+            make_captures(setup),
             [this](const pipeline::Rows& rows) {
               publisher_.rows(rows, device_.log != nullptr && device_.log->pending > 0);
             },
@@ -231,17 +236,6 @@ class Live {
       asio::dispatch(io_, [this, severity, kind, text] { tell_(severity, kind, text); });
     };
   }
-  std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
-    const auto counters = std::make_shared<pipeline::LogCounters>();
-    const auto written = [this] { asio::post(io_, [this] { publisher_.rows_written(); }); };
-    const auto synced = [this] { asio::post(io_, [this] { rpc_.synced(); }); };
-    return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
-      return std::make_unique<log::LogWriter>(std::move(settings), std::move(name), std::move(metadata), &disk_,
-                                              problems_, log::LogWriter::Owner{written, synced}, counters,
-                                              segment_policy());
-    });
-  }
-
   log::SegmentPolicy segment_policy() {
     log::SegmentPolicy policy;
     policy.notice_s = scaled_s(policy.notice_s);

@@ -119,8 +119,8 @@ class Replay {
   Replay(const Options& options, const pipeline::Setup& setup)
       : options_(options),
         device_(
-            setup, make_logs(setup), {}, [this](const pipeline::Rows& rows) { publisher_.rows(rows); },
-            events_.teller(), problems_),
+            setup, log::make_logs(setup, nullptr, disk_problems_, {}, {events_.teller(), false}), {},
+            [this](const pipeline::Rows& rows) { publisher_.rows(rows); }, events_.teller(), problems_),
         rpc_({device_, events_, publisher_, host_time_ns()},
              {[](auto done) { done(make_error("reload", "a replay cannot reload its configuration")); }}),
         signals_(io_, SIGINT, SIGTERM),
@@ -201,15 +201,6 @@ class Replay {
   std::string frames_fault() const {
     return fmt::format("{}: cannot be written: {}", options_.out_frames,
                        std::error_code(errno, std::generic_category()).message());
-  }
-
-  std::vector<std::unique_ptr<pipeline::RowWriter>> make_logs(const pipeline::Setup& setup) {
-    const auto counters = std::make_shared<pipeline::LogCounters>();
-    return pipeline::make_logs(setup, [&](config::LogSegmentSettings settings, std::string name, std::string metadata) {
-      return std::make_unique<log::LogWriter>(std::move(settings), std::move(name), std::move(metadata), nullptr,
-                                              disk_problems_, log::LogWriter::Owner{}, counters,
-                                              log::SegmentPolicy{events_.teller(), false});
-    });
   }
 
   void set_lines(pipeline::LineState state, const std::string& detail) {

@@ -254,4 +254,14 @@ void LogWriter::read(const RowQuery& query, Pages done) {
       0, [log = log_, query, done] { done(log->page(query)); }, refuse);
 }
 
+std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup, DiskThread* disk, Problems& problems,
+                                                  const LogWriter::Owner& owner, const SegmentPolicy& policy) {
+  std::vector<std::unique_ptr<RowWriter>> logs;
+  const auto counters = std::make_shared<LogCounters>();
+  for (std::size_t i = 0; setup.config.log && i < setup.axes.size(); ++i)
+    logs.push_back(std::make_unique<LogWriter>(log_settings(setup), log_name(setup, i), log_metadata(setup, i), disk,
+                                               problems, owner, counters, policy));
+  return logs;
+}
+
 }  // namespace prism::log

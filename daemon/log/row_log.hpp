@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/disk_thread.hpp"
 #include "base/sha256.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/log/log_pager.hpp"
 #include "daemon/log/segments.hpp"
 #include "daemon/pipeline/interfaces.hpp"
+#include "daemon/pipeline/setup.hpp"
 
 namespace prism::log {
 
@@ -125,5 +127,9 @@ class LogWriter : public RowWriter {
   bool unsynced_ = false;
   int idle_ = kIdleSyncs;  // calls of sync() without a sync
 };
+
+/// Returns one log per axis, with counters of all; empty if no log is configured. Arguments as for LogWriter.
+std::vector<std::unique_ptr<RowWriter>> make_logs(const pipeline::Setup& setup, DiskThread* disk, Problems& problems,
+                                                  const LogWriter::Owner& owner, const SegmentPolicy& policy);
 
 }  // namespace prism::log

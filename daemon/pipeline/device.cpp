@@ -129,16 +129,6 @@ void AxisRecord::watch_rest(Problems& problems) {
   problems.set(key, {.kind = kEarthRate, .part = name, .text = text + ": moved, remounted, or train again"});
 }
 
-std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make) {
-  std::vector<std::unique_ptr<RowWriter>> logs;
-  if (!setup.config.log) return logs;
-  config::LogSegmentSettings settings = *setup.config.log;
-  if (settings.keep_bytes < config::kNoByteLimit) settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
-  for (std::size_t i = 0; i < setup.axes.size(); ++i)
-    logs.push_back(make(settings, log_name(setup, i), log_metadata(setup, i)));
-  return logs;
-}
-
 Device::Device(Setup own, std::vector<std::unique_ptr<RowWriter>> logs,
                std::vector<std::unique_ptr<CaptureSink>> captures, Publish publish, Tell tell, Problems& found)
     : setup(std::move(own)),

@@ -96,12 +96,6 @@ struct AxisRecord {
   void watch_rest(Problems& problems);
 };
 
-/// Returns one log per axis, opened by `make(settings, name, metadata)`; empty if no log is configured. The axes share
-/// the configured size limit.
-using MakeLog =
-    std::function<std::unique_ptr<RowWriter>(config::LogSegmentSettings, std::string name, std::string metadata)>;
-std::vector<std::unique_ptr<RowWriter>> make_logs(const Setup& setup, const MakeLog& make);
-
 /// Number of the gyro's line. The lines of Setup::sensor_lines follow in order.
 inline constexpr std::size_t kGyroLine = 0;
 

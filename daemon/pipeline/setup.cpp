@@ -421,6 +421,12 @@ std::string log_name(const Setup& setup, std::size_t axis) {
   return setup.config.by_axes ? setup.config.name + "-" + setup.frames->axes[axis].name : setup.config.name;
 }
 
+config::LogSegmentSettings log_settings(const Setup& setup) {
+  config::LogSegmentSettings settings = *setup.config.log;
+  if (settings.keep_bytes < config::kNoByteLimit) settings.keep_bytes /= static_cast<std::int64_t>(setup.axes.size());
+  return settings;
+}
+
 double log_bytes_per_day(const Setup& setup) {
   const double row = kRowBytes + kSensorBytes * static_cast<double>(sensors_of_list(setup.sensors).size());
   return kDayS * row * static_cast<double>(setup.axes.size());

@@ -106,6 +106,9 @@ std::string unit_name(const Setup& setup);
 /// Base name of an axis's log segments: the instance, and the axis if the configuration has "axes".
 std::string log_name(const Setup& setup, std::size_t axis);
 
+/// Settings of the log of each axis: they share the configured size limit. A log must be configured.
+config::LogSegmentSettings log_settings(const Setup& setup);
+
 // How fast the log and the capture grow, and whether their directories can be written, before there are data.
 
 /// From the described frame rate and lengths, as measured.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/log/row_log.hpp"
 #include "tests/support/daemon_parts.hpp"
 #include "tests/support/models.hpp"
 
@@ -99,23 +100,19 @@ TEST_F(DeviceTest, AVerdictIsOnTheModelInUse) {
 }
 
 TEST_F(DeviceTest, TheLogsOfItsAxesShareTheLimit) {
-  const auto limits = [this](std::int64_t keep_bytes) {
+  const auto limit = [this](std::int64_t keep_bytes) {
     setup_.config.log->keep_bytes = keep_bytes;
-    std::vector<std::string> made;
-    make_logs(setup_, [&](const config::LogSegmentSettings& settings, const std::string& name, const std::string&) {
-      made.push_back(name + " " + std::to_string(settings.keep_bytes));
-      return nullptr;
-    });
-    return made;
+    return log_settings(setup_).keep_bytes;
   };
   setup_ = make_setup(R"(, "axes": {"x": {}, "y": {}})", "stim300");
   setup_.config.log.emplace();
-  EXPECT_THAT(limits(1001), ElementsAre("gyro-x 500", "gyro-y 500"));
-  const auto most = config::kNoByteLimit;
-  EXPECT_THAT(limits(most), ElementsAre("gyro-x " + std::to_string(most), "gyro-y " + std::to_string(most)));
-  EXPECT_THAT(limits(most - 1)[0], "gyro-x " + std::to_string((most - 1) / 2));
+  EXPECT_EQ(limit(1001), 500);
+  EXPECT_EQ(limit(config::kNoByteLimit), config::kNoByteLimit);
+  EXPECT_EQ(limit(config::kNoByteLimit - 1), (config::kNoByteLimit - 1) / 2);
+  EXPECT_EQ(log_name(setup_, 0), "gyro-x");
+  EXPECT_EQ(log_name(setup_, 1), "gyro-y");
   setup_.config.log.reset();
-  EXPECT_TRUE(make_logs(setup_, {}).empty());
+  EXPECT_TRUE(log::make_logs(setup_, nullptr, parts_->problems, {}, {}).empty());
 }
 
 }  // namespace

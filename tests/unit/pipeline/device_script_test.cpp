@@ -267,8 +267,9 @@ class DevicePlayer {
   Lines make(const std::string& members) {
     auto setup = folder_.load(members);
     if (!setup) return {folder_.plain(setup.error().text())};
-    auto logs = make_logs(*setup, [this](const config::LogSegmentSettings&, const std::string& name,
-                                         const std::string&) { return std::make_unique<ShownLog>(transcript_, name); });
+    std::vector<std::unique_ptr<RowWriter>> logs;
+    for (std::size_t i = 0; setup->config.log && i < setup->axes.size(); ++i)
+      logs.push_back(std::make_unique<ShownLog>(transcript_, log_name(*setup, i)));
     std::vector<std::unique_ptr<CaptureSink>> captures;
     for (std::size_t line = 0; setup->config.capture && line <= setup->sensor_lines.size(); ++line)
       captures.push_back(std::make_unique<ShownCapture>(transcript_, line));
