@@ -61,7 +61,7 @@ class Live {
             tell_, problems_),
         reloader_(std::make_shared<Reloader>(
             io_, loader_,
-            Reloader::Parts{[path = options.config, overrides = overrides_of(options)] {
+            Reloader::Parts{[path = options.config, overrides = options.overrides] {
                               auto loaded = pipeline::load_setup(path, overrides);
                               if (loaded) loaded->loaded_ns = host_time_ns();
                               return loaded;

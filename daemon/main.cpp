@@ -49,7 +49,7 @@ int run(int argc, char** argv) {
   if (options.check) {
     if (const int code = check_document(options.config); code >= 0) return code;
   }
-  pipeline::Overrides overrides = overrides_of(options);
+  pipeline::Overrides overrides = options.overrides;
   overrides.tolerate_models = options.replay.empty() && !options.check && !options.strict;
   Result<pipeline::Setup> setup = pipeline::load_setup(options.config, overrides);
   if (setup && options.replay.empty()) setup->loaded_ns = host_time_ns();

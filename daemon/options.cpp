@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cstdio>
-#include <cstdlib>
 
 #include "base/escape.hpp"
+#include "base/text_number.hpp"
 #include "config/version.hpp"
 #include "daemon/program.hpp"
 
 namespace prism::daemon {
-
-pipeline::Overrides overrides_of(const Options& options) {
-  pipeline::Overrides overrides;
-  overrides.model = options.model;
-  overrides.device = options.device;
-  overrides.socket = options.socket;
-  overrides.accept_clock = options.accept_clock;
-  if (!options.replay.empty()) overrides.replay_log = options.out.empty() ? "prism-replay" : options.out;
-  return overrides;
-}
 
 std::optional<int> parse_options(int argc, char** argv, Options& options) {
   CLI::App app(
@@ -46,18 +38,23 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("LINE=FILE");
   std::string speed = "max";
-  auto* speed_option =
-      app.add_option("--speed", speed, "speed of the replay: 1 as recorded, 10 ten times as fast, max (default)");
+  const auto* const speed_option =
+      app.add_option("--speed", speed, "speed of the replay: 1 as recorded, 10 ten times as fast, max (default)")
+          ->check([](const std::string& text) {
+            const double factor = text == "max" ? 1 : parse_number<double>(text).value_or(0);
+            if (factor >= 1e-3 && factor <= 1e6) return std::string();
+            return fmt::format("found \"{}\", expected max or a number within 0.001 to 1e6", text);
+          });
   app.add_flag("--strict", options.strict,
                "exit with 78 if a model cannot be used (default: record uncorrected rates, and report it)");
-  app.add_flag("--accept-clock", options.accept_clock,
+  app.add_flag("--accept-clock", options.overrides.accept_clock,
                "accept frames that arrive at another rate than described (else a replay exits with 3)");
-  app.add_option("--out", options.out, "directory of the replay's log (default: prism-replay)");
+  app.add_option("--out", options.overrides.replay_log, "directory of the replay's log (default: prism-replay)");
   app.add_option("--out-frames", options.out_frames, "file for the bytes that the first output sends in the replay");
-  app.add_option("--socket", options.socket,
+  app.add_option("--socket", options.overrides.socket,
                  "socket path instead of the configuration's; required for a socket of a replay");
-  app.add_option("--model", options.model, "model file instead of the configuration's");
-  app.add_option("--device", options.device, "serial device instead of the configuration's line");
+  app.add_option("--model", options.overrides.model, "model file instead of the configuration's");
+  app.add_option("--device", options.overrides.device, "serial device instead of the configuration's line");
   app.footer(
       "Examples:\n  prismd /etc/prism/gyro1.json --check\n  prismd gyro.json --replay capture.pcap --out replayed\n"
       "  prismd --sniff /dev/ttyUSB0\n  prismd --sniff bytes.bin ./my-gyro.json");
@@ -72,20 +69,14 @@ std::optional<int> parse_options(int argc, char** argv, Options& options) {
     std::fprintf(stderr, "prismd: expected CONFIG or --sniff DEVICE; see prismd --help\n");
     return kExitUsage;
   }
-  if (options.replay.empty() &&
-      (*speed_option || !options.out.empty() || !options.out_frames.empty() || !options.replay_sensors.empty())) {
+  const bool of_replay = *speed_option || !options.overrides.replay_log.empty() || !options.out_frames.empty() ||
+                         !options.replay_sensors.empty();
+  if (options.replay.empty() && of_replay) {
     std::fprintf(stderr, "prismd: --speed, --out, --out-frames and --replay-sensors need --replay\n");
     return kExitUsage;
   }
-  if (speed == "max") return std::nullopt;
-  char* end = nullptr;
-  const double factor = std::strtod(speed.c_str(), &end);
-  if (*end != '\0' || !(factor >= 1e-3 && factor <= 1e6)) {
-    std::fprintf(stderr, "prismd: --speed: found \"%s\", expected max or a number within 0.001 to 1e6\n",
-                 speed.c_str());
-    return kExitUsage;
-  }
-  options.speed = factor;
+  options.speed = parse_number<double>(speed);
+  if (!options.replay.empty() && options.overrides.replay_log.empty()) options.overrides.replay_log = "prism-replay";
   return std::nullopt;
 }
 

@@ -129,7 +129,7 @@ class Replay {
   int run() {
     if (auto opened = open_sensors(); !opened) return fail(opened.error().text());
     if (auto opened = open_frames(); !opened) return fail(opened.error().text());
-    if (!options_.socket.empty()) {
+    if (!options_.overrides.socket.empty()) {
       server_ = std::make_unique<socket::Server>(
           io_, device_.setup.config.socket, publisher_, rpc_,
           [](auto, const std::string&, const std::string& text) { spdlog::warn("{}", text); }, problems_);

@@ -42,14 +42,12 @@ struct OptionsPlayer {
     add("config", options.config);
     flag("check", options.check);
     flag("strict", options.strict);
-    flag("accept_clock", options.accept_clock);
     add("replay", fmt::to_string(fmt::join(options.replay, " ")));
     add("speed", options.speed ? fmt::format("{}", *options.speed) : "");
     add("sniff", options.sniff);
     add("replay_sensors", fmt::to_string(fmt::join(options.replay_sensors, " ")));
-    add("out", options.out);
     add("out_frames", options.out_frames);
-    const pipeline::Overrides overrides = overrides_of(options);
+    const pipeline::Overrides& overrides = options.overrides;
     add("overrides: model", overrides.model);
     add("overrides: device", overrides.device);
     add("overrides: socket", overrides.socket);

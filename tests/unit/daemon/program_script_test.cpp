@@ -147,17 +147,17 @@ class ProgramPlayer {
   }
   Lines replay(std::istream& words) {
     Options options;
-    options.out = folder_.file(fmt::format("out{}", ++replays_));
+    options.overrides.replay_log = folder_.file(fmt::format("out{}", ++replays_));
     for (std::string word; words >> word;) {
       if (word == "--check") options.check = true;
       if (word == "--sensors") options.replay_sensors.push_back(path_of(next<std::string>(words)));
       if (word == "--frames") options.out_frames = path_of(next<std::string>(words));
       if (word == "--speed") options.speed = next<double>(words);
-      if (word == "--out") options.out = path_of(next<std::string>(words));
+      if (word == "--out") options.overrides.replay_log = path_of(next<std::string>(words));
       if (!word.starts_with("--")) options.replay.push_back(path_of(word));
     }
     options.config = folder_.file("gyro.json");
-    return run([&] { return run_replay(options, load(overrides_of(options))); });
+    return run([&] { return run_replay(options, load(options.overrides)); });
   }
   Lines sniff_port(int count) {
     boost::asio::io_context io;
