@@ -178,9 +178,7 @@ class Replay {
     if (!files) return tl::unexpected<Error>(files.error());
     if (auto good = pipeline::check_sensor_files(setup, *files); !good) return good;
     if (files->empty()) *files = pipeline::sensor_files_beside(setup, options_.replay.front());
-    auto opened = pipeline::SensorCaptures::open(setup, *files);
-    if (!opened) return tl::unexpected<Error>(opened.error());
-    sensors_.emplace(std::move(*opened));
+    if (auto failed = take(sensors_, pipeline::SensorCaptures::open(setup, *files))) return *failed;
     return {};
   }
 
@@ -189,9 +187,7 @@ class Replay {
     if (path.empty()) return {};
     if (device_.outputs.empty())
       return make_error("--out-frames", "found no \"out\" in " + device_.setup.config.path + ", expected an output");
-    auto file = open_output_stream(path);
-    if (!file) return tl::unexpected<Error>(file.error());
-    frames_ = std::move(*file);
+    if (auto failed = take(frames_, open_output_stream(path))) return *failed;
     device_.send_by([this](std::size_t output, std::span<const std::uint8_t> bytes) {
       if (output > 0 || !frames_ || std::fwrite(bytes.data(), 1, bytes.size(), frames_.get()) == bytes.size()) return;
       fault_ = frames_fault();

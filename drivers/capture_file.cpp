@@ -136,9 +136,7 @@ std::uint64_t CaptureReader::position_bytes() const {
 }
 
 Result<void> CaptureReader::open_stream() {
-  auto opened = open_input_stream(path_);
-  if (!opened) return tl::unexpected<Error>(opened.error());
-  own_stream_ = std::move(*opened);
+  if (auto failed = take(own_stream_, open_input_stream(path_))) return *failed;
   stream_ = own_stream_.get();
   struct stat status {};
   if (::fstat(fileno(stream_), &status) != 0) return make_error(path_, "cannot be read");

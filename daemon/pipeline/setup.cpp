@@ -164,14 +164,11 @@ Result<void> load_models(const Setup& setup, std::size_t index, const Overrides&
   sources.thermometer = std::max(axis.thermometer, setup.frames->axes[index].thermometer);
   const std::string& name = setup.frames->axes[index].name;
   const std::string keys = setup.config.path + (setup.config.by_axes ? ":/axes/" + config.name : ":");
-  Result<compensation::ModelPtr> model =
-      load_model(setup, name, config.model, overrides.model.empty() ? keys + "/model" : "--model", sources);
-  if (!model) return tl::unexpected<Error>(model.error());
-  axis.model = std::move(*model);
-  Result<compensation::ModelPtr> fallback =
-      load_model(setup, name, config.fallback_model, keys + "/fallback_model", sources);
-  if (!fallback) return tl::unexpected<Error>(fallback.error());
-  axis.fallback = std::move(*fallback);
+  const std::string place = overrides.model.empty() ? keys + "/model" : "--model";
+  if (auto failed = take(axis.model, load_model(setup, name, config.model, place, sources))) return *failed;
+  if (auto failed =
+          take(axis.fallback, load_model(setup, name, config.fallback_model, keys + "/fallback_model", sources)))
+    return *failed;
   compensation::CompensationEngine trial(axis.engine);
   if (auto taken = trial.use(axis.model, axis.fallback); !taken)
     return make_error(config.fallback_model, taken.error().what);
@@ -222,9 +219,7 @@ Result<void> load_outputs(Setup& setup) {
     const std::string place = fmt::format("{}:/out/{}", setup.config.path, setup.outputs.size());
     Setup::Output output{config, nullptr, {}};
     if (config.frames != "same" && config.frames != "prism") {
-      auto frames = load_gyro_frames(setup.config, place, &config);
-      if (!frames) return tl::unexpected<Error>(frames.error());
-      output.frames = *frames;
+      if (auto failed = take(output.frames, load_gyro_frames(setup.config, place, &config))) return *failed;
     }
     output.line = line_settings(config.line, output.frames ? *output.frames : *setup.frames);
     if (auto good = check_output(setup, output, place); !good) return good;
@@ -242,11 +237,9 @@ Result<Setup::Axis> load_axis(const Setup& setup, std::size_t index, const Overr
   const config::AxisConfig& config = setup.config.axes[index];
   Setup::Axis axis;
   const std::string place = fmt::format("{}:/axes/{}", setup.config.path, config.name);
-  const Result<int> thermometer = find_sensor(setup, place + "/temperature", config.thermometer, "degC");
-  if (!thermometer) return tl::unexpected<Error>(thermometer.error());
-  const Result<int> uhfo = find_sensor(setup, place + "/uhfo", config.uhfo, "V");
-  if (!uhfo) return tl::unexpected<Error>(uhfo.error());
-  axis.thermometer = *thermometer, axis.uhfo = *uhfo;
+  if (auto failed = take(axis.thermometer, find_sensor(setup, place + "/temperature", config.thermometer, "degC")))
+    return *failed;
+  if (auto failed = take(axis.uhfo, find_sensor(setup, place + "/uhfo", config.uhfo, "V"))) return *failed;
   axis.engine = config.engine;
   axis.engine.plausibility.take(setup.frames->plausible);
   axis.engine.plausibility.take(setup.config.plausibility);
@@ -324,26 +317,21 @@ std::filesystem::path existing_part(const std::string& directory) {
 }  // namespace
 
 Result<Setup> load_setup(const std::string& config_path, const Overrides& overrides) {
-  Result<config::Config> config = config::load_config(config_path);
-  if (!config) return tl::unexpected<Error>(config.error());
   Setup setup;
-  setup.config = std::move(*config);
+  if (auto failed = take(setup.config, config::load_config(config_path))) return *failed;
   if (auto replaced = replace(setup.config, overrides); !replaced) return tl::unexpected<Error>(replaced.error());
-  const Result<wire::FrameDescriptionPtr> frames = load_gyro_frames(setup.config, setup.config.path + ":");
-  if (!frames) return tl::unexpected<Error>(frames.error());
-  setup.frames = *frames;
+  if (auto failed = take(setup.frames, load_gyro_frames(setup.config, setup.config.path + ":"))) return *failed;
   setup.notes = setup.frames->warnings;
   setup.notes.insert(setup.notes.end(), setup.config.warnings.begin(), setup.config.warnings.end());
   for (const config::SensorLineConfig& line : setup.config.sensor_lines) {
-    Result<Setup::SensorLine> loaded = load_sensor_line(line, setup.config.path);
-    if (!loaded) return tl::unexpected<Error>(loaded.error());
-    setup.sensor_lines.push_back(std::move(*loaded));
+    if (auto failed = take(setup.sensor_lines.emplace_back(), load_sensor_line(line, setup.config.path)))
+      return *failed;
   }
   setup.sensors = all_sensors(setup);
   for (std::size_t i = 0; i < setup.config.axes.size(); ++i) {
-    Result<Setup::Axis> loaded = load_axis(setup, i, overrides);
-    if (!loaded) return tl::unexpected<Error>(loaded.error());
-    setup.axes.push_back(std::move(*loaded));
+    Setup::Axis axis;
+    if (auto failed = take(axis, load_axis(setup, i, overrides))) return *failed;
+    setup.axes.push_back(std::move(axis));
   }
   if (auto one = check_serials(setup); !one) {
     if (!overrides.tolerate_models) return tl::unexpected<Error>(one.error());
