@@ -22,7 +22,6 @@
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
-#include "base/text_number.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/socket/answers.hpp"
@@ -33,55 +32,11 @@ namespace {
 namespace asio = boost::asio;
 using daemon::kUse;
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 constexpr std::size_t kMostSentBytes = 1024;
 constexpr std::size_t kMaxBatch = 100;    // requests in one line
 constexpr std::size_t kMaxValues = 2000;  // JSON values in one line, containers included
-
-/// The params of a request: reads the members that it has. It is no longer good after one that is invalid.
-class Params {
- public:
-  explicit Params(const json& params) : params_(params), is_good_(params.is_null() || params.is_object()) {}
-
-  bool good() const { return is_good_; }
-  /// `accept` returns false for an invalid value.
-  template <class Accept>
-  void read(const char* key, const Accept& accept) {
-    const auto found = params_.find(key);
-    if (is_good_ && found != params_.end()) is_good_ = accept(*found);
-  }
-  /// A text, flag or number, as `value` is one.
-  template <class Value>
-  void value(const char* key, Value& value) {
-    read(key, [&](const json& found) {
-      const bool fits = found.type_name() == std::string_view(json(value).type_name());
-      if (fits) value = found.get<Value>();
-      return fits;
-    });
-  }
-  /// An integer from 1 to `most`.
-  template <class Count>
-  void count(const char* key, Count most, Count& value) {
-    read(key, [&](const json& found) {
-      const bool fits = found.is_number_integer() && found >= 1 && found <= most;
-      if (fits) value = found.get<Count>();
-      return fits;
-    });
-  }
-  /// An array of at least one value; null is absent.
-  template <class Accept>
-  void each(const char* key, const Accept& accept) {
-    read(key, [&](const json& list) {
-      return list.is_null() || (list.is_array() && !list.empty() && std::all_of(list.begin(), list.end(), accept));
-    });
-  }
-
- private:
-  const json& params_;
-  bool is_good_;
-};
-
-using nlohmann::ordered_json;
 
 std::string method_names() {
   std::string names;
@@ -105,10 +60,26 @@ std::vector<std::string> names_of(const pipeline::Device& device, std::uint32_t 
 }
 
 /// The position of a name in the names of all axes, or their count.
-std::size_t position_of(const json& name, const std::vector<std::string>& names) {
+std::size_t position_of(const Json& name, const std::vector<std::string>& names) {
   std::size_t i = 0;
   while (i < names.size() && name != names[i]) ++i;
   return i;
+}
+
+// One bit for each of these names in an array; 0 if the key is absent or null.
+std::uint32_t chosen(const Section& params, const char* key, const std::vector<std::string>& names) {
+  const Json list = params.any(key);
+  bool fits = list.is_null() || (list.is_array() && !list.empty());
+  std::uint32_t bits = 0;
+  for (const Json& name : list) {
+    const std::size_t at = position_of(name, names);
+    fits = fits && at < names.size();
+    bits |= 1U << at;
+  }
+  if (!fits)
+    params.fail(key,
+                fmt::format("found {}, expected an array of one or more of {}", shown(list), fmt::join(names, ", ")));
+  return bits;
 }
 
 // Parsing 65 kB of small values would delay the line by 4 ms. Each value but the first follows one of these characters.
@@ -146,7 +117,7 @@ struct Rpc::Call {
   const config::SocketMethod* method;
   json id;
   bool wants_answer;
-  json params;
+  JsonDocument params;
   std::vector<std::size_t> axes = {};  ///< for a method with the parameter "axis"
 
   void reply(const ordered_json& result) const {
@@ -159,9 +130,11 @@ struct Rpc::Call {
   void fail(int code, const std::string& message, const ordered_json* data = nullptr) const {
     if (wants_answer) client->answer(rpc_error(id, code, message, data));
   }
-  /// The params are not as `expected`.
-  void refuse(const std::string& expected, const char* place = "") const {
-    fail(kInvalidParams, fmt::format("{}found {}, expected {}", place, shortened(json_text(params)), expected));
+  /// If a parameter that was read is invalid, sends an error and returns false. Others are ignored.
+  bool accepts(const Section& read) const {
+    if (!params.value.is_object()) read.fail("", fmt::format("found {}, expected an object", shown(params.value)));
+    if (!read.good()) fail(kInvalidParams, read.finish().error().text());
+    return read.good();
   }
   /// A response up to its result, which is existing JSON text.
   std::string begin() const {
@@ -219,7 +192,8 @@ void Rpc::one(const std::shared_ptr<Client>& client, json request) {
   const auto name = method.get<std::string>();
   const config::SocketMethod* const found = config::find_method(name);
   if (!has_id && (found == nullptr || !found->acts)) return;  // a notification needs no response
-  Call call{client, found, id, has_id, request.contains("params") ? std::move(request["params"]) : json()};
+  const bool has_params = request.contains("params") && !request["params"].is_null();
+  Call call{client, found, id, has_id, {has_params ? Json(request["params"]) : Json::object(), "params", {}}};
   if (found == nullptr)
     return call.fail(kUnknownMethod, fmt::format("no method \"{:.40}\"; expected one of {}", name, method_names()));
   if (found->of_axes && protocol != config::kProtocol)
@@ -245,12 +219,11 @@ bool Rpc::take_axes(Call& call) {
   const std::vector<std::string> names = names_of(sources_.device);
   call.axes.resize(names.size());
   std::iota(call.axes.begin(), call.axes.end(), 0);
-  const bool chooses = call.method->params.starts_with("axis") && call.params.is_object();
-  if (!chooses || !call.params.contains("axis")) return true;
-  const std::size_t found = position_of(call.params["axis"], names);
+  if (!call.method->params.starts_with("axis") || !call.params.value.contains("axis")) return true;
+  const Json& axis = call.params.value["axis"];
+  const std::size_t found = position_of(axis, names);
   if (found == names.size()) {
-    call.fail(kInvalidParams,
-              fmt::format("found axis {}, expected one of {}", shown(call.params["axis"]), fmt::join(names, ", ")));
+    call.fail(kInvalidParams, fmt::format("found axis {}, expected one of {}", shown(axis), fmt::join(names, ", ")));
     return false;
   }
   call.axes = {found};
@@ -259,10 +232,9 @@ bool Rpc::take_axes(Call& call) {
 
 // The JSON of rows and events was written when they occurred; here it is only joined, that of rows without a copy.
 void Rpc::history(const Call& call) {
-  std::size_t count = 100;
-  Params params(call.params);
-  params.count("seconds", History::kRows, count);
-  if (!params.good()) return call.refuse(fmt::format(R"({{"seconds": 1 to {}}})", History::kRows));
+  const Section params(call.params);
+  const auto count = static_cast<std::size_t>(params.integer("seconds", {1, History::kRows}, 100));
+  if (!call.accepts(params)) return;
   std::vector<Piece> line;
   for (const std::size_t axis : call.axes) {
     const std::string& name = sources_.device.axes[axis].name;
@@ -274,10 +246,9 @@ void Rpc::history(const Call& call) {
 }
 
 void Rpc::events(const Call& call) {
-  std::size_t count = EventLog::kKept;
-  Params params(call.params);
-  params.count("count", EventLog::kKept, count);
-  if (!params.good()) return call.refuse(fmt::format(R"({{"count": 1 to {}}})", EventLog::kKept));
+  const Section params(call.params);
+  const auto count = static_cast<std::size_t>(params.integer("count", {1, EventLog::kKept}, EventLog::kKept));
+  if (!call.accepts(params)) return;
   std::string line = call.begin() + '[';
   const auto& recent = sources_.events.recent();
   const std::size_t first = recent.size() - std::min(count, recent.size());
@@ -289,22 +260,17 @@ void Rpc::rows(const Call& call) {
   if (call.axes.size() != 1)
     return call.fail(kInvalidParams,
                      fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
-  if (call.params.is_object() && call.params.contains("name"))  // without it, 0.3 would read the whole log at each call
-    return call.fail(kInvalidParams,
-                     "rows: \"name\" was removed in prism 0.4; pass the cursor of the last response as \"after\" "
-                     "(prismctl rows --cursor stores it in a file)");
-  constexpr double kLongestWait_s = 30;
+  const Section params(call.params);
+  if (params.has("name"))  // without it, 0.3 would read the whole log at each call
+    params.fail("name",
+                "was removed in prism 0.4; pass the cursor of the last response as \"after\" (prismctl rows "
+                "--cursor stores it in a file)");
   pipeline::RowQuery query;
-  double wait_s = 0;  // longest wait for a first row
-  Params params(call.params);
-  params.value("after", query.after);
-  params.count("limit", pipeline::RowQuery::kMostRows, query.limit);
-  params.value("header", query.header);
-  params.value("wait_s", wait_s);
-  if (!params.good() || !(wait_s >= 0 && wait_s <= kLongestWait_s))
-    return call.refuse(fmt::format(R"({{"after": CURSOR, "limit": 1 to {}, "wait_s": 0 to {}, "header": true}})",
-                                   pipeline::RowQuery::kMostRows, kLongestWait_s),
-                       "rows: ");
+  query.after = params.raw_text("after", "");
+  query.limit = static_cast<std::size_t>(params.integer("limit", {1, pipeline::RowQuery::kMostRows}, 1000));
+  query.header = params.boolean("header", false);
+  const double wait_s = params.number("wait_s", {0, 30}, 0.0);  // longest wait for a first row
+  if (!call.accepts(params)) return;
   if (sources_.device.axes[call.axes.front()].log == nullptr)
     return call.fail(kNoLog, "rows: no log is written, expected \"write_log\" in the configuration");
   if (std::exchange(call.client->reads_rows, true))
@@ -354,28 +320,16 @@ asio::awaitable<void> Rpc::answer_rows(Call call, pipeline::RowQuery query, doub
 
 void Rpc::change_subscription(const Call& call) {
   const bool on = call.method->name == "subscribe";
-  const std::vector<std::string> names = names_of(sources_.device);
-  std::uint32_t every = 1, axes = 0;
-  bool all_streams = true;
+  const Section params(call.params);
+  const auto every = static_cast<std::uint32_t>(params.integer("every", {1, 1'000'000}, 1));
+  const std::uint32_t streams = chosen(params, "streams", {"sample", "window", "event"});
+  const std::uint32_t axes = chosen(params, "axes", names_of(sources_.device));
+  if (!call.accepts(params)) return;
   Subscription wanted = call.client->subscription;
-  Params params(call.params);
-  params.count("every", 1'000'000U, every);
-  params.each("streams", [&](const json& stream) {
-    all_streams = false;
-    if (stream == "sample") wanted.sample_every = on ? every : 0;
-    if (stream == "window") wanted.windows = on;
-    if (stream == "event") wanted.events = on;
-    return stream == "sample" || stream == "window" || stream == "event";
-  });
-  params.each("axes", [&](const json& name) {
-    const std::size_t axis = position_of(name, names);
-    axes |= 1U << axis;
-    return axis < names.size();
-  });
-  if (!params.good())
-    return call.refuse(R"({"streams": ["sample", "window", "event"], "every": 1 to 1000000, "axes": )" +
-                       json_text(json(names)) + "}");
-  if (all_streams) wanted = on ? Subscription{every, true, true} : Subscription{};
+  if (streams & 1) wanted.sample_every = on ? every : 0;
+  if (streams & 2) wanted.windows = on;
+  if (streams & 4) wanted.events = on;
+  if (streams == 0) wanted = on ? Subscription{every, true, true} : Subscription{};
   wanted.axes = axes == 0 ? Subscription::kAllAxes : axes;
   call.reply({{"sample_every", wanted.sample_every},
               {"window", wanted.windows},
@@ -393,25 +347,21 @@ void Rpc::reload(const Call& call) {
 }
 
 void Rpc::offset(const Call& call) {
-  constexpr std::int64_t kLongest_s = 366 * 86'400;
+  constexpr double kLongest_s = 366 * 86'400;
   if (!call.client->privileged()) return call.fail(kNotPermitted, "offset needs root or the user that prismd runs as");
   if (call.axes.size() != 1)
     return call.fail(kInvalidParams,
                      fmt::format("expected \"axis\", one of {}", fmt::join(names_of(sources_.device), ", ")));
-  bool clear = false;
-  std::int64_t for_s = 0;
+  const Section params(call.params);
+  const bool clear = params.boolean("clear", false);
   pipeline::Offset offset;
-  Params params(call.params);
-  params.value("clear", clear);
-  params.value("deg_per_h", offset.deg_per_h);
-  params.read("reason", [&](const json& reason) {
-    if (reason.is_string()) offset.reason = reason.get<std::string>();
-    return follows(TextRule::kText, offset.reason);
-  });
-  params.count("expires_s", kLongest_s, for_s);
-  if (!params.good() || clear == call.params.contains("deg_per_h") || clear != offset.reason.empty())
-    return call.refuse(fmt::format(
-        R"({{"deg_per_h": VALUE, "reason": TEXT, "expires_s": 1 to {}}} or {{"clear": true}})", kLongest_s));
+  offset.deg_per_h = params.number("deg_per_h", kAnyNumber, 0.0);
+  offset.reason = params.text("reason", "", TextRule::kText);
+  const std::int64_t for_s = params.integer("expires_s", {1, kLongest_s}, 0);
+  if (clear == params.has("deg_per_h") || clear != offset.reason.empty())
+    params.fail("", fmt::format("found {}, expected \"deg_per_h\" and \"reason\", or \"clear\": true",
+                                shown(call.params.value)));
+  if (!call.accepts(params)) return;
   if (!actions_.set_offset) return call.fail(kFailed, "offset: a replay has none");
   offset.set_s = host_time_ns() / 1'000'000'000;
   offset.expires_s = for_s > 0 ? offset.set_s + for_s : 0;
@@ -424,23 +374,21 @@ void Rpc::offset(const Call& call) {
 
 void Rpc::send(const Call& call) {
   if (!call.client->privileged()) return call.fail(kNotPermitted, "send needs root or the user that prismd runs as");
-  std::size_t line = 0;  // the gyro's; sensor lines follow
-  std::string bytes;
-  Params params(call.params);
-  params.value("text", bytes);
-  params.read("hex", [&](const json& hex) {
-    const auto found = hex.is_string() ? hex_bytes(hex.get<std::string>()) : std::vector<std::uint8_t>();
-    bytes.assign(found.begin(), found.end());
-    return !call.params.contains("text");
-  });
-  const auto& lines = sources_.device.setup.sensor_lines;
-  params.read("line", [&](const json& name) {
-    while (line < lines.size() && name != lines[line].name) ++line;
-    return line++ < lines.size();
-  });
-  if (!params.good() || bytes.empty() || bytes.size() > kMostSentBytes)
-    return call.refuse(fmt::format(
-        R"({{"text": 1 to {} bytes}} or {{"hex": "55 AA"}}, and "line" only for a sensor line)", kMostSentBytes));
+  std::vector<std::string> names;
+  for (const auto& line : sources_.device.setup.sensor_lines) names.push_back(line.name);
+  const Section params(call.params);
+  std::string bytes = params.raw_text("text", "");
+  const std::vector<std::uint8_t> hex = params.bytes("hex", false);
+  bytes.append(hex.begin(), hex.end());
+  const Json name = params.any("line");
+  const std::size_t line = name.is_null() ? 0 : 1 + position_of(name, names);  // 0: the gyro's; sensor lines follow
+  if (line > names.size())
+    params.fail("line", fmt::format("found {}, expected a sensor line ({})", shown(name),
+                                    names.empty() ? "none is configured" : fmt::to_string(fmt::join(names, ", "))));
+  if (bytes.empty() || bytes.size() > kMostSentBytes || (params.has("text") && params.has("hex")))
+    params.fail("", fmt::format(R"(found {}, expected {{"text": 1 to {} bytes}} or {{"hex": "55 AA"}})",
+                                shown(call.params.value), kMostSentBytes));
+  if (!call.accepts(params)) return;
   if (!actions_.send) return call.fail(kFailed, "send: a replay has no device");
   const auto sent = actions_.send(line, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   if (!sent) return call.fail(kFailed, sent.error().text());

@@ -42,11 +42,11 @@ refused "another log" "$(sed 's/^......../00000000/' mine.cursor)" "found a curs
 other='{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"00000000000000000000000000000000-1-1-1"}}'
 same "error code for a cursor of another log" "$(first_answer "$other" | jq .error.code)" -32002
 refused "after the end" "$(sed 's/-[0-9]*-[0-9]*-[0-9]*$/-99-1-1/' kept)" "which the log does not have"
-contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'expected {\"after\": CURSOR, \"limit\": 1 to 10000, \"wait_s\": 0 to 30, \"header\": true}'
+contains "a wrong limit" "$(ask rows '{"limit": 0}')" 'params:/limit: found 0, expected an integer within 1 to 10000'
 contains "two requests at once" "$(first_answer '{"jsonrpc":"2.0","id":1,"protocol":2,"method":"rows","params":{"after":"latest","wait_s":20}}
 {"jsonrpc":"2.0","id":2,"protocol":2,"method":"rows"}')" "found a pending request of this client"
 
-contains "a name of 0.3" "$(ask rows '{"name": "audit"}')" '\"name\" was removed in prism 0.4; pass the cursor of the last response as \"after\"'
+contains "a name of 0.3" "$(ask rows '{"name": "audit"}')" 'params:/name: was removed in prism 0.4; pass the cursor of the last response as \"after\"'
 
 # Deleted rows are reported, never silently skipped.
 old=$(head -1 kept)
