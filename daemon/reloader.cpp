@@ -2,7 +2,6 @@
 #include "daemon/reloader.hpp"
 
 #include <boost/asio/post.hpp>
-#include <utility>
 
 #include "base/notify.hpp"
 

@@ -10,7 +10,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <system_error>
@@ -19,7 +18,6 @@
 #include "base/escape.hpp"
 #include "base/file.hpp"
 #include "base/host_time.hpp"
-#include "base/text_number.hpp"
 #include "daemon/awaiting.hpp"
 #include "daemon/log/row_log.hpp"
 #include "daemon/logging.hpp"

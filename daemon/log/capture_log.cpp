@@ -8,12 +8,9 @@
 #include <cerrno>
 #include <cstring>
 #include <deque>
-#include <optional>
 #include <utility>
 
 #include "compensation/second_averager.hpp"
-#include "daemon/log/segments.hpp"
-#include "drivers/capture_file.hpp"
 
 namespace prism::log {
 namespace {

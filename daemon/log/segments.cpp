@@ -2,12 +2,10 @@
 #include "daemon/log/segments.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -15,8 +13,6 @@
 #include <map>
 #include <set>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "base/file.hpp"
 #include "base/plain_text.hpp"

@@ -10,7 +10,6 @@
 
 #include "base/host_time.hpp"
 #include "base/json_table.hpp"
-#include "base/text_number.hpp"
 #include "compensation/compensated_text.hpp"
 #include "config/config.hpp"
 #include "config/socket_protocol.hpp"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "daemon/pipeline/device.hpp"
-#include "daemon/pipeline/interfaces.hpp"
 #include "daemon/socket/event_log.hpp"
 #include "daemon/socket/publisher.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "daemon/socket/publisher.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 

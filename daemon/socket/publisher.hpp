@@ -8,10 +8,8 @@
 #include <deque>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "compensation/compensated.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/socket/client.hpp"
 #include "daemon/socket/event_log.hpp"

@@ -7,14 +7,11 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/experimental/concurrent_channel.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
-#include <string>
 #include <utility>
 
 #include "base/escape.hpp"
@@ -22,9 +19,7 @@
 #include "base/json_document.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
-#include "config/socket_protocol.hpp"
 #include "daemon/awaiting.hpp"
-#include "daemon/socket/answers.hpp"
 
 namespace prism::socket {
 namespace {

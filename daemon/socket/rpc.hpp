@@ -19,7 +19,6 @@
 #include "base/result.hpp"
 #include "config/socket_protocol.hpp"
 #include "daemon/pipeline/interfaces.hpp"
-#include "daemon/pipeline/setup.hpp"
 #include "daemon/pipeline/statements.hpp"
 #include "daemon/socket/answers.hpp"
 #include "daemon/socket/client.hpp"

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "base/time_scale.hpp"
-#include "base/unix_socket.hpp"
 #include "daemon/awaiting.hpp"
 
 namespace prism::socket {
