@@ -23,6 +23,12 @@ awk 'BEGIN {print "x,y"; for (i = 0; i < 40; ++i) print i "," i * i}' >t.csv
 prismcal fit t.csv --target y --inputs x --method ls --out t.json --quiet >/dev/null
 export_c t.json
 export_c "$SOURCE/config/models/tao2019-model2.json"
-sed -nE 's/^ *\{(\{[^}]*\}).*/\1/p' c/prism_pairs.h | sed -n '1,10p' # the usual ranges, the last beyond them
+sed -nE 's/^ *\{(\{[^}]*\}).*/\1/p' c/prism_pairs.h | sed -n '1,10p' # the usual ranges, the last of a larger box
+python3 - <<'END' # a grid over the box of the usual ranges
+import re
+points = [[float.fromhex(x) for x in line.split(", ")] for line in re.findall(r"^ *\{\{([^}]*)\}", open("c/prism_pairs.h").read(), re.M)]
+parts = [((t + 40) / 100, (slope + 0.02) / 0.04, (u - 3) / 4) for t, slope, u in points]
+print(len({tuple(int(3 * x) for x in part) for part in parts if all(0 <= x < 1 for x in part)}), "of 27 cells have a point")
+END
 export_c nothing.json
 prismcal export k.json --c /proc/c || echo "exit $?"

@@ -242,13 +242,17 @@ std::pair<double, double> range_of(const ModelInfo& info, const std::string& inp
   return {3, 7};  // of U
 }
 
-/// Points that fill the training box, each tenth beyond it.
+/// Points that fill the training box; each tenth is of a box that is larger by 60 %. Multiples of 1/g, 1/g², … modulo
+/// 1, g^(d + 1) = g + 1 for d inputs, whose parts are independent (Roberts 2018).
 std::vector<double> test_point(const ModelInfo& info, int k, const COptions& options) {
-  constexpr double kGolden = 0.6180339887498949;
+  constexpr double kRoots[] = {1.618033988749895, 1.324717957244746, 1.2207440846057596};  // T, dT/dt and U at most
+  const double root = kRoots[info.inputs.size() - 1];
+  double step = 1;
   std::vector<double> point;
   for (const std::string& name : info.inputs) {
     const auto [low, high] = range_of(info, name);
-    const double turns = 0.5 + (k + 1) * std::pow(kGolden, static_cast<double>(point.size() + 1));
+    step /= root;
+    const double turns = 0.5 + (k + 1) * step;
     double part = turns - std::floor(turns);
     if (k % 10 == 9) part = 1.6 * part - 0.3;
     point.push_back(rounded(low + part * (high - low), options));
