@@ -18,6 +18,7 @@ export_c m.json --max-bytes 80 --on b
 export_c k.json --max-bytes 700
 export_c k.json --on b
 export_c k.json --max-bytes 700 --on nothing
+export_c k.json --max-bytes 700 --on b --leave-out 90000000..
 export_c k.json --extrapolation shrink
 awk 'BEGIN {print "x,y"; for (i = 0; i < 40; ++i) print i "," i * i}' >t.csv
 prismcal fit t.csv --target y --inputs x --method ls --out t.json --quiet >/dev/null

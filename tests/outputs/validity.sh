@@ -14,6 +14,7 @@ monitor old.json a
 monitor old.json a --training a --out new.json
 log short 0.5 3 --profile fast
 monitor old.json a --training short
+monitor old.json short --any-gyro --training a --leave-out 90000..92000 # in one of the two
 monitor m.json short
 monitor m.json short --any-gyro --leave-out 0..100000
 monitor --instance none.json

@@ -139,24 +139,24 @@ Result<void> check_gyro(const std::string& path, const recordings::Recording& re
                                       same ? model.gyro_axis : fmt::format("\"{}\"", model.gyro_serial)));
 }
 
-Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
-                           const compensation::ModelInfo* model, const CommonOptions& options) {
+Result<Loaded> load_blocks(const std::string& path, const compensation::ModelInfo& model, const CommonOptions& options,
+                           recordings::UnmatchedRanges* unmatched) {
   recordings::SourceOptions source = options.source;
   if (options.quiet) source.table.silence();
-  source.several = true;  // the caller checks the ranges of --leave-out
-  return recordings::read_blocks(
-      path, source, options.site, features, [&](const recordings::Recording& recording) -> Result<void> {
-        if (model) {
-          if (auto same = check_gyro(path, recording, *model, options); !same) return same;
-        }
+  source.several = unmatched != nullptr;
+  auto loaded = recordings::read_blocks(
+      path, source, options.site, model.features, [&](const recordings::Recording& recording) -> Result<void> {
+        if (auto same = check_gyro(path, recording, model, options); !same) return same;
         const std::vector<SensorName> available = recording.sensors();
-        for (const SensorName& sensor : features.sensors) {
+        for (const SensorName& sensor : model.features.sensors) {
           if (sensor_index(available, sensor.name) == available.size())
             return make_error(path, fmt::format("found no sensor \"{}\" of the model; its sensors: {}", sensor.name,
                                                 sensors_text(available)));
         }
         return {};
       });
+  if (loaded && unmatched) unmatched->add(loaded->recording);
+  return loaded;
 }
 
 void add_overlap(report::Report& report, const std::string& recording, const std::string& overlap) {

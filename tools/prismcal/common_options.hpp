@@ -62,9 +62,11 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
 
 using recordings::Loaded;
 
-/// Reads a recording and makes blocks of `features`. Errors with a `model`: also those of check_gyro().
-Result<Loaded> load_blocks(const std::string& path, const compensation::FeatureDefinition& features,
-                           const compensation::ModelInfo* model, const CommonOptions& options);
+/// Reads a recording and makes blocks of the model's features. Of one of several recordings, `unmatched` gets the
+/// ranges of --leave-out. Errors: also those of check_gyro(), a sensor that is missing; without `unmatched`: a range
+/// without a second of it.
+Result<Loaded> load_blocks(const std::string& path, const compensation::ModelInfo& model, const CommonOptions& options,
+                           recordings::UnmatchedRanges* unmatched = nullptr);
 
 /// Errors: the recording is of another gyro than the model, unless options.any_gyro is set.
 Result<void> check_gyro(const std::string& path, const recordings::Recording& recording,

@@ -83,9 +83,8 @@ Result<void> evaluate_models(const std::string& path, const CompareChoice& choic
     const compensation::ModelInfo& info = candidate.model->info();
     std::optional<Loaded> own;
     if (!first || info.features != first->table.features) {
-      auto read = load_blocks(path, info.features, &info, choice.common);
+      auto read = load_blocks(path, info, choice.common, &unmatched);
       if (!read) return tl::unexpected(read.error());
-      unmatched.add(read->recording);
       (first ? own : first) = std::move(*read);
     } else if (auto same = check_gyro(path, first->recording, info, choice.common); !same) {
       return same;

@@ -144,9 +144,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   std::vector<Case> cases;
   recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
   for (const std::string& path : choice.recordings) {
-    auto loaded = load_blocks(path, (*model)->info().features, &(*model)->info(), choice.common);
+    auto loaded = load_blocks(path, (*model)->info(), choice.common, &unmatched);
     if (!loaded) return tl::unexpected(loaded.error());
-    unmatched.add(loaded->recording);
     auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.used_divisor());
     if (!evaluated) return tl::unexpected(evaluated.error());
     std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);

@@ -418,7 +418,7 @@ Result<int> run(ExportChoice& choice) {
   if (!model) return tl::unexpected(model.error());
   if (choice.policy == "clamp") choice.c.policy = compensation::Extrapolation::kClamp;
   if (choice.c.max_bytes > 0) {
-    auto blocks = load_blocks(choice.recording, (*model)->info().features, &(*model)->info(), choice.common);
+    auto blocks = load_blocks(choice.recording, (*model)->info(), choice.common);
     if (!blocks) return tl::unexpected(blocks.error());
     choice.c.recording = std::move(*blocks);
   }

@@ -50,14 +50,13 @@ struct RestLog {
   double mount_sd_deg_per_h;
 };
 
-Result<RestLog> read_rest(const ModelPtr& model, const std::string& path, const CommonOptions& options) {
+/// `unmatched`: see load_blocks().
+Result<RestLog> read_rest(const ModelPtr& model, const std::string& path, const CommonOptions& options,
+                          recordings::UnmatchedRanges* unmatched = nullptr) {
   const auto correction = correction_settings(options);
   if (!correction) return tl::unexpected<Error>(correction.error());
-  auto log = load_blocks(path, model->info().features, &model->info(), options);
+  auto log = load_blocks(path, model->info(), options, unmatched);
   if (!log) return tl::unexpected<Error>(log.error());
-  recordings::UnmatchedRanges unmatched(options.source.leave_out);
-  unmatched.add(log->recording);
-  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   auto means = analysis::means_at_rest(model, log->table, *correction);
   if (!means) return tl::unexpected<Error>(means.error());
   const double earth_rate_deg_per_h = log->table.earth_rate_deg_per_h;
@@ -67,11 +66,12 @@ Result<RestLog> read_rest(const ModelPtr& model, const std::string& path, const 
 
 /// The settings of a model without them, from its residuals in a recording.
 Result<compensation::MonitorSettings> settings_from(const ModelPtr& model, const std::string& path,
-                                                    const CommonOptions& options) {
+                                                    const CommonOptions& options,
+                                                    recordings::UnmatchedRanges& unmatched) {
   const compensation::ModelInfo& info = model->info();
   const auto correction = correction_settings(options);
   if (!correction) return tl::unexpected<Error>(correction.error());
-  auto loaded = load_blocks(path, info.features, &info, options);
+  auto loaded = load_blocks(path, info, options, &unmatched);
   if (!loaded) return tl::unexpected<Error>(loaded.error());
   const auto found = analysis::evaluate_model(model, loaded->table, *correction, evaluation::Divisor::kN);
   if (!found) return tl::unexpected<Error>(found.error());
@@ -89,8 +89,9 @@ Result<compensation::MonitorSettings> settings_from(const ModelPtr& model, const
 Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const MonitorChoice& choice) {
   const compensation::ModelInfo& info = model->info();
   auto settings = info.monitor;
+  recordings::UnmatchedRanges unmatched(choice.common.source.leave_out);
   if (!choice.training.empty()) {
-    const auto found = settings_from(model, choice.training, choice.common);
+    const auto found = settings_from(model, choice.training, choice.common, unmatched);
     if (!found) return tl::unexpected<Error>(found.error());
     settings = *found;
   }
@@ -101,8 +102,9 @@ Result<analysis::MonitorResult> monitor_log(const ModelPtr& model, const Monitor
     const std::string text = compensation::format_model(*model, info.provenance_json, info.noise, settings);
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
-  auto rest = read_rest(model, choice.log, choice.common);
+  auto rest = read_rest(model, choice.log, choice.common, &unmatched);
   if (!rest) return tl::unexpected<Error>(rest.error());
+  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   std::erase_if(rest->means, [&](const analysis::RestMean& mean) { return mean.second < settings->since_s; });
   return analysis::monitor(info, *settings, rest->means, rest->mount_sd_deg_per_h);
 }
