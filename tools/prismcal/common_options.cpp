@@ -190,20 +190,20 @@ void add_recording(report::Report& report, const Loaded& loaded, const std::vect
                                         site.empty() ? "not stated" : site, table.earth_rate_deg_per_h));
 }
 
-report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings) {
+report::Table recordings_table(const std::vector<const Loaded*>& recordings) {
   report::Table table{"recordings", "The recordings", "",
-                      report::columns("role: | recording: | used [s] | samples [1/s] | length [h] | blocks | gaps | "
+                      report::columns("recording: | used [s] | samples [1/s] | length [h] | blocks | gaps | "
                                       "missing [s] | lost frames | T from [degC] | T to [degC]")};
   std::size_t missing_s = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-  for (const auto& [role, loaded] : recordings) {
+  for (const Loaded* loaded : recordings) {
     const recordings::BlockTable& t = loaded->table;
     const auto temperature = t.column(compensation::kInputTemperature);
     const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
     const double hours = static_cast<double>(t.last_s - t.first_s + 1) / 3600;
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);
-    table.rows.push_back({role, t.name, report::count_cell(loaded->recording.seconds - t.unused_s),
+    table.rows.push_back({t.name, report::count_cell(loaded->recording.seconds - t.unused_s),
                           report::general_cell(samples_per_second(loaded->recording), 6), report::fixed_cell(hours, 2),
                           report::count_cell(t.size()), report::count_cell(t.gaps), report::count_cell(t.missing_s),
                           report::count_cell(t.missing_frames), report::fixed_cell(*low, 1),

@@ -82,7 +82,7 @@ void add_recording(report::Report& report, const Loaded& loaded, const std::vect
                    std::string& dates);
 
 /// One table of all recordings: length, blocks, gaps, temperature range.
-report::Table recordings_table(const std::vector<std::pair<std::string, const Loaded*>>& recordings);
+report::Table recordings_table(const std::vector<const Loaded*>& recordings);
 
 /// Writes report.html, report.json and tables/*.csv to options.out, and the PDF to options.pdf, if any,
 /// reduced (report::reduced()) without options.all_blocks, and prints the paths on stderr. Prints JSON with

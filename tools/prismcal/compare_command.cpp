@@ -284,14 +284,14 @@ Result<int> compare(const CompareChoice& choice) {
     if (!each.trained_on.empty())
       add_overlap(report, fmt::format("{} for {}", fmt::join(each.trained_on, ", "), each.name), comparison.overlap);
   }
-  std::vector<std::pair<std::string, const Loaded*>> all;
+  std::vector<const Loaded*> all;
   std::string dates;
   for (std::size_t r = 0; r < comparison.recordings.size(); ++r) {
     const auto& [recording, table] = comparison.recordings[r];
     add_recording(report, comparison.recordings[r],
                   analysis::recording_doubts(table, comparison.candidates[0].evaluations[r], recording.questions()),
                   dates);
-    all.emplace_back("evaluated", &comparison.recordings[r]);
+    all.push_back(&comparison.recordings[r]);
   }
   const report::Table table = comparison_table(comparison, choice.common.used_divisor());
   report.sections = {{"comparison", "Comparison", {table}}, {"recordings", "Recordings", {recordings_table(all)}}};

@@ -157,8 +157,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   std::string dates;
   report::Report report = begin_report(**model, choice.model, cases, choice.common, dates);
   report.facts.emplace(report.facts.begin() + 4, "correction", correction->text());
-  std::vector<std::pair<std::string, const Loaded*>> all;
-  for (const Case& c : cases) all.emplace_back("evaluated", &c.loaded);
+  std::vector<const Loaded*> all;
+  for (const Case& c : cases) all.push_back(&c.loaded);
   fill_cover(report, cover_of(**model, cases.front().loaded.recording, dates), *test);
   Evaluation evaluation;
   std::vector<analysis::EvaluatedRecording> recordings;
@@ -172,7 +172,7 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (const analysis::EvaluatedRecording& recording : recordings)
     report.sections.push_back(recording_section(recording, choice.common));
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
-  for (const auto& [role, loaded] : all) {
+  for (const Loaded* loaded : all) {
     for (const recordings::Finding& finding : loaded->recording.findings)
       if (finding.kind == "absent")
         report.sections.back().blocks.push_back(
