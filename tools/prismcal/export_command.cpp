@@ -35,24 +35,12 @@ namespace {
 struct COptions {
   bool single = false;                                                      ///< numbers are float instead of double
   compensation::Extrapolation policy = compensation::Extrapolation::kFlag;  ///< or kClamp
-  int max_bytes = 0;                ///< of the tables: a larger kernel model loses centres; 0: no limit
-  std::optional<Loaded> recording;  ///< shows what a model with fewer centres loses; needed with max_bytes
+  int max_bytes = 0;  ///< of the tables: a larger kernel model loses centres; 0: no limit
 };
 
-struct CExport {
-  std::map<std::string, std::string> files;  ///< texts by name
-  std::vector<std::string> remarks;          ///< what prismd does and the files do not, one sentence each
-  int bytes = 0;                             ///< of the tables
-};
-
-using compensation::CompositeModel;
-using compensation::Extrapolation;
-using compensation::LssvmModel;
-using compensation::Model;
-using compensation::ModelInfo;
-using compensation::ModelPtr;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using compensation::CompositeModel, compensation::Extrapolation, compensation::LssvmModel;
+using compensation::Model, compensation::ModelInfo, compensation::ModelPtr;
+using Eigen::MatrixXd, Eigen::VectorXd;
 
 /// Names and texts.
 constexpr std::pair<const char*, const char*> kEvaluator[] = {
@@ -347,64 +335,21 @@ Result<std::string> loss_on(const Loaded& loaded, const compensation::ModelPtr& 
       all->stability.before.sd);
 }
 
-/// Errors (`where`: the model's path): a model of a table, one with inputs of sensors, one with a population prior;
-/// tables that exceed max_bytes without any centre; those of loss_on().
-Result<CExport> export_c(const ModelPtr& model, const std::string& where, const COptions& options) {
-  const ModelInfo& info = model->info();
-  if (info.table) return make_error(where, "trained on a CSV table, expected a model that prismd can use");
-  if (!info.features.sensors.empty())
-    return make_error(where, "has inputs of sensors, expected T, dTdt and U only: the C evaluator knows no other");
-  const auto* composite = dynamic_cast<const CompositeModel*>(model.get());
-  if (composite && composite->parameters().prior)
-    return make_error(where,
-                      "contains the models of other gyros (train --prior), expected one model: train it without");
-  CExport done;
-  if (model->predict(test_point(info, 0, options)).knowledge)
-    done.remarks.push_back(
+/// Parts of the correction of prismd that the files do not have, one sentence each.
+std::vector<std::string> left_out(const Model& model, const COptions& options) {
+  std::vector<std::string> remarks;
+  if (model.predict(test_point(model.info(), 0, options)).knowledge)
+    remarks.push_back(
         "Not exported: the variance, by which prismd also marks points far from the training samples as "
         "extrapolating; here only the training range counts.");
-  if (composite)
-    done.remarks.push_back(
+  if (const auto* composite = dynamic_cast<const CompositeModel*>(&model))
+    remarks.push_back(
         fmt::format("Not exported: shrinking towards the training mean, which needs a matrix of {0} x {0} numbers; "
                     "prismd gives the same biases with \"extrapolation\": \"{1}\".",
                     composite->parameters().centres.cols(), extrapolation_name(options.policy)));
-  if (info.domain.min.empty())
-    done.remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
-  ModelPtr exported = model;
-  std::string tables;
-  std::tie(tables, done.bytes) = tables_of(*model, options);
-  if (options.max_bytes > 0 && done.bytes > options.max_bytes) {
-    const auto form = kernel_form(*model);
-    const int bytes = static_cast<int>((info.inputs.size() + 1) * number_bytes(options));
-    const int centres = form ? static_cast<int>(form->alpha.size()) : 0;
-    const int most = centres - (done.bytes - options.max_bytes + bytes - 1) / bytes;
-    if (most < 1)
-      return make_error(where, fmt::format("its tables have {} bytes without a centre, expected at most {}",
-                                           done.bytes - centres * bytes, options.max_bytes));
-    const auto fewer = fewer_centres(*model, most);
-    if (!fewer) return tl::unexpected(fewer.error());
-    const auto loss = loss_on(*options.recording, model, *fewer, options.policy);
-    if (!loss) return tl::unexpected(loss.error());
-    exported = *fewer;
-    std::tie(tables, done.bytes) = tables_of(*exported, options);
-    done.remarks.push_back(fmt::format("{} of the {} centres of model {:.12}: {}", kernel_form(*exported)->alpha.size(),
-                                       centres, info.id, *loss));
-  }
-  const double error = rounding(*exported, options), most = kFloatTolerance / 3 * exported->bias_span_deg_per_h();
-  if (options.single && error > most)
-    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
-                                         "{:.1g}: its terms cancel; export it without --float",
-                                         error, most));
-  std::string& text = done.files["prism_model.h"];
-  text = fmt::format("// Model {}, {}, as tables. Inputs: {}. Made by prismcal export.\n", exported->info().id,
-                     info.kind, fmt::join(info.inputs, ", "));
-  for (const std::string& remark : done.remarks) text += "// " + remark + "\n";
-  text += tables;
-  done.files["prism_pairs.h"] = pairs_text(*exported, options);
-  if (done.files["prism_pairs.h"].empty())
-    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
-  done.files.insert(std::begin(kEvaluator), std::end(kEvaluator));
-  return done;
+  if (model.info().domain.min.empty())
+    remarks.push_back("The model has no training range: nothing is marked as extrapolating.");
+  return remarks;
 }
 
 struct ExportChoice {
@@ -413,26 +358,69 @@ struct ExportChoice {
   COptions c;
 };
 
-Result<int> run(ExportChoice& choice) {
-  const auto model = load_model(choice.model);
+Result<int> run(const ExportChoice& choice) {
+  const std::string& where = choice.model;
+  const auto model = load_model(where);
   if (!model) return tl::unexpected(model.error());
-  if (choice.policy == "clamp") choice.c.policy = compensation::Extrapolation::kClamp;
-  if (choice.c.max_bytes > 0) {
-    auto blocks = load_blocks(choice.recording, (*model)->info(), choice.common);
+  const ModelInfo& info = (*model)->info();
+  if (info.table) return make_error(where, "trained on a CSV table, expected a model that prismd can use");
+  if (!info.features.sensors.empty())
+    return make_error(where, "has inputs of sensors, expected T, dTdt and U only: the C evaluator knows no other");
+  const auto* composite = dynamic_cast<const CompositeModel*>(model->get());
+  if (composite && composite->parameters().prior)
+    return make_error(where,
+                      "contains the models of other gyros (train --prior), expected one model: train it without");
+  COptions options = choice.c;
+  if (choice.policy == "clamp") options.policy = Extrapolation::kClamp;
+  std::optional<Loaded> recording;
+  if (options.max_bytes > 0) {
+    auto blocks = load_blocks(choice.recording, info, choice.common);
     if (!blocks) return tl::unexpected(blocks.error());
-    choice.c.recording = std::move(*blocks);
+    recording = std::move(*blocks);
   }
-  const auto made = export_c(*model, choice.model, choice.c);
-  if (!made) return tl::unexpected(made.error());
+  std::vector<std::string> remarks = left_out(**model, options);
+  ModelPtr exported = *model;
+  auto [tables, table_bytes] = tables_of(*exported, options);
+  if (recording && table_bytes > options.max_bytes) {
+    const auto form = kernel_form(**model);
+    const int bytes = static_cast<int>((info.inputs.size() + 1) * number_bytes(options));
+    const int centres = form ? static_cast<int>(form->alpha.size()) : 0;
+    const int most = centres - (table_bytes - options.max_bytes + bytes - 1) / bytes;
+    if (most < 1)
+      return make_error(where, fmt::format("its tables have {} bytes without a centre, expected at most {}",
+                                           table_bytes - centres * bytes, options.max_bytes));
+    const auto fewer = fewer_centres(**model, most);
+    if (!fewer) return tl::unexpected(fewer.error());
+    const auto loss = loss_on(*recording, *model, *fewer, options.policy);
+    if (!loss) return tl::unexpected(loss.error());
+    exported = *fewer;
+    std::tie(tables, table_bytes) = tables_of(*exported, options);
+    remarks.push_back(fmt::format("{} of the {} centres of model {:.12}: {}", kernel_form(*exported)->alpha.size(),
+                                  centres, info.id, *loss));
+  }
+  const double error = rounding(*exported, options), most = kFloatTolerance / 3 * exported->bias_span_deg_per_h();
+  if (options.single && error > most)
+    return make_error(where, fmt::format("as float, rounding changes the bias by about {:.1g} deg/h, expected at most "
+                                         "{:.1g}: its terms cancel; export it without --float",
+                                         error, most));
+  std::map<std::string, std::string> files(std::begin(kEvaluator), std::end(kEvaluator));  // texts by name
+  std::string& text = files["prism_model.h"];
+  text = fmt::format("// Model {}, {}, as tables. Inputs: {}. Made by prismcal export.\n", exported->info().id,
+                     info.kind, fmt::join(info.inputs, ", "));
+  for (const std::string& remark : remarks) text += "// " + remark + "\n";
+  text += tables;
+  files["prism_pairs.h"] = pairs_text(*exported, options);
+  if (files["prism_pairs.h"].empty())
+    return make_error(where, "found a bias that is unknown or above 100 deg/h in the middle of the training range");
   const std::filesystem::path folder = choice.folder;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return make_error(choice.folder, error.message());
-  for (const auto& [name, text] : made->files) {
-    if (auto done = write_text_file((folder / name).string(), text); !done) return tl::unexpected(done.error());
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) return make_error(choice.folder, failure.message());
+  for (const auto& [name, content] : files) {
+    if (auto done = write_text_file((folder / name).string(), content); !done) return tl::unexpected(done.error());
   }
-  for (const std::string& remark : made->remarks) fmt::print(stderr, "prismcal: {}: {}\n", choice.model, remark);
-  fmt::print("{}: {} files, {} bytes of tables\n", choice.folder, made->files.size(), made->bytes);
+  for (const std::string& remark : remarks) fmt::print(stderr, "prismcal: {}: {}\n", where, remark);
+  fmt::print("{}: {} files, {} bytes of tables\n", choice.folder, files.size(), table_bytes);
   return 0;
 }
 
