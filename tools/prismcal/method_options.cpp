@@ -153,15 +153,6 @@ using Names = std::vector<std::string>;
 /// The number, or null if it is not finite.
 ordered_json finite_json(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
 
-/// The result of a training for --json and as readable lines; each value is stated in one place.
-struct Summary {
-  ordered_json json;
-  std::string text;
-
-  /// "  skill          0.79: …": a value with its unit and meaning, or the next value of the same name (empty).
-  void line(const std::string& name, const std::string& value) { text += fmt::format("  {:<14} {}\n", name, value); }
-};
-
 std::string target_unit(const TrainedModel& trained) {
   return trained.model->info().table ? "units of the target" : "deg/h";
 }
@@ -365,6 +356,12 @@ void add_prior(const TrainedModel& trained, Summary& summary) {
                                     prior.models.size(), prior.scale, 100 * *trained.from_siblings));
 }
 
+}  // namespace
+
+void Summary::line(const std::string& name, const std::string& value) {
+  text += fmt::format("  {:<14} {}\n", name, value);
+}
+
 Summary summary_of(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
   Summary summary{{{"method", settings.method->name}, {"inputs", names}, {"samples", trained.samples.fitted.size()}},
                   {}};
@@ -391,20 +388,10 @@ Summary summary_of(const TrainedModel& trained, const TrainingSettings& settings
   return summary;
 }
 
-}  // namespace
-
-ordered_json summary_json(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
-  return summary_of(trained, settings, names).json;
-}
-
 ordered_json provenance_json(ordered_json summary) {
   summary.erase("id");
   if (summary.contains("tuning")) summary["tuning"].erase("surface");
   return summary;
-}
-
-std::string summary_text(const TrainedModel& trained, const TrainingSettings& settings, const Names& names) {
-  return summary_of(trained, settings, names).text;
 }
 
 }  // namespace prism::commands

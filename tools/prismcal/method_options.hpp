@@ -40,13 +40,17 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& options);
 Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
                        std::vector<std::string> start, training::TrainingSettings& settings);
 
-/// The result of a training, for --json and for the provenance of the model. Exact numbers; null if unknown.
-nlohmann::ordered_json summary_json(const training::TrainedModel& trained, const training::TrainingSettings& settings,
-                                    const std::vector<std::string>& names);
+/// The result of a training; each value is stated in one place.
+struct Summary {
+  nlohmann::ordered_json json;  ///< for --json and for the provenance of the model; exact numbers, null if unknown
+  std::string text;             ///< readable lines
+
+  /// "  skill          0.79: …": a value with its unit and meaning, or the next value of the same name (empty).
+  void line(const std::string& name, const std::string& value);
+};
+Summary summary_of(const training::TrainedModel& trained, const training::TrainingSettings& settings,
+                   const std::vector<std::string>& names);
 /// Removes what the model file does not contain: the model id, and the surface of the grid search.
 nlohmann::ordered_json provenance_json(nlohmann::ordered_json summary);
-/// summary_json() as readable lines.
-std::string summary_text(const training::TrainedModel& trained, const training::TrainingSettings& settings,
-                         const std::vector<std::string>& names);
 
 }  // namespace prism::commands

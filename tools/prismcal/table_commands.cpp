@@ -204,17 +204,17 @@ Result<int> fit(const TableChoice& choice) {
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   if (*stop_on_interrupt()) fmt::print(stderr, "prismcal: {}\n", kStoppedEarly);
-  const auto summary = summary_json(*trained, *settings, names);
+  const Summary summary = summary_of(*trained, *settings, names);
   if (!choice.out.empty()) {
     const std::string text =
-        compensation::format_model(*trained->model, provenance(*sha256, data.target.size(), choice, summary));
+        compensation::format_model(*trained->model, provenance(*sha256, data.target.size(), choice, summary.json));
     if (auto done = write_text_file(choice.out, text); !done) return tl::unexpected<Error>(done.error());
   }
   if (!choice.diagnostics.empty()) {
     if (auto done = write_text_file(choice.diagnostics, diagnostics_csv(trained->samples)); !done)
       return tl::unexpected<Error>(done.error());
   }
-  fmt::print("{}", choice.method.json ? json_text(summary, 2) + "\n" : summary_text(*trained, *settings, names));
+  fmt::print("{}", choice.method.json ? json_text(summary.json, 2) + "\n" : summary.text);
   return 0;
 }
 

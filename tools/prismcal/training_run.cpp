@@ -175,7 +175,7 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
 
 std::string TrainingRun::model_text() const {
   const auto& spread = trained.model->info().spread;
-  return compensation::format_model(*trained.model, provenance(set, summary), rate_noise_of(trained, set),
+  return compensation::format_model(*trained.model, provenance(set, summary.json), rate_noise_of(trained, set),
                                     spread
                                         ? training::monitor_of(trained.held_out, *spread, training::runs_of(set.data),
                                                                set.data.time_s, set.features.length_s)
@@ -280,21 +280,21 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
   if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
-  auto summary = summary_json(*trained, *settings, names);
+  auto summary = summary_of(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
   Judgement judgement = judge(*trained, expected, *quality, set->questions,
                               [&] { return attempts_of(requested, *set, *settings, *quality, response); });
-  summary["stopped_early"] = stopped && *stopped;
-  summary["readiness"] = readiness_text(judgement.readiness);
-  summary["expected"] = expectation_json(expected);
-  summary["recordings"] = set->facts;
-  for (const auto& [path, reason] : left_out) summary["left_out"].push_back({{"path", path}, {"reason", reason}});
+  summary.json["stopped_early"] = stopped && *stopped;
+  summary.json["readiness"] = readiness_text(judgement.readiness);
+  summary.json["expected"] = expectation_json(expected);
+  summary.json["recordings"] = set->facts;
+  for (const auto& [path, reason] : left_out) summary.json["left_out"].push_back({{"path", path}, {"reason", reason}});
   if (response)
-    summary["response"] = {{"tau_s", response->tau_s},
-                           {"interval_s", {response->low_s, response->high_s}},
-                           {"log_likelihood_gain", response->gain}};
-  if (search) summary["input_search"] = recordings::search_json(*search);
-  return TrainingRun{std::move(*trained), std::move(*set),      std::move(*settings), std::move(*quality),
+    summary.json["response"] = {{"tau_s", response->tau_s},
+                                {"interval_s", {response->low_s, response->high_s}},
+                                {"log_likelihood_gain", response->gain}};
+  if (search) summary.json["input_search"] = recordings::search_json(*search);
+  return TrainingRun{std::move(*trained), std::move(*set),      std::move(*quality),
                      std::move(expected), std::move(judgement), std::move(summary)};
 }
 
@@ -344,9 +344,9 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   if (!choice.method.json) {
     fmt::print("{}",
                printable_lines(first_sentence(run->judgement, run->expected, run->quality, next_command(choice))));
-    fmt::print("{}", summary_text(run->trained, run->settings, run->set.data.names));
+    fmt::print("{}", run->summary.text);
   }
-  return std::move(run->summary);
+  return std::move(run->summary.json);
 }
 
 // "model.json" → "model-x.json"

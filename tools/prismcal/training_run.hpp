@@ -83,12 +83,11 @@ struct TrainChoice {
 
 struct TrainingRun {
   training::TrainedModel trained;
-  recordings::TrainingSet set;  ///< without its recordings
-  training::TrainingSettings settings;
+  recordings::TrainingSet set;      ///< without its recordings
   evaluation::DataQuality quality;  ///< the worst of the recordings
   std::optional<Expectation> expected;
   Judgement judgement;
-  nlohmann::ordered_json summary;  ///< what --json prints
+  Summary summary;  ///< its json is what --json prints
 
   /// The model file, with its provenance and the current time.
   std::string model_text() const;
