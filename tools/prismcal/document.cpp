@@ -84,30 +84,22 @@ Series thinned(const Series& series) {
   return few;
 }
 
-/// Returns true if a series was reduced.
-bool reduce(Panel& panel) {
-  bool any = false;
-  std::vector<Series> all;
-  for (Series& series : panel.series) {
-    const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints;
-    const bool longer = std::min(series.x.size(), series.y.size()) > kLongSeries;
-    if (longer && series.form == SeriesStyle::kLine && std::is_sorted(series.x.begin(), series.x.end())) {
-      reduce_line(series, all);
-    } else if (longer && points) {
-      all.push_back(thinned(series));
-    } else {
-      all.push_back(std::move(series));
-      continue;
-    }
-    any = true;
-  }
-  panel.series = std::move(all);
-  return any;
-}
-
 void reduce(Figure& figure) {
   bool any = false;
-  for (Panel& panel : figure.plot.panels) any = reduce(panel) || any;
+  for (Panel& panel : figure.plot.panels) {
+    std::vector<Series> all;
+    for (Series& series : panel.series) {
+      const bool points = series.form == SeriesStyle::kPoints || series.form == SeriesStyle::kOpenPoints;
+      const bool longer = std::min(series.x.size(), series.y.size()) > kLongSeries;
+      const bool line = series.form == SeriesStyle::kLine && std::is_sorted(series.x.begin(), series.x.end());
+      any = any || (longer && (line || points));
+      if (longer && line)
+        reduce_line(series, all);
+      else
+        all.push_back(longer && points ? thinned(series) : std::move(series));
+    }
+    panel.series = std::move(all);
+  }
   if (any)
     figure.caption += fmt::format("{}Mean, and minimum to maximum, of {} intervals; fewer points; all: --all-blocks.",
                                   figure.caption.empty() ? "" : " ", kIntervals);
@@ -140,8 +132,6 @@ void reduce(Table& table) {
   for (const std::size_t row : kept) rows.push_back(std::move(table.rows[row]));
   table.rows = std::move(rows);
 }
-
-void reduce(Paragraph&) {}
 
 }  // namespace
 
@@ -181,7 +171,8 @@ Cell percent_cell(std::optional<double> share, Emphasis emphasis) {
 }
 
 Block reduced(Block block) {
-  std::visit([](auto& part) { reduce(part); }, block);
+  if (auto* const table = std::get_if<Table>(&block)) reduce(*table);
+  if (auto* const figure = std::get_if<Figure>(&block)) reduce(*figure);
   return block;
 }
 
