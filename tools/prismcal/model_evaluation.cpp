@@ -35,14 +35,17 @@ std::vector<double> follow_warming(compensation::CompensationEngine& engine, con
 }
 
 /// Counts the blocks within two of the model's standard deviation of a block mean (with noise), and finds how their
-/// errors changed since the training.
-void count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
-                    const CorrectionSettings& settings, ModelEvaluation& result) {
+/// errors changed since the training. Returns the mean of the training at the first of them; kUnknown: not in the
+/// model.
+double count_coverage(const compensation::Model& model, const recordings::BlockTable& table,
+                      const CorrectionSettings& settings, ModelEvaluation& result) {
+  double training_mean = kUnknown;
   std::vector<double> time_s, error, sd, sd_mean;
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!std::isfinite(result.corrected_deg_per_h[i])) continue;
     const auto inputs = compensation::gather_inputs(model, table.blocks[i]);
     const auto prediction = compensation::predict_within(model, inputs, settings.engine.extrapolation);
+    if (std::isnan(training_mean)) training_mean = prediction.mean_deg_per_h;
     if (!std::isfinite(prediction.sd_mean_deg_per_h)) continue;
     ++result.with_sd;
     result.within_two_sd +=
@@ -53,24 +56,14 @@ void count_coverage(const compensation::Model& model, const recordings::BlockTab
   }
   const double mount_sd = compensation::mount_sd_deg_per_h(table.earth_rate_deg_per_h, settings.direction_rad);
   if (!error.empty()) result.change = evaluation::bias_change(time_s, error, sd, sd_mean, mount_sd);
+  return training_mean;
 }
 
-std::optional<double> training_mean(const compensation::Model& model, const recordings::BlockTable& table) {
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const std::vector<double> inputs = compensation::gather_inputs(model, table.blocks[i]);
-    if (inputs.empty()) continue;
-    const double mean = model.predict(inputs).mean_deg_per_h;
-    return std::isfinite(mean) ? std::optional(mean) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
-std::optional<double> rms_improvement(const compensation::Model& model, const recordings::BlockTable& table,
-                                      const ModelEvaluation& result) {
-  const auto mean = training_mean(model, table);
-  if (!mean) return std::nullopt;
+std::optional<double> rms_improvement(const recordings::BlockTable& table, const ModelEvaluation& result,
+                                      double training_mean) {
+  if (!std::isfinite(training_mean)) return std::nullopt;
   std::vector<double> before = result.where_corrected(table.bias_deg_per_h);
-  for (double& bias : before) bias -= *mean;
+  for (double& bias : before) bias -= training_mean;
   const auto summary = evaluation::summarise(before, evaluation::Divisor::kN);
   if (!summary || !(summary->rms > 0)) return std::nullopt;
   return 1 - result.stability.after.rms / summary->rms;
@@ -167,8 +160,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   if (table.size() < result.uncorrected + 2) return too_few(*model, table, result, settings.engine.max_bias_deg_per_h);
   result.predicted_warming_deg_per_h = follow_warming(engine, table);
   result.stability = stability_of(result, table, divisor);
-  result.rms_improvement = rms_improvement(*model, table, result);
-  count_coverage(*model, table, settings, result);
+  result.rms_improvement = rms_improvement(table, result, count_coverage(*model, table, settings, result));
   result.improvement_interval = evaluation::next_improvement(result.where_corrected(table.bias_deg_per_h),
                                                              result.where_corrected(result.corrected_deg_per_h));
   return result;
