@@ -41,7 +41,7 @@ inline constexpr const char* kRecordings = "prismd's logs (files or folders), ca
 Result<compensation::ModelPtr> load_model(const std::string& path);
 
 /// Reads all *.json of `folder`, sorted by name, for `train --prior`, except models of gyro `own_serial` (if not
-/// empty). Errors: an unreadable folder, a file that is not a model, fewer than two models left.
+/// empty). Errors: a file that is not a model, fewer than two models left.
 Result<std::vector<compensation::ModelPtr>> read_population_models(const std::string& folder,
                                                                    const std::string& own_serial);
 
