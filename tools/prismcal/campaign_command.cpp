@@ -91,9 +91,10 @@ Result<Json> run_work(const Task& task, const std::string& folder) {
                  {"judged", Json::array()}};
   for (const auto& quality : trained->set.qualities)
     result["data_quality"].push_back(analysis::data_quality_words(quality));
-  for (const RecordingEvaluation& one : evaluated->cases) {
+  for (const analysis::EvaluatedRecording& one : evaluated->cases) {
     Json measured = Json::object();
-    for (const analysis::Measured& m : one.measured) measured[m.quantity] = m.value ? Json(*m.value) : Json();
+    for (const analysis::Measured& m : analysis::measure_all(one))
+      measured[m.quantity] = m.value ? Json(*m.value) : Json();
     measured["before_deg_per_h"] = one.evaluation.stability.before.sd;
     result["judged"].push_back({{"role", result["judged"].size() < repeats ? campaign::kRepeat : campaign::kOther},
                                 {"recording", one.loaded.table.name},

@@ -26,7 +26,7 @@
 namespace prism::commands {
 namespace {
 
-using Case = RecordingEvaluation;
+using Case = analysis::EvaluatedRecording;
 
 report::Report begin_report(const compensation::Model& model, const std::string& path, const std::vector<Case>& cases,
                             const CommonOptions& options, std::string& dates) {
@@ -52,16 +52,16 @@ report::Report begin_report(const compensation::Model& model, const std::string&
 }
 
 /// The curves and tables of one recording.
-report::Section recording_section(const analysis::EvaluatedRecording& recording, const CommonOptions& options) {
-  report::Section section{recording.id, "On " + recording.table->name};
+report::Section recording_section(const Case& recording, const CommonOptions& options) {
+  report::Section section{recording.id, "On " + recording.loaded.table.name};
   // A year's figures have 100 MB.
   const auto add = [&](report::Block block) {
     const bool figure = std::holds_alternative<report::Figure>(block);
     section.blocks.push_back(figure && !options.all_blocks ? report::reduced(std::move(block)) : std::move(block));
   };
   add(analysis::record_figure(recording));
-  if (const auto quality = analysis::check_blocks(*recording.table); quality && quality->nothing_to_compensate)
-    add(report::Paragraph{recording.table->name + ": " + analysis::data_quality_error(*quality),
+  if (const auto quality = analysis::check_blocks(recording.loaded.table); quality && quality->nothing_to_compensate)
+    add(report::Paragraph{recording.loaded.table.name + ": " + analysis::data_quality_error(*quality),
                           report::Emphasis::kBad});
   analysis::add_recording_blocks(recording, add);
   return section;
@@ -84,20 +84,19 @@ std::optional<report::Paragraph> together_paragraph(const std::vector<Case>& cas
 }
 
 /// The first page: each result, the limits and the parameters. Sets `within_limits`.
-report::Section conclusion(const std::vector<Case>& cases, const std::vector<analysis::EvaluatedRecording>& recordings,
-                           const std::vector<analysis::Limit>& limits, std::optional<double> warm_up_band,
-                           bool& within_limits) {
+report::Section conclusion(const std::vector<Case>& cases, const std::vector<analysis::Limit>& limits,
+                           std::optional<double> warm_up_band, bool& within_limits) {
   report::Section section{"conclusion", "Conclusion"};
   const auto together = together_paragraph(cases);
   if (together) section.blocks.emplace_back(*together);
   std::vector<std::pair<std::string, std::vector<analysis::LimitCheck>>> checks;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    section.blocks.emplace_back(analysis::result_paragraph(recordings[i], cases[i].overlap, !together));
-    checks.emplace_back(cases[i].loaded.table.name, analysis::check_limits(limits, cases[i].measured));
+  for (const Case& c : cases) {
+    section.blocks.emplace_back(analysis::result_paragraph(c, !together));
+    checks.emplace_back(c.loaded.table.name, analysis::check_limits(limits, analysis::measure_all(c)));
     for (const analysis::LimitCheck& check : checks.back().second) within_limits = within_limits && check.pass;
   }
   if (!limits.empty()) section.blocks.emplace_back(analysis::limits_table(checks));
-  section.blocks.emplace_back(analysis::parameters_table(recordings, warm_up_band));
+  section.blocks.emplace_back(analysis::parameters_table(cases, warm_up_band));
   return section;
 }
 
@@ -148,9 +147,9 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
     if (!loaded) return tl::unexpected(loaded.error());
     auto evaluated = analysis::evaluate_model(*model, loaded->table, *correction, choice.common.used_divisor());
     if (!evaluated) return tl::unexpected(evaluated.error());
-    std::string overlap = recordings::overlap_text((*model)->info().provenance_json, loaded->recording, loaded->table);
-    auto doubts = analysis::recording_doubts(loaded->table, *evaluated, loaded->recording.questions());
-    cases.push_back({std::move(*loaded), std::move(*evaluated), std::move(overlap), std::move(doubts), {}});
+    Case& made = cases.emplace_back(
+        analysis::evaluate_recording(fmt::format("r{}", cases.size() + 1), std::move(*loaded), std::move(*evaluated)));
+    made.overlap = recordings::overlap_text((*model)->info().provenance_json, made.loaded.recording, made.loaded.table);
   }
   if (auto good = unmatched.finish(); !good) return tl::unexpected(good.error());
 
@@ -161,16 +160,8 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
   for (const Case& c : cases) all.push_back(&c.loaded);
   fill_cover(report, cover_of(**model, cases.front().loaded.recording, dates), *test);
   Evaluation evaluation;
-  std::vector<analysis::EvaluatedRecording> recordings;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    recordings.push_back(analysis::evaluate_recording(fmt::format("r{}", i + 1), cases[i].loaded.table,
-                                                      cases[i].evaluation, !cases[i].doubts.empty()));
-    cases[i].measured = analysis::measure_all(recordings.back());
-  }
-  report.sections.push_back(
-      conclusion(cases, recordings, *limits, test->warm_up_band_deg_per_h, evaluation.within_limits));
-  for (const analysis::EvaluatedRecording& recording : recordings)
-    report.sections.push_back(recording_section(recording, choice.common));
+  report.sections.push_back(conclusion(cases, *limits, test->warm_up_band_deg_per_h, evaluation.within_limits));
+  for (const Case& c : cases) report.sections.push_back(recording_section(c, choice.common));
   report.sections.push_back({"recordings", "Recordings", {recordings_table(all)}});
   for (const Loaded* loaded : all) {
     for (const recordings::Finding& finding : loaded->recording.findings)

@@ -17,17 +17,8 @@ struct EvaluateChoice {
   CommonOptions common;
 };
 
-/// Evaluation of the model on one recording.
-struct RecordingEvaluation {
-  Loaded loaded;
-  analysis::ModelEvaluation evaluation;
-  std::string overlap;              ///< with the training data (overlap_text()); empty: none known
-  std::vector<std::string> doubts;  ///< recording_doubts()
-  std::vector<analysis::Measured> measured;
-};
-
 struct Evaluation {
-  std::vector<RecordingEvaluation> cases;  ///< in the order of the recordings
+  std::vector<analysis::EvaluatedRecording> cases;  ///< in the order of the recordings
   report::Report report;
   bool within_limits = true;  ///< false if a limit of choice.limits is violated
 };

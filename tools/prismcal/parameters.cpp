@@ -89,12 +89,12 @@ struct Run {
 
 std::vector<double> row_of(const EvaluatedRecording& recording, const std::vector<SensorName>& thermometers,
                            std::size_t block, double start_s) {
-  const recordings::BlockTable& table = *recording.table;
+  const recordings::BlockTable& table = recording.loaded.table;
   const compensation::Window& window = table.blocks[block];
   const double end_s = static_cast<double>(table.second(block)) - start_s;
   std::vector<double> row = {end_s - 0.5 * table.features.length_s,
                              table.bias_deg_per_h[block],
-                             recording.evaluation->corrected_deg_per_h[block],
+                             recording.evaluation.corrected_deg_per_h[block],
                              window.temperature_degc,
                              60 * window.slope_degc_per_s,
                              recording.hours[block] / 24};
@@ -111,11 +111,11 @@ std::vector<Run> runs_of(const std::vector<EvaluatedRecording>& recordings,
                          const std::vector<SensorName>& thermometers) {
   constexpr std::size_t kMost = 3000;
   std::size_t blocks = 0;
-  for (const EvaluatedRecording& recording : recordings) blocks += recording.table->size();
+  for (const EvaluatedRecording& recording : recordings) blocks += recording.loaded.table.size();
   const std::size_t together = (blocks + kMost - 1) / kMost;
   std::vector<Run> runs;
   for (const EvaluatedRecording& recording : recordings) {
-    const recordings::BlockTable& table = *recording.table;
+    const recordings::BlockTable& table = recording.loaded.table;
     const auto begin = [&, empty = std::vector<std::vector<double>>(kThermometers + thermometers.size())](bool start) {
       if (runs.empty() || !runs.back().columns[0].empty()) runs.push_back({false, empty});
       runs.back().switched_on = start;
@@ -128,7 +128,7 @@ std::vector<Run> runs_of(const std::vector<EvaluatedRecording>& recordings,
         begin(true);
         start_s = table.starts[next], sums.clear(), count = 0;
       }
-      if (!std::isfinite(recording.evaluation->corrected_deg_per_h[block])) continue;
+      if (!std::isfinite(recording.evaluation.corrected_deg_per_h[block])) continue;
       const std::vector<double> row = row_of(recording, thermometers, block, static_cast<double>(start_s));
       sums.resize(row.size());
       for (std::size_t c = 0; c < row.size(); ++c) sums[c] += row[c];
@@ -173,7 +173,7 @@ std::optional<evaluation::DriftFit> fit_runs(const std::vector<Run>& runs, const
 double noise_band(const std::vector<EvaluatedRecording>& recordings) {
   double floor = 0;
   for (const EvaluatedRecording& recording : recordings)
-    floor = std::max(floor, recording.evaluation->stability.floor_deg_per_h.value_or(0));
+    floor = std::max(floor, recording.evaluation.stability.floor_deg_per_h.value_or(0));
   if (!(floor > 0)) return 0.01;
   const double digit = std::pow(10, std::floor(std::log10(floor)));
   return digit * std::ceil(floor / digit);
@@ -184,7 +184,8 @@ Result<evaluation::AllanAnalysis> pooled_allan(const std::vector<EvaluatedRecord
   if (recordings.size() == 1) return recordings[0].allan.of(after);
   std::vector<recordings::Series> all;
   for (const EvaluatedRecording& recording : recordings) {
-    auto own = after ? recording.evaluation->corrected_seconds_deg_per_h(*recording.table) : recording.table->seconds;
+    auto own = after ? recording.evaluation.corrected_seconds_deg_per_h(recording.loaded.table)
+                     : recording.loaded.table.seconds;
     std::move(own.begin(), own.end(), std::back_inserter(all));
   }
   return evaluation::analyse_allan(recordings::joined(std::move(all)), 1, "");
@@ -194,7 +195,7 @@ Result<evaluation::AllanAnalysis> pooled_allan(const std::vector<EvaluatedRecord
 
 Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
                        std::optional<double> warm_up_band_deg_per_h) {
-  const recordings::BlockTable& first = *recordings[0].table;
+  const recordings::BlockTable& first = recordings[0].loaded.table;
   std::vector<SensorName> thermometers = sensors_of_list(first.blocks[0].second_mean.sensor_list);
   std::erase_if(thermometers, [](const SensorName& sensor) { return sensor.unit != "degC"; });
   const std::vector<Run> runs = runs_of(recordings, thermometers);
@@ -217,7 +218,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
   const auto mean = [&](bool after, double evaluation::SummaryStatistics::*member) {
     std::vector<double> values;
     for (const EvaluatedRecording& r : recordings)
-      values.push_back((after ? r.evaluation->stability.after : r.evaluation->stability.before).*member);
+      values.push_back((after ? r.evaluation.stability.after : r.evaluation.stability.before).*member);
     return values.size() > 1 ? evaluation::mean_with_interval(values) : Estimate{values[0], values[0], values[0]};
   };
   made.add("bias", "deg/h", both([&](bool after) { return mean(after, &evaluation::SummaryStatistics::mean); }),

@@ -53,18 +53,18 @@ std::vector<double> times(const recordings::BlockTable& table) {
 }
 
 std::optional<double> gap_of(const EvaluatedRecording& recording, const std::vector<double>& bias) {
-  const ModelEvaluation& kept = *recording.evaluation;
+  const ModelEvaluation& kept = recording.evaluation;
   return evaluation::largest_gap(kept.where_corrected(recording.temperature_degc), kept.where_corrected(bias),
                                  kept.where_corrected(recording.kinds), kHysteresisBin_degc);
 }
 
 void analyse_noise(EvaluatedRecording& recording, bool after) {
-  const std::string& where = recording.table->name;
+  const std::string& where = recording.loaded.table.name;
   std::vector<recordings::Series> seconds;
   if (after) {
-    seconds = recording.evaluation->corrected_seconds_deg_per_h(*recording.table);
+    seconds = recording.evaluation.corrected_seconds_deg_per_h(recording.loaded.table);
   } else {
-    for (const auto& [start_s, values] : recording.table->seconds) {
+    for (const auto& [start_s, values] : recording.loaded.table.seconds) {
       seconds.push_back({start_s});
       seconds.back().values.reserve(values.size() + 1);  // analyse_allan() adds a sum: no second copy of a year
       seconds.back().values = values;
@@ -98,31 +98,31 @@ struct Quantity {
 };
 using Of = const EvaluatedRecording&;
 const Quantity kQuantities[] = {
-    {"mean_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation->stability.after.mean); }},
-    {"bias_stability_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation->stability.after.sd); }},
-    {"rms_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation->stability.after.rms); }},
-    {"peak_to_peak_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation->stability.after.peak_to_peak); }},
-    {"improvement_percent", "%", [](Of r) { return in_percent(r.evaluation->stability.improvement); }},
-    {"explained_percent", "%", [](Of r) { return in_percent(r.evaluation->stability.explained); }},
+    {"mean_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation.stability.after.mean); }},
+    {"bias_stability_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation.stability.after.sd); }},
+    {"rms_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation.stability.after.rms); }},
+    {"peak_to_peak_deg_per_h", "deg/h", [](Of r) { return std::optional(r.evaluation.stability.after.peak_to_peak); }},
+    {"improvement_percent", "%", [](Of r) { return in_percent(r.evaluation.stability.improvement); }},
+    {"explained_percent", "%", [](Of r) { return in_percent(r.evaluation.stability.explained); }},
     {"hysteresis_gap_deg_per_h", "deg/h", [](Of r) { return r.gap_deg_per_h.after; }},
     {"angle_random_walk_deg_per_sqrt_h", "deg/√h",
      [](Of r) { return coefficient_after(r, evaluation::NoiseType::kAngleRandomWalk, false); }},
     {"bias_instability_deg_per_h", "deg/h",
      [](Of r) { return coefficient_after(r, evaluation::NoiseType::kBiasInstability, true); },
      [](Of r) { return !coefficient_after(r, evaluation::NoiseType::kBiasInstability, false); }},
-    {"extrapolating_percent", "%", [](Of r) { return std::optional(r.evaluation->extrapolated_percent()); }},
+    {"extrapolating_percent", "%", [](Of r) { return std::optional(r.evaluation.extrapolated_percent()); }},
     {"uncorrected_percent", "%",
      [](Of r) {
-       return std::optional(100 * static_cast<double>(r.evaluation->uncorrected) /
-                            static_cast<double>(r.table->size()));
+       return std::optional(100 * static_cast<double>(r.evaluation.uncorrected) /
+                            static_cast<double>(r.loaded.table.size()));
      }},
-    {"within_two_sd_percent", "%", [](Of r) { return in_percent(r.evaluation->coverage()); }}};
+    {"within_two_sd_percent", "%", [](Of r) { return in_percent(r.evaluation.coverage()); }}};
 
 // Parts of tables and figures.
 
 std::string means_text(const EvaluatedRecording& recording) {
-  return fmt::format("{} s means, divisor {}", recording.table->features.length_s,
-                     evaluation::divisor_text(recording.evaluation->stability.divisor));
+  return fmt::format("{} s means, divisor {}", recording.loaded.table.features.length_s,
+                     evaluation::divisor_text(recording.evaluation.stability.divisor));
 }
 
 Panel time_panel(const char* title, const char* unit, std::vector<Series> series) {
@@ -218,8 +218,8 @@ Cell explained_cell(const std::optional<double>& explained) {
 }
 
 Table stability_table(const EvaluatedRecording& recording) {
-  const evaluation::BiasStability& s = recording.evaluation->stability;
-  Table table{recording.id + "_stability", "Bias stability on " + recording.table->name, "", {}};
+  const evaluation::BiasStability& s = recording.evaluation.stability;
+  Table table{recording.id + "_stability", "Bias stability on " + recording.loaded.table.name, "", {}};
   table.caption = fmt::format(
       "{}, {} blocks. Floor: 1 sigma of a mean from white noise alone, estimated from first differences. Explained = "
       "(before² − after²) / (before² − floor²): at 100 % only white noise is left; above 100 % the residual is "
@@ -227,7 +227,7 @@ Table stability_table(const EvaluatedRecording& recording) {
       "the same profile. With shift: the improvement if the shift of the mean since the training counts as an error, "
       "too.",
       means_text(recording), s.before.count);
-  const ModelEvaluation& evaluated = *recording.evaluation;
+  const ModelEvaluation& evaluated = recording.evaluation;
   const auto left_out = [&](std::size_t blocks, const std::string& why) {
     if (blocks > 0)
       table.caption +=
@@ -249,14 +249,14 @@ Table stability_table(const EvaluatedRecording& recording) {
   after.insert(after.end(), {percent_cell(s.improvement), "", explained_cell(s.explained),
                              interval_text(evaluated.improvement_interval), percent_cell(evaluated.rms_improvement)});
   table.rows = {before, after};
-  table.meaning = stability_meaning(s, recording.doubtful);
+  table.meaning = stability_meaning(s, !recording.doubts.empty());
   return table;
 }
 
 /// The largest deviation that the model leaves.
 std::string bias_meaning(const EvaluatedRecording& recording) {
-  const std::vector<double>& corrected_deg_per_h = recording.evaluation->corrected_deg_per_h;
-  const evaluation::SummaryStatistics& after = recording.evaluation->stability.after;
+  const std::vector<double>& corrected_deg_per_h = recording.evaluation.corrected_deg_per_h;
+  const evaluation::SummaryStatistics& after = recording.evaluation.stability.after;
   double largest = 0;
   std::size_t at = 0;
   for (std::size_t i = 0; i < corrected_deg_per_h.size(); ++i) {
@@ -271,8 +271,8 @@ std::string bias_meaning(const EvaluatedRecording& recording) {
 }
 
 Figure bias_figure(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& table = *recording.table;
-  const ModelEvaluation& evaluated = *recording.evaluation;
+  const recordings::BlockTable& table = recording.loaded.table;
+  const ModelEvaluation& evaluated = recording.evaluation;
   const std::vector<double>& hours = recording.hours;
   Figure figure{recording.id + "_bias", "Bias, model and residual on " + table.name,
                 fmt::format("{} s means.", table.features.length_s)};
@@ -293,23 +293,23 @@ Figure bias_figure(const EvaluatedRecording& recording) {
 }
 
 Table segment_table(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& data = *recording.table;
+  const recordings::BlockTable& data = recording.loaded.table;
   Table table{recording.id + "_segments", "Soaks and ramps of " + data.name, "", {}};
   table.caption = fmt::format("{}. Soak: the temperature changes by less than {:g} degC/min.", means_text(recording),
                               60 * evaluation::kSoakSlope_degc_per_s);
   table.columns = report::columns(
       "segment: | from [degC] | to [degC] | length [h] | mean before [deg/h] | 1 sigma before [deg/h] | mean after "
       "[deg/h] | 1 sigma after [deg/h]");
-  const evaluation::Divisor divisor = recording.evaluation->stability.divisor;
+  const evaluation::Divisor divisor = recording.evaluation.stability.divisor;
   for (const evaluation::ThermalSegment& segment : evaluation::thermal_segments(recording.kinds)) {
     const auto part = [&](const std::vector<double>& values) {
       std::vector<double> known;
       for (std::size_t i = segment.begin; i < segment.end; ++i) {
-        if (std::isfinite(recording.evaluation->corrected_deg_per_h[i])) known.push_back(values[i]);
+        if (std::isfinite(recording.evaluation.corrected_deg_per_h[i])) known.push_back(values[i]);
       }
       return evaluation::summarise(known, divisor);
     };
-    const auto before = part(data.bias_deg_per_h), after = part(recording.evaluation->corrected_deg_per_h);
+    const auto before = part(data.bias_deg_per_h), after = part(recording.evaluation.corrected_deg_per_h);
     const double length_h = static_cast<double>(segment.size()) * data.features.length_s / 3600;
     std::vector<Cell> row = {evaluation::thermal_kind_text(segment.kind),
                              fixed_cell(recording.temperature_degc[segment.begin], 1),
@@ -320,20 +320,20 @@ Table segment_table(const EvaluatedRecording& recording) {
     }
     table.rows.push_back(std::move(row));
   }
-  table.meaning = segments_meaning(recording.kinds, data.bias_deg_per_h, recording.evaluation->corrected_deg_per_h,
-                                   recording.evaluation->extrapolated_percent());
+  table.meaning = segments_meaning(recording.kinds, data.bias_deg_per_h, recording.evaluation.corrected_deg_per_h,
+                                   recording.evaluation.extrapolated_percent());
   return table;
 }
 
 Figure thermal_figure(const EvaluatedRecording& recording) {
   return {
-      recording.id + "_loop", "Bias against temperature on " + recording.table->name,
+      recording.id + "_loop", "Bias against temperature on " + recording.loaded.table.name,
       "Means as above; soaks in a light colour.",
       report::Plot{2,
                    320,
-                   {loop_panel("(a) before", recording, recording.table->bias_deg_per_h),
-                    loop_panel("(b) after", recording, recording.evaluation->corrected_deg_per_h)}},
-      loop_meaning(recording.gap_deg_per_h.before, recording.gap_deg_per_h.after, recording.evaluation->knows_slope)};
+                   {loop_panel("(a) before", recording, recording.loaded.table.bias_deg_per_h),
+                    loop_panel("(b) after", recording, recording.evaluation.corrected_deg_per_h)}},
+      loop_meaning(recording.gap_deg_per_h.before, recording.gap_deg_per_h.after, recording.evaluation.knows_slope)};
 }
 
 Result<Figure> allan_figure(const EvaluatedRecording& recording) {
@@ -354,23 +354,24 @@ Result<Figure> allan_figure(const EvaluatedRecording& recording) {
   report::Plot plot = noise_plot(curves);
   const std::vector<Series>& drawn = plot.panels[0].series;  // each curve is a band and a line
   const std::string meaning = allan_curve_meaning(drawn[1], drawn[3]) + lines;
-  return Figure{recording.id + "_allan_curve", "Allan deviation and power spectral density on " + recording.table->name,
-                kNoiseCaption, std::move(plot), meaning};
+  return Figure{recording.id + "_allan_curve",
+                "Allan deviation and power spectral density on " + recording.loaded.table.name, kNoiseCaption,
+                std::move(plot), meaning};
 }
 
 Result<Figure> residual_figure(const EvaluatedRecording& recording) {
-  const auto residual = recording.evaluation->where_corrected(recording.evaluation->corrected_deg_per_h);
+  const auto residual = recording.evaluation.where_corrected(recording.evaluation.corrected_deg_per_h);
   const auto r = evaluation::autocorrelate(residual, 60);
   if (!r)
-    return make_error(recording.table->name + ", corrected",
+    return make_error(recording.loaded.table.name + ", corrected",
                       "no autocorrelation: the values are equal, or fewer than three");
   return Figure{
       recording.id + "_residual",
-      "Residual on " + recording.table->name,
+      "Residual on " + recording.loaded.table.name,
       fmt::format("Autocorrelation of {} s means. 95 % of the lags of white noise are within the dashed lines.",
-                  recording.table->features.length_s),
+                  recording.loaded.table.features.length_s),
       {1, 230, {autocorrelation_panel(*r)}},
-      residual_meaning(*r, recording.table->features.length_s)};
+      residual_meaning(*r, recording.loaded.table.features.length_s)};
 }
 
 /// A recording whose errors are larger than the model states: another turn-on, ageing, a missing input, a wrong sd.
@@ -401,7 +402,7 @@ std::string further_text(const ModelEvaluation& evaluated) {
 
 /// How far the temperature, its slope and the bias went.
 std::string record_meaning(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& table = *recording.table;
+  const recordings::BlockTable& table = recording.loaded.table;
   const auto t = report::Range::of(recording.temperature_degc), bias = report::Range::of(table.bias_deg_per_h),
              slope = report::Range::of(table.column(compensation::kInputSlope));
   return fmt::format(
@@ -412,15 +413,15 @@ std::string record_meaning(const EvaluatedRecording& recording) {
 
 }  // namespace
 
-EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
-                                      const ModelEvaluation& evaluation, bool doubtful) {
+EvaluatedRecording evaluate_recording(std::string id, recordings::Loaded loaded, ModelEvaluation evaluation) {
   EvaluatedRecording made;
-  made.id = std::move(id), made.doubtful = doubtful;
-  made.table = &table, made.evaluation = &evaluation;
+  made.id = std::move(id), made.loaded = std::move(loaded), made.evaluation = std::move(evaluation);
+  const recordings::BlockTable& table = made.loaded.table;
   made.hours = table.hours(), made.temperature_degc = table.column(compensation::kInputTemperature);
   made.kinds = evaluation::thermal_kinds(times(table), made.temperature_degc, evaluation::kSoakSlope_degc_per_s);
-  made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, evaluation.corrected_deg_per_h)};
+  made.gap_deg_per_h = {gap_of(made, table.bias_deg_per_h), gap_of(made, made.evaluation.corrected_deg_per_h)};
   for (const bool after : {false, true}) analyse_noise(made, after);
+  made.doubts = recording_doubts(table, made.evaluation, made.loaded.recording.questions());
   return made;
 }
 
@@ -438,20 +439,20 @@ std::vector<Measured> measure_all(const EvaluatedRecording& recording) {
   return measured;
 }
 
-report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap, bool further) {
-  const ModelEvaluation& evaluated = *recording.evaluation;
+report::Paragraph result_paragraph(const EvaluatedRecording& recording, bool further) {
+  const ModelEvaluation& evaluated = recording.evaluation;
   const evaluation::BiasStability& s = evaluated.stability;
   const std::string sigmas = fmt::format(
       "1 sigma of {} s means is {:.5f} deg/h before and {:.5f} after, their mean {:.5f} before and {:.5f} after",
-      recording.table->features.length_s, s.before.sd, s.after.sd, s.before.mean, s.after.mean);
+      recording.loaded.table.features.length_s, s.before.sd, s.after.sd, s.before.mean, s.after.mean);
   const std::string outside = fmt::format("{:.1f} % of the means are outside the training range.{}",
                                           evaluated.extrapolated_percent(), change_text(evaluated));
-  if (!overlap.empty())
+  if (!recording.overlap.empty())
     return {fmt::format("{}: not a test: {}. The values show how well the model fits its training data: {}. {}",
-                        recording.table->name, overlap, sigmas, outside),
+                        recording.loaded.table.name, recording.overlap, sigmas, outside),
             report::Emphasis::kWarn};
   if (!s.improvement)
-    return {fmt::format("{}: {}. {}", recording.table->name, sigmas, outside), report::Emphasis::kNone};
+    return {fmt::format("{}: {}. {}", recording.loaded.table.name, sigmas, outside), report::Emphasis::kNone};
   const bool helps = *s.improvement > 0;
   const double percent = 100 * std::abs(*s.improvement);
   const std::string effect = changes_nothing(s) ? "does not change the drift"
@@ -459,7 +460,7 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
                                                 : fmt::format("makes the drift larger by {:.1f} %", percent);
   const auto& interval = evaluated.improvement_interval;
   const bool unsure = interval && interval->holds_zero();
-  return {fmt::format("{}: the model {}: {}.{} {}", recording.table->name, effect, sigmas,
+  return {fmt::format("{}: the model {}: {}.{} {}", recording.loaded.table.name, effect, sigmas,
                       further ? further_text(evaluated) : "", outside),
           unsure  ? report::Emphasis::kWarn
           : helps ? report::Emphasis::kGood
@@ -467,7 +468,7 @@ report::Paragraph result_paragraph(const EvaluatedRecording& recording, const st
 }
 
 Figure record_figure(const EvaluatedRecording& recording) {
-  const recordings::BlockTable& table = *recording.table;
+  const recordings::BlockTable& table = recording.loaded.table;
   const std::vector<double>& hours = recording.hours;
   Figure figure{recording.id + "_record", "The recording " + table.name,
                 fmt::format("{} s means.", table.features.length_s)};

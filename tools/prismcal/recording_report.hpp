@@ -22,12 +22,13 @@ struct BeforeAfter {
   const T& of(bool corrected) const { return corrected ? after : before; }
 };
 
-/// One recording and the evaluation of a model on it. Pointers are not owned.
+/// One recording and the evaluation of a model on it.
 struct EvaluatedRecording {
   std::string id;  ///< prefix of all table and figure ids, [a-z0-9_]
-  const recordings::BlockTable* table = nullptr;
-  const ModelEvaluation* evaluation = nullptr;
-  bool doubtful = false;  ///< the recording may be the reason of its result
+  recordings::Loaded loaded;
+  ModelEvaluation evaluation;
+  std::string overlap;              ///< with the training data (overlap_text()); empty: none known
+  std::vector<std::string> doubts;  ///< recording_doubts(): it may be the reason of its result
 
   std::vector<double> hours, temperature_degc;  ///< of each block
   std::vector<evaluation::ThermalKind> kinds;   ///< of each block
@@ -37,8 +38,7 @@ struct EvaluatedRecording {
   BeforeAfter<Result<evaluation::AllanAnalysis>> allan;
   BeforeAfter<Result<evaluation::Spectrum>> spectrum;
 };
-EvaluatedRecording evaluate_recording(std::string id, const recordings::BlockTable& table,
-                                      const ModelEvaluation& evaluation, bool doubtful);
+EvaluatedRecording evaluate_recording(std::string id, recordings::Loaded loaded, ModelEvaluation evaluation);
 
 /// A quantity that can have limits, measured on one recording; nullopt if the recording does not determine it.
 struct Measured {
@@ -52,8 +52,8 @@ std::vector<std::string> measured_names();
 std::vector<Measured> measure_all(const EvaluatedRecording& recording);
 
 /// The improvement, with `further` also that to expect in another recording, and the share of blocks outside the
-/// training range. If `overlap` (see overlap_text()) is not empty, it states that this is not a test.
-report::Paragraph result_paragraph(const EvaluatedRecording& recording, const std::string& overlap, bool further);
+/// training range. If recording.overlap is not empty, it states that this is not a test.
+report::Paragraph result_paragraph(const EvaluatedRecording& recording, bool further);
 
 /// Temperature, its slope, UHFO and bias over time.
 report::Figure record_figure(const EvaluatedRecording& recording);

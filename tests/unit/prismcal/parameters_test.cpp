@@ -32,11 +32,11 @@ struct TenDays {
         second.rate_deg_per_h = test::kDayEarthRate + kTrend * (day + i / 86400.0) + step + 0.01 * normal();
       }
     }
-    table =
+    auto table =
         recordings::make_block_table(seconds, {}, test::kDayEarthRate, "ten", std::vector<std::size_t>{0, 3200, 3600})
             .value();
-    evaluation = evaluate_model(test::linear_model(0), table, {}, evaluation::Divisor::kN).value();
-    recording = evaluate_recording("r", table, *evaluation, false);
+    auto evaluation = evaluate_model(test::linear_model(0), table, {}, evaluation::Divisor::kN).value();
+    recording = evaluate_recording("r", {{}, std::move(table)}, std::move(evaluation));
   }
 
   std::vector<report::Cell> row(const std::string& name) const {
@@ -48,8 +48,6 @@ struct TenDays {
     return std::vector<report::Cell>(8, report::Cell(""));
   }
 
-  recordings::BlockTable table;
-  std::optional<ModelEvaluation> evaluation;
   std::optional<EvaluatedRecording> recording;
 };
 
@@ -57,17 +55,18 @@ TEST(Parameters, ATrendIsThatOfDays) { EXPECT_NEAR(TenDays().row("trend")[2].val
 
 TEST(Parameters, SwitchOnsAreComparedOverTheShortestRun) {
   const TenDays days;
-  ASSERT_EQ(days.table.starts.size(), 3u);
-  const std::size_t each = days.table.size() / 10;
+  const recordings::BlockTable& table = days.recording->loaded.table;
+  ASSERT_EQ(table.starts.size(), 3u);
+  const std::size_t each = table.size() / 10;
   std::vector<double> means;
   for (const std::size_t day : {0, 8, 9}) {
     means.push_back(0);
     for (std::size_t i = 0; i < each; ++i)
-      means.back() += days.table.bias_deg_per_h[day * each + i] / static_cast<double>(each);
+      means.back() += table.bias_deg_per_h[day * each + i] / static_cast<double>(each);
   }
   const auto row = days.row("turn-on");
   EXPECT_NEAR(row[2].value.value_or(0), evaluation::scatter_with_interval(means).value, 1e-9);
-  const double hours = (static_cast<double>(days.table.second(each - 1) - days.table.starts[0]) - 50) / 3600;
+  const double hours = (static_cast<double>(table.second(each - 1) - table.starts[0]) - 50) / 3600;
   EXPECT_EQ(row[6].text, fmt::format("means of the first {:.3g} h, chi-square", hours));
   EXPECT_EQ(row[7].text, "3 switch-ons");
 }
@@ -78,7 +77,7 @@ TEST(Parameters, TheBandOfTheWarmUpIsTheNoiseOfABlockRoundedUp) {
                                     {0.00055, "0.0006"},
                                     {0.0021, "0.003"},
                                     {2.5, "3"}}) {
-    days.evaluation->stability.floor_deg_per_h = floor;
+    days.recording->evaluation.stability.floor_deg_per_h = floor;
     days.row(fmt::format("warm-up to within {} deg/h", band));
   }
 }

@@ -178,7 +178,7 @@ TEST(Limits, MeasureAllQuantities) {
   const auto evaluated =
       analysis::evaluate_model(test::linear_model(test::kDaySensitivity), table, {}, evaluation::Divisor::kNMinus1)
           .value();
-  const auto measured = analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, false));
+  const auto measured = analysis::measure_all(analysis::evaluate_recording("r1", {{}, table}, evaluated));
   ASSERT_EQ(measured.size(), analysis::measured_names().size());
   for (const analysis::Measured& m : measured)  // this model states no standard deviation
     EXPECT_EQ(m.value.has_value(), m.quantity != "within_two_sd_percent") << m.quantity;
@@ -192,7 +192,7 @@ TEST(Limits, MeasureCoverageByTheModelsSd) {
   const auto covered = [&](double sd) {
     const auto evaluated =
         analysis::evaluate_model(std::make_shared<ModelWithSd>(sd), table, {}, evaluation::Divisor::kNMinus1).value();
-    return *analysis::measure_all(analysis::evaluate_recording("r1", table, evaluated, false)).back().value;
+    return *analysis::measure_all(analysis::evaluate_recording("r1", {{}, table}, evaluated)).back().value;
   };
   EXPECT_NEAR(covered(0.007), 95.4, 3);    // the noise of a block is 0.07 / √100
   EXPECT_NEAR(covered(0.0035), 68.3, 10);  // 240 blocks
