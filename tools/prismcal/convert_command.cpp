@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/file.hpp"
 #include "config/search_path.hpp"
 #include "drivers/capture_file.hpp"
 #include "drivers/wire/encode/frame_encoder.hpp"

@@ -9,7 +9,6 @@
 #include <variant>
 
 #include "base/escape.hpp"
-#include "base/file.hpp"
 #include "base/plain_text.hpp"
 #include "base/sha256.hpp"
 #include "config/version.hpp"

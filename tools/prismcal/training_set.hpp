@@ -3,7 +3,6 @@
 // prismd and subtracts the Earth rate.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
