@@ -17,7 +17,7 @@ TOKEN = re.compile(
 
 
 # The steps of prismcal, whose files are in one folder.
-STEPS = "prism::(report|tables|recordings|analysis|design|campaign|verification|commands)"
+STEPS = "prism::(report|tables|recordings|analysis|design|campaign|commands)"
 
 
 def room_namespace(path):

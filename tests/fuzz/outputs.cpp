@@ -15,8 +15,8 @@
 #include "daemon/log/log_pager.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/evaluation_run.hpp"
 #include "tools/prismrelay/batch.hpp"
 
 namespace prism::test {

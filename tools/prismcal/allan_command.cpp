@@ -16,7 +16,6 @@
 #include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/log_folder.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
 #include "tools/prismcal/recording_report.hpp"
 

@@ -11,9 +11,8 @@
 #include "base/file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
-#include "tools/prismcal/evaluation_run.hpp"
+#include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/lot.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording_report.hpp"
 #include "tools/prismcal/training_run.hpp"
 

@@ -20,7 +20,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/option_table.hpp"
 
 namespace prism::commands {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Options that evaluate, compare and report share: site of the gyro, divisor, output files.
+// Options, recordings and reports of evaluate, compare, monitor and campaign, and an evaluation.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -14,6 +14,7 @@
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
 #include "tools/prismcal/recording.hpp"
+#include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {
 
@@ -88,5 +89,23 @@ report::Table recordings_table(const std::vector<const Loaded*>& recordings);
 /// reduced (report::reduced()) without options.all_blocks, and prints the paths on stderr. Prints JSON with
 /// options.json.
 Result<void> write_report(const report::Report& report, const CommonOptions& options);
+
+// `prismcal evaluate` as a function.
+
+struct EvaluateChoice {
+  std::string model, limits;
+  std::vector<std::string> recordings;
+  bool in_sample = false;  ///< the recordings may be those of the training
+  CommonOptions common;
+};
+
+struct Evaluation {
+  std::vector<analysis::EvaluatedRecording> cases;  ///< in the order of the recordings
+  report::Report report;
+  bool within_limits = true;  ///< false if a limit of choice.limits is violated
+};
+
+/// Errors: those of `prismcal evaluate`. Writes no file; see write_report().
+Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice);
 
 }  // namespace prism::commands

@@ -21,7 +21,6 @@
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/method_options.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/training_set.hpp"
 #include "tools/prismcal/units.hpp"
 

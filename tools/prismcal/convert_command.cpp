@@ -14,7 +14,6 @@
 #include "drivers/wire/encode/frame_encoder.hpp"
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
 
 namespace prism::commands {

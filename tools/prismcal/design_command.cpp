@@ -12,7 +12,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/plan.hpp"
 
 namespace prism::commands {

@@ -15,11 +15,10 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/commands.hpp"
+#include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/document.hpp"
-#include "tools/prismcal/evaluation_run.hpp"
 #include "tools/prismcal/limits.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording_report.hpp"
 
 namespace prism::commands {

@@ -27,7 +27,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
-#include "tools/prismcal/option_table.hpp"
 
 namespace prism::commands {
 namespace {

@@ -19,7 +19,6 @@
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/document.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
 #include "tools/prismcal/series.hpp"
 #include "tools/prismcal/training_set.hpp"

@@ -12,7 +12,7 @@
 #include "compensation/polynomial_model.hpp"
 #include "compensation/training/trainer.hpp"
 #include "tools/command_line.hpp"
-#include "tools/prismcal/option_table.hpp"
+#include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/units.hpp"
 
 namespace prism::commands {

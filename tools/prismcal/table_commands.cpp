@@ -21,7 +21,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/method_options.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/plain_table.hpp"
 
 namespace prism::commands {

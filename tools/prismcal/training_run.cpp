@@ -31,7 +31,6 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
-#include "tools/prismcal/option_table.hpp"
 
 namespace prism::commands {
 namespace {

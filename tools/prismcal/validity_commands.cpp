@@ -25,7 +25,6 @@
 #include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/log_folder.hpp"
 #include "tools/prismcal/model_monitor.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/training_run.hpp"
 
 namespace prism::commands {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tools/prismcal/verify.hpp"
-
+// verify: checks logs and captures: intact, truncated, changed, damaged, duplicate, missing or unreadable.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,10 +19,9 @@
 #include "tools/command_line.hpp"
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/log_folder.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
 
-namespace prism::verification {
+namespace prism::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -274,12 +272,7 @@ ordered_json verify(const std::vector<std::string>& paths) {
   return result;
 }
 
-}  // namespace prism::verification
-
-namespace prism::commands {
 namespace {
-
-using nlohmann::ordered_json;
 
 std::string text_of(const ordered_json& object, const char* key) { return object[key].get<std::string>(); }
 
@@ -318,7 +311,7 @@ void add_verify_command(CLI::App& app, int& code) {
   add_options(*command, {{"--json", json.get(), "print JSON"}});
   tools::add_examples(*command, {"prismcal verify /var/log/prismd/gyro1"});
   command->callback([paths, json, &code] {
-    const ordered_json result = verification::verify(*paths);
+    const ordered_json result = verify(*paths);
     if (*json)
       fmt::print("{}\n", json_text(result, 2));
     else

@@ -29,7 +29,6 @@
 #include "tools/prismcal/commands.hpp"
 #include "tools/prismcal/common_options.hpp"
 #include "tools/prismcal/method_options.hpp"
-#include "tools/prismcal/option_table.hpp"
 #include "tools/prismcal/recording.hpp"
 
 namespace prism::commands {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // verify() finds each type of fault with file and line, and reports no fault for intact files.
-#include "tools/prismcal/verify.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,10 +15,12 @@
 #include "tests/support/disk_files.hpp"
 #include "tests/support/shared_files.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tools/prismcal/commands.hpp"
 
 namespace prism::verification {
 namespace {
 
+using commands::verify;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
