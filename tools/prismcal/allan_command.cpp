@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -96,26 +95,24 @@ Result<int> allan(const AllanChoice& choice) {
 }  // namespace
 
 void add_allan_command(CLI::App& app, int& code) {
-  CLI::App* command =
-      app.add_subcommand("allan", "Allan deviation of a recorded rate, with confidence and coefficients");
-  const auto choice = std::make_shared<AllanChoice>();
-  add_options(*command, {{"file", &choice->file, "prismd's log (file or folder), or any table of evenly spaced rates"}},
+  const auto [command, choice] = new_command<AllanChoice>(
+      app, code, "allan", "Allan deviation of a recorded rate, with confidence and coefficients", allan);
+  add_options(command, {{"file", &choice.file, "prismd's log (file or folder), or any table of evenly spaced rates"}},
               Need::kRequired);
   add_options(
-      *command,
-      {{"--column", &choice->series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},
-       {"--axis", &choice->series.axis, "axis to use, if the log has several"},
-       {"--unit", &choice->series.unit, "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)"},
-       {"--time", &choice->series.time_column, "time column: its name or number (default: by name and unit)"},
-       {"--interval", &choice->series.interval_s, "seconds between rows, if the file has no time", tools::positive()}});
-  add_table_options(*command, choice->series.table);
-  add_options(*command, {{"--json", &choice->report.json, "print JSON"},
-                         {"--quiet", &choice->report.quiet, "no remarks on stderr"}});
-  add_report_options(*command, choice->report);
-  tools::add_examples(*command,
+      command,
+      {{"--column", &choice.series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},
+       {"--axis", &choice.series.axis, "axis to use, if the log has several"},
+       {"--unit", &choice.series.unit, "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)"},
+       {"--time", &choice.series.time_column, "time column: its name or number (default: by name and unit)"},
+       {"--interval", &choice.series.interval_s, "seconds between rows, if the file has no time", tools::positive()}});
+  add_table_options(command, choice.series.table);
+  add_options(command, {{"--json", &choice.report.json, "print JSON"},
+                        {"--quiet", &choice.report.quiet, "no remarks on stderr"}});
+  add_report_options(command, choice.report);
+  tools::add_examples(command,
                       {"prismcal allan logs/ --out report", "prismcal allan table.csv --column rate_x_dps --json",
                        "prismcal allan rates.txt --interval 0.01 --unit deg/s"});
-  command->callback([choice, &code] { code = exit_code(allan(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
@@ -184,27 +183,26 @@ std::string check_engine(const std::string& engine) {
 }  // namespace
 
 void add_campaign_command(CLI::App& app, int& code) {
-  CLI::App* command =
-      app.add_subcommand("campaign", "train and evaluate models of hundreds of gyros, with GNU parallel or Slurm");
-  const auto choice = std::make_shared<CampaignChoice>();
-  add_options(*command, {{"file", &choice->file, "campaign file (JSON): recordings, models, limits, output"}},
+  const auto [command, choice] = new_command<CampaignChoice>(
+      app, code, "campaign", "train and evaluate models of hundreds of gyros, with GNU parallel or Slurm",
+      run_campaign);
+  add_options(command, {{"file", &choice.file, "campaign file (JSON): recordings, models, limits, output"}},
               Need::kRequired);
   const auto actions = add_options(
-      *command,
-      {{"--plan", &choice->plan, "print the tasks"},
-       {"--status", &choice->status, "print the number of finished tasks, and those that were refused"},
-       {"--task", &choice->task, "run this task, as the printed commands do"},
-       {"--collect", &choice->collect, "write the campaign's report (HTML, CSV, JSON)"},
-       {"--install", &choice->install, "install the accepted models in this folder, atomically"},
-       {"--engine", &choice->engine, "print: one shell command per task without a result, for GNU parallel or Slurm",
+      command,
+      {{"--plan", &choice.plan, "print the tasks"},
+       {"--status", &choice.status, "print the number of finished tasks, and those that were refused"},
+       {"--task", &choice.task, "run this task, as the printed commands do"},
+       {"--collect", &choice.collect, "write the campaign's report (HTML, CSV, JSON)"},
+       {"--install", &choice.install, "install the accepted models in this folder, atomically"},
+       {"--engine", &choice.engine, "print: one shell command per task without a result, for GNU parallel or Slurm",
         CLI::Validator(check_engine, "print", "engine")}});
   for (std::size_t i = 0; i < actions.size(); ++i) {
     for (std::size_t j = i + 1; j < actions.size(); ++j) actions[i]->excludes(actions[j]);
   }
-  tools::add_examples(*command,
+  tools::add_examples(command,
                       {"prismcal campaign lot.json --plan", "prismcal campaign lot.json --engine print >tasks.txt",
                        "prismcal campaign lot.json --collect", "prismcal campaign lot.json --install /srv/models"});
-  command->callback([choice, &code] { code = exit_code(run_campaign(*choice)); });
 }
 
 }  // namespace prism::commands

@@ -5,9 +5,11 @@
 #include <CLI/App.hpp>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -40,6 +42,16 @@ void add_campaign_command(CLI::App& app, int& code);  ///< trains and evaluates 
 int failed(const Error& error);
 /// The result, or failed().
 int exit_code(const Result<int>& done);
+
+/// Adds a subcommand that runs `run` with its choice. Returns both, to add the options; the subcommand owns the choice.
+template <class Choice>
+std::pair<CLI::App&, Choice&> new_command(CLI::App& app, int& code, const char* name, const char* help,
+                                          Result<int> (*run)(const Choice&)) {
+  CLI::App* command = app.add_subcommand(name, help);
+  const auto choice = std::make_shared<Choice>();
+  command->callback([choice, run, &code] { code = exit_code(run(*choice)); });
+  return {*command, *choice};
+}
 
 /// Help of the recordings of a command.
 inline constexpr const char* kRecordings = "prismd's logs (files or folders), captures, or CSV with --map";

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -260,7 +259,9 @@ report::Table comparison_table(const Comparison& comparison, evaluation::Divisor
   return table;
 }
 
-Result<int> compare(const CompareChoice& choice) {
+Result<int> compare(const CompareChoice& stated) {
+  CompareChoice choice = stated;
+  if (choice.recordings.size() > 1) choice.common.source.table.silence();  // inspect shows how each is read
   const auto test = test_statement(choice.common);
   if (!test) return tl::unexpected(test.error());
   const auto correction = correction_settings(choice.common);
@@ -308,27 +309,23 @@ Result<int> compare(const CompareChoice& choice) {
 }  // namespace
 
 void add_compare_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("compare", "compare models, or methods, on recordings in one table");
-  const auto choice = std::make_shared<CompareChoice>();
-  add_options(*command,
-              {{"models", &choice->models, "model files; with --leave-one-out methods"},
-               {"--on", &choice->recordings, kRecordings}},
+  const auto [command, choice] = new_command<CompareChoice>(
+      app, code, "compare", "compare models, or methods, on recordings in one table", compare);
+  add_options(command,
+              {{"models", &choice.models, "model files; with --leave-one-out methods"},
+               {"--on", &choice.recordings, kRecordings}},
               Need::kRequired);
-  add_options(*command, {{"--leave-one-out", &choice->leave_one_out,
-                          "train each method on all recordings but one, and test it on that one, in turn"},
-                         {"--inputs", &choice->inputs, "of --leave-one-out"},
-                         {"--strict", &choice->training.strict,
-                          "end at a recording that cannot be used; else it is left out and named"}});
-  add_common_options(*command, choice->common);
-  add_report_options(*command, choice->common);
-  add_window_options(*command, choice->training);
-  tools::add_examples(*command,
+  add_options(command, {{"--leave-one-out", &choice.leave_one_out,
+                         "train each method on all recordings but one, and test it on that one, in turn"},
+                        {"--inputs", &choice.inputs, "of --leave-one-out"},
+                        {"--strict", &choice.training.strict,
+                         "end at a recording that cannot be used; else it is left out and named"}});
+  add_common_options(command, choice.common);
+  add_report_options(command, choice.common);
+  add_window_options(command, choice.training);
+  tools::add_examples(command,
                       {"prismcal compare old.json new.json --on day1.csv day2.csv day3.csv",
                        "prismcal compare composite stepwise ir-lssvm --leave-one-out --on day*.csv --out report"});
-  command->callback([choice, &code] {
-    if (choice->recordings.size() > 1) choice->common.source.table.silence();  // inspect shows how each is read
-    code = exit_code(compare(*choice));
-  });
 }
 
 }  // namespace prism::commands

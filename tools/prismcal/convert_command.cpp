@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -39,8 +38,8 @@ Result<wire::FrameDescriptionPtr> one_per_second(const std::string& frames) {
 
 /// Writes one frame per row, at second + 0.95 s, so that clock rounding does not move it to the next second. The
 /// counter skips missing seconds. Partial seconds are omitted, since a frame covers a full second, and those with an
-/// unknown value that the frame cannot mark. Sessions begin as in the recording. Returns the number of frames.
-Result<std::size_t> convert(const ConvertChoice& choice) {
+/// unknown value that the frame cannot mark. Sessions begin as in the recording.
+Result<int> convert(const ConvertChoice& choice) {
   const auto frames = one_per_second(choice.frames);
   if (!frames) return tl::unexpected(frames.error());
   recordings::SourceOptions source = choice.source;
@@ -88,30 +87,24 @@ Result<std::size_t> convert(const ConvertChoice& choice) {
                choice.out, sensors_text(recording->sensors()));
   }
   if (const auto flushed = writer->flush(); !flushed) return tl::unexpected(flushed.error());
-  return count;
+  fmt::print("{}: {} frames\n", choice.out, count);
+  return 0;
 }
 
 }  // namespace
 
 void add_convert_command(CLI::App& app, int& code) {
-  CLI::App* command =
-      app.add_subcommand("convert", "convert a recording to a capture with one frame per second, for prismd --replay");
-  const auto choice = std::make_shared<ConvertChoice>();
-  add_options(*command,
-              {{"recording", &choice->recording, "prismd's log (file or folder), a capture, or CSV with --map"},
-               {"--out", &choice->out, "capture to write"}},
+  const auto [command, choice] = new_command<ConvertChoice>(
+      app, code, "convert", "convert a recording to a capture with one frame per second, for prismd --replay", convert);
+  add_options(command,
+              {{"recording", &choice.recording, "prismd's log (file or folder), a capture, or CSV with --map"},
+               {"--out", &choice.out, "capture to write"}},
               Need::kRequired);
-  add_options(*command,
-              {{"--frames", &choice->frames, "frame description with one frame per second, by name or path"}});
-  add_source_options(*command, choice->source);
-  accept_site_options(*command);  // a capture has the rate as it was measured
-  add_options(*command, {{"--quiet", &choice->quiet, "no remarks on stderr"}});
-  tools::add_examples(*command, {"prismcal convert logs/ --out record.pcap"});
-  command->callback([choice, &code] {
-    const auto frames = convert(*choice);
-    if (frames) fmt::print("{}: {} frames\n", choice->out, *frames);
-    code = frames ? 0 : failed(frames.error());
-  });
+  add_options(command, {{"--frames", &choice.frames, "frame description with one frame per second, by name or path"}});
+  add_source_options(command, choice.source);
+  accept_site_options(command);  // a capture has the rate as it was measured
+  add_options(command, {{"--quiet", &choice.quiet, "no remarks on stderr"}});
+  tools::add_examples(command, {"prismcal convert logs/ --out record.pcap"});
 }
 
 }  // namespace prism::commands

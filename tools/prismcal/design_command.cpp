@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -99,41 +98,39 @@ Result<int> run(const DesignChoice& choice) {
 }  // namespace
 
 void add_design_command(CLI::App& app, int& code) {
-  CLI::App* command =
-      app.add_subcommand("design", "plan the next recording: the chamber profile that a model needs most");
-  const auto choice = std::make_shared<DesignChoice>();
-  add_options(*command,
-              {{"--out", &choice->out, "CSV of set-points to write: time_s,temperature_degc"},
-               {"--domain", &choice->domain,
+  const auto [command, choice] = new_command<DesignChoice>(
+      app, code, "design", "plan the next recording: the chamber profile that a model needs most", run);
+  add_options(command,
+              {{"--out", &choice.out, "CSV of set-points to write: time_s,temperature_degc"},
+               {"--domain", &choice.domain,
                 "inputs that the model must serve: \"T=-40:60, dTdt=-1:1 degC/min\"; slopes need their unit"}},
               Need::kRequired);
-  design::PlanSettings& settings = choice->settings;
+  design::PlanSettings& settings = choice.settings;
   add_options(
-      *command,
-      {{"model", &choice->model, "composite model of the gyro (default: --prior)"},
+      command,
+      {{"model", &choice.model, "composite model of the gyro (default: --prior)"},
        {"--coldest", &settings.chamber.low_degc, "of the chamber, degC", tools::within(-200, 300)},
        {"--hottest", &settings.chamber.high_degc, "of the chamber, degC", tools::within(-200, 300)},
        {"--rate", &settings.chamber.rate_degc_per_min, "of the chamber's ramps at most, degC/min", tools::positive()},
        {"--start", &settings.chamber.start_degc, "temperature of the chamber at the start, degC",
         tools::within(-200, 300)},
        {"--hours", &settings.hours, "length of the recording, h", tools::within(0.5, 200)},
-       {"--prior", &choice->prior, "without a model: folder with two or more models of gyros of the same type"},
-       {"--thermal-lag", &choice->lag_min, "time constant of the gyro behind the chamber, min; 0: none",
+       {"--prior", &choice.prior, "without a model: folder with two or more models of gyros of the same type"},
+       {"--thermal-lag", &choice.lag_min, "time constant of the gyro behind the chamber, min; 0: none",
         tools::within(0, 1000)},
        {"--self-heating", &settings.response.self_heating_degc, "gyro minus chamber after a long soak, degC",
         tools::within(-100, 100)}});
-  refuse_removed(*command, "--mission", "state the ranges of its inputs by --domain");
-  refuse_removed(*command, "--recordings", "train the model on them, too");
-  refuse_removed(*command, "--chamber", "state --coldest, --hottest and --rate");
+  refuse_removed(command, "--mission", "state the ranges of its inputs by --domain");
+  refuse_removed(command, "--recordings", "train the model on them, too");
+  refuse_removed(command, "--chamber", "state --coldest, --hottest and --rate");
   for (const char* name : {"--bias-sd", "--noise"})
-    refuse_removed(*command, name, "record the paper's cycle first, or give models of the type by --prior");
+    refuse_removed(command, name, "record the paper's cycle first, or give models of the type by --prior");
   for (const char* name : {"--report", "--json", "--quiet"})
-    refuse_removed(*command, name, "the CSV has the profile, and the table of its value is printed");
+    refuse_removed(command, name, "the CSV has the profile, and the table of its value is printed");
   tools::add_examples(
-      *command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --hottest 65 --rate 2 --out "
-                 "cycle.csv",
-                 "prismcal design --prior models/ --domain \"T=-30:60, dTdt=-0.5:0.5 degC/min\" --out cycle.csv"});
-  command->callback([choice, &code] { code = exit_code(run(*choice)); });
+      command, {"prismcal design model.json --domain \"T=-40:60, dTdt=-1:1 degC/min\" --hottest 65 --rate 2 --out "
+                "cycle.csv",
+                "prismcal design --prior models/ --domain \"T=-30:60, dTdt=-0.5:0.5 degC/min\" --out cycle.csv"});
 }
 
 }  // namespace prism::commands

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <utility>
 #include <variant>
 
@@ -173,21 +172,19 @@ Result<Evaluation> evaluate_recordings(const EvaluateChoice& choice) {
 }
 
 void add_evaluate_command(CLI::App& app, int& code) {
-  CLI::App* command =
-      app.add_subcommand("evaluate", "evaluate a model on recordings: stability, Allan deviation, limits, report");
-  const auto choice = std::make_shared<EvaluateChoice>();
-  add_options(*command, {{"model", &choice->model, "model file"}, {"recordings", &choice->recordings, kRecordings}},
+  const auto [command, choice] = new_command<EvaluateChoice>(
+      app, code, "evaluate", "evaluate a model on recordings: stability, Allan deviation, limits, report", evaluate);
+  add_options(command, {{"model", &choice.model, "model file"}, {"recordings", &choice.recordings, kRecordings}},
               Need::kRequired);
-  add_options(*command,
-              {{"--limits", &choice->limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},
-               {"--in-sample", &choice->in_sample,
+  add_options(command,
+              {{"--limits", &choice.limits, "JSON file of specification limits: PASS or FAIL, exit code 1 on FAIL"},
+               {"--in-sample", &choice.in_sample,
                 "exit code 0 also if the model was trained on these recordings; otherwise it is 3"}});
-  refuse_removed(*command, "--training", "the figure of the bias marks what is outside the training range");
-  add_common_options(*command, choice->common);
-  add_report_options(*command, choice->common);
-  tools::add_examples(*command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
-                                 "prismcal evaluate model.json repeat.csv --limits limits.json"});
-  command->callback([choice, &code] { code = exit_code(evaluate(*choice)); });
+  refuse_removed(command, "--training", "the figure of the bias marks what is outside the training range");
+  add_common_options(command, choice.common);
+  add_report_options(command, choice.common);
+  tools::add_examples(command, {"prismcal evaluate model.json logs/ --config gyro.json --out report",
+                                "prismcal evaluate model.json repeat.csv --limits limits.json"});
 }
 
 }  // namespace prism::commands

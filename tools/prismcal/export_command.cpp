@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -426,27 +425,26 @@ Result<int> run(const ExportChoice& choice) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("export", "write a model as C99 source for firmware");
-  const auto choice = std::make_shared<ExportChoice>();
-  add_options(*command,
-              {{"model", &choice->model, "model file"},
-               {"--c", &choice->folder, "folder for the C files; files of the same names are replaced"}},
+  const auto [command, choice] =
+      new_command<ExportChoice>(app, code, "export", "write a model as C99 source for firmware", run);
+  add_options(command,
+              {{"model", &choice.model, "model file"},
+               {"--c", &choice.folder, "folder for the C files; files of the same names are replaced"}},
               Need::kRequired);
   const auto options = add_options(
-      *command,
-      {{"--float", &choice->c.single, "numbers are float, not double"},
-       {"--extrapolation", &choice->policy, "outside the training range: flag or clamp", one_of({"flag", "clamp"})},
-       {"--max-bytes", &choice->c.max_bytes, "most bytes of tables: kernel models lose centres", tools::positive()},
-       {"--on", &choice->recording, "recording on which the loss by this is measured"}});
+      command,
+      {{"--float", &choice.c.single, "numbers are float, not double"},
+       {"--extrapolation", &choice.policy, "outside the training range: flag or clamp", one_of({"flag", "clamp"})},
+       {"--max-bytes", &choice.c.max_bytes, "most bytes of tables: kernel models lose centres", tools::positive()},
+       {"--on", &choice.recording, "recording on which the loss by this is measured"}});
   options[2]->needs(options[3]);
   options[3]->needs(options[2]);
-  add_source_options(*command, choice->common.source);
-  accept_site_options(*command);
-  choice->common.site.no_earth_rate = true;  // the loss does not depend on it
-  choice->common.quiet = true;
-  tools::add_examples(*command, {"prismcal export model.json --c firmware",
-                                 "prismcal export model.json --c firmware --float --max-bytes 8000 --on data/log"});
-  command->callback([choice, &code] { code = exit_code(run(*choice)); });
+  add_source_options(command, choice.common.source);
+  accept_site_options(command);
+  choice.common.site.no_earth_rate = true;  // the loss does not depend on it
+  choice.common.quiet = true;
+  tools::add_examples(command, {"prismcal export model.json --c firmware",
+                                "prismcal export model.json --c firmware --float --max-bytes 8000 --on data/log"});
 }
 
 }  // namespace prism::commands

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "base/escape.hpp"
@@ -173,7 +172,9 @@ std::string provenance(const std::string& sha256, Eigen::Index rows, const Table
   return json_text(json);
 }
 
-Result<int> fit(const TableChoice& choice) {
+Result<int> fit(const TableChoice& stated) {
+  TableChoice choice = stated;
+  if (!choice.fold_column.empty() && choice.method.method.empty()) choice.method.method = kDefaultTuned;
   const auto sha256 = sha256_of_file(choice.file);
   if (!sha256) return tl::unexpected<Error>(sha256.error());
   auto settings = settings_of(choice.method);
@@ -343,46 +344,40 @@ Result<int> predict(const PredictChoice& choice) {
 }  // namespace
 
 void add_fit_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("fit", "train a model on a CSV table with any inputs and target");
-  const auto choice = std::make_shared<TableChoice>();
-  add_options_of_a_table(*command, *choice, "column of fold numbers, for tuning");
-  add_options(*command, {{"--time", &choice->time, "composite: column of seconds (default: rows 100 s apart)"},
-                         {"--out", &choice->out, "model file to write"},
-                         {"--diagnostics", &choice->diagnostics,
-                          "CSV to write: alpha, weight, fitted, leave-one-out residual of each row"}});
-  add_method_options(*command, choice->method);
-  tools::add_examples(*command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
-  command->callback([choice, &code] {
-    if (!choice->fold_column.empty() && choice->method.method.empty()) choice->method.method = kDefaultTuned;
-    code = exit_code(fit(*choice));
-  });
+  const auto [command, choice] =
+      new_command<TableChoice>(app, code, "fit", "train a model on a CSV table with any inputs and target", fit);
+  add_options_of_a_table(command, choice, "column of fold numbers, for tuning");
+  add_options(command, {{"--time", &choice.time, "composite: column of seconds (default: rows 100 s apart)"},
+                        {"--out", &choice.out, "model file to write"},
+                        {"--diagnostics", &choice.diagnostics,
+                         "CSV to write: alpha, weight, fitted, leave-one-out residual of each row"}});
+  add_method_options(command, choice.method);
+  tools::add_examples(command, {"prismcal fit table.csv --inputs x1,x2 --target y --method lssvm --out model.json"});
 }
 
 void add_cv_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("cv", "cross-validation errors of an LSSVM on a CSV table");
-  const auto choice = std::make_shared<TableChoice>();
-  choice->method.tune = "shuffled";
-  add_options_of_a_table(*command, *choice, "column of fold numbers");
-  add_method_options(*command, choice->method);
-  tools::add_examples(*command, {"prismcal cv table.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight huber"});
-  command->callback([choice, &code] { code = exit_code(cross_validate(*choice)); });
+  const auto [command, choice] =
+      new_command<TableChoice>(app, code, "cv", "cross-validation errors of an LSSVM on a CSV table", cross_validate);
+  choice.method.tune = "shuffled";
+  add_options_of_a_table(command, choice, "column of fold numbers");
+  add_method_options(command, choice.method);
+  tools::add_examples(command, {"prismcal cv table.csv --inputs x1,x2 --target y --c 10 --sigma2 0.5 --weight huber"});
 }
 
 void add_predict_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("predict", "apply a model to the rows of a CSV table");
-  const auto choice = std::make_shared<PredictChoice>();
+  const auto [command, choice] =
+      new_command<PredictChoice>(app, code, "predict", "apply a model to the rows of a CSV table", predict);
   const auto& names = compensation::kExtrapolationNames;
-  add_options(*command,
-              {{"model", &choice->model, "model file"},
-               {"table", &choice->file, "table with columns named as the inputs of the model"},
-               {"--out", &choice->out, "CSV to write: the table's columns, prediction and sd"}},
+  add_options(command,
+              {{"model", &choice.model, "model file"},
+               {"table", &choice.file, "table with columns named as the inputs of the model"},
+               {"--out", &choice.out, "CSV to write: the table's columns, prediction and sd"}},
               Need::kRequired);
-  add_options(*command, {{"--extrapolation", &choice->policy, "preset, flag, clamp or shrink",
-                          one_of({names.begin(), names.end()})}});
-  add_table_options(*command, choice->table);
-  add_options(*command, {{"--json", &choice->json, "print JSON"}, {"--quiet", &choice->quiet, "no remarks on stderr"}});
-  tools::add_examples(*command, {"prismcal predict model.json table.csv --out predicted.csv"});
-  command->callback([choice, &code] { code = exit_code(predict(*choice)); });
+  add_options(command, {{"--extrapolation", &choice.policy, "preset, flag, clamp or shrink",
+                         one_of({names.begin(), names.end()})}});
+  add_table_options(command, choice.table);
+  add_options(command, {{"--json", &choice.json, "print JSON"}, {"--quiet", &choice.quiet, "no remarks on stderr"}});
+  tools::add_examples(command, {"prismcal predict model.json table.csv --out predicted.csv"});
 }
 
 }  // namespace prism::commands

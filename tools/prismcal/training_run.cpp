@@ -9,7 +9,6 @@
 #include <ctime>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -392,34 +391,32 @@ Result<int> run(const TrainChoice& choice) {
 }  // namespace
 
 void add_train_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("train", "train a model for prismd on recordings");
-  const auto choice = std::make_shared<TrainChoice>();
-  add_options(*command,
-              {{"recordings", &choice->files, kRecordings},
-               {"--out", &choice->out, "model file to write; NAME-AXIS.json for each of several axes"}},
+  const auto [command, choice] =
+      new_command<TrainChoice>(app, code, "train", "train a model for prismd on recordings", run);
+  add_options(command,
+              {{"recordings", &choice.files, kRecordings},
+               {"--out", &choice.out, "model file to write; NAME-AXIS.json for each of several axes"}},
               Need::kRequired);
-  add_train_options(*command, *choice);
-  CLI::Option* from = command->add_option(
-      "--from", choice->from, "keep the shape of this model; only its constant is determined again, from time at rest");
+  add_train_options(command, choice);
+  CLI::Option* from = command.add_option(
+      "--from", choice.from, "keep the shape of this model; only its constant is determined again, from time at rest");
   // The model determines everything else.
   const std::set<std::string> with_from = {"recordings", "--out",       "--from",     "--name",      "--force",
                                            "--map",      "--interval",  "--decimal",  "--time-unit", "--config",
                                            "--axis",     "--leave-out", "--latitude", "--elevation", "--azimuth",
                                            "--json",     "--quiet"};
-  for (CLI::Option* option : command->get_options()) {
+  for (CLI::Option* option : command.get_options()) {
     const bool removed = option->get_group().empty();
-    if (option != command->get_help_ptr() && !removed && !with_from.contains(option->get_name()))
-      from->excludes(option);
+    if (option != command.get_help_ptr() && !removed && !with_from.contains(option->get_name())) from->excludes(option);
   }
   constexpr const char* kMapped =
       "prismcal train chamber.csv --map rate=rate_x:deg/s,temperature=temp:degC,time=t:s "
       "--latitude 48.1 --elevation 90 --inputs T,dTdt --out model.json";
-  tools::add_examples(*command,
-                      {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
-                       "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json",
-                       kMapped, "prismcal train four-hours.csv --prior models/ --out model.json",
-                       "prismcal train --from model.json logs/ --out moved.json"});
-  command->callback([choice, &code] { code = exit_code(run(*choice)); });
+  tools::add_examples(
+      command, {"prismcal train logs/ --inputs T,dTdt,U --out model.json",
+                "prismcal train cycle1.pcap cycle2.pcap --config gyro.json --method stepwise --out model.json", kMapped,
+                "prismcal train four-hours.csv --prior models/ --out model.json",
+                "prismcal train --from model.json logs/ --out moved.json"});
 }
 
 namespace {

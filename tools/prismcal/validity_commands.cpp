@@ -284,12 +284,11 @@ void add_monitor_command(CLI::App& app, int& code) {
 }
 
 void add_history_command(CLI::App& app, int& code) {
-  CLI::App* command = app.add_subcommand("history", "which model corrected the rows of a log, and when");
-  const auto choice = std::make_shared<MonitorChoice>();
-  command->add_option("log", choice->log, "prismd's log: a file or a folder")->required();
-  command->add_option("--axis", choice->common.source.axis, "axis of a log of several");
-  tools::add_examples(*command, {"prismcal history /var/log/prismd/gyro1"});
-  command->callback([choice, &code] { code = exit_code(history(*choice)); });
+  const auto [command, choice] =
+      new_command<MonitorChoice>(app, code, "history", "which model corrected the rows of a log, and when", history);
+  command.add_option("log", choice.log, "prismd's log: a file or a folder")->required();
+  command.add_option("--axis", choice.common.source.axis, "axis of a log of several");
+  tools::add_examples(command, {"prismcal history /var/log/prismd/gyro1"});
 }
 
 }  // namespace prism::commands
