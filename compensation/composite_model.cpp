@@ -221,7 +221,8 @@ JsonTable<CompositeVariances> variance_keys() {
       .number("nuisance_time_h", kPositive, &V::nuisance_time_h, kRequired)
       .number("offset", {0, 1e300}, &V::offset, "")
       .number("noise", kPositive, &V::noise, kRequired)
-      .number("warm_up", {0, 1e300}, &V::warm_up, "");
+      .number("warm_up", {0, 1e300}, &V::warm_up, "")
+      .print_if([](const V& variances) { return variances.warm_up > 0; });
 }
 
 JsonTable<UncertaintySettings> trust_keys() {
@@ -231,6 +232,7 @@ JsonTable<UncertaintySettings> trust_keys() {
       .number("level", {0, 1e300}, &U::level, kRequired)
       .number("guard", kPositive, &U::guard, kRequired)
       .number("overlap", {0, 1}, &U::overlap, "")
+      .print_if([](const U& trust) { return !trust.relevance.empty(); })
       .numbers("relevance", {0, 1}, &U::relevance, "");
 }
 
@@ -250,13 +252,16 @@ JsonTable<PopulationPrior> prior_keys() {
               prior.models.push_back(*model);
             }
           },
-          nullptr);
+          [](const P& prior, Json& json) {
+            for (const ModelPtr& sibling : prior.models) json["models"].push_back(Json::parse(format_model(*sibling)));
+          });
 }
 
 JsonTable<CompositeParameters> make_keys() {
   using P = CompositeParameters;
   JsonTable<P> keys;
   keys.object("variances", variance_keys(), &P::variances, kRequired)
+      .object("prior", prior_keys(), &P::prior, "prior from the models of gyros of the same type")
       .object("trust", trust_keys(), &P::trust, kRequired)
       .number("beta", kAnyNumber, &P::beta, kRequired)
       .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
@@ -274,34 +279,13 @@ JsonTable<CompositeParameters> make_keys() {
             }
             return recording;
           },
-          [](const auto&) { return Json(); });
-  return add_symmetric(keys, "gram", &P::gram)
-      .object("prior", prior_keys(), &P::prior, "prior from the models of gyros of the same type");
+          [](const std::vector<int>& recording) { return recording.empty() ? Json() : Json(recording); });
+  return add_symmetric(keys, "gram", &P::gram);
 }
 
 const JsonTable<CompositeParameters>& composite_table() {
   static const JsonTable<CompositeParameters> keys = make_keys();
   return keys;
-}
-
-std::string prior_text(const PopulationPrior& prior) {
-  std::string text = fmt::format("  \"prior\": {{\"scale\": {}, \"levels\": {}, \"models\": [\n",
-                                 exact_text(prior.scale), exact_texts(prior.levels));
-  for (const ModelPtr& sibling : prior.models) {
-    std::string model = format_model(*sibling);
-    model.pop_back();  // the line end
-    text += model + (sibling == prior.models.back() ? "" : ",\n");
-  }
-  return text + "]},\n";
-}
-
-std::string variances_text(const CompositeVariances& v) {
-  return fmt::format(
-      "  \"variances\": {{\"smooth\": {}, \"length_squared\": {}, \"linear\": {}, \"quadratic\": {}, \"nuisance\": {}, "
-      "\"nuisance_time_h\": {}, \"offset\": {}, \"noise\": {}{}}},\n",
-      exact_text(v.kernel.rbf), exact_numbers(v.kernel.length2), exact_text(v.kernel.linear),
-      exact_text(v.kernel.quadratic), exact_text(v.nuisance), exact_text(v.nuisance_time_h), exact_text(v.offset),
-      exact_text(v.noise), v.warm_up > 0 ? ", \"warm_up\": " + exact_text(v.warm_up) : "");
 }
 
 }  // namespace
@@ -316,28 +300,8 @@ Result<ModelPtr> read_composite(Section& top, ModelInfo info) {
   return CompositeModel::make(std::move(info), std::move(p));
 }
 
-std::string composite_content(const Model& model) {
-  const CompositeParameters& p = static_cast<const CompositeModel&>(model).parameters();
-  std::string text = variances_text(p.variances);
-  if (p.prior) text += prior_text(*p.prior);
-  text += fmt::format("  \"trust\": {{\"skill\": {}, \"level\": {}, \"guard\": {}", exact_text(p.trust.skill),
-                      exact_text(p.trust.level), exact_text(p.trust.guard));
-  if (!p.trust.relevance.empty())
-    text += fmt::format(", \"overlap\": {}, \"relevance\": {}", exact_text(p.trust.overlap),
-                        exact_texts(p.trust.relevance));
-  text += "},\n";
-  text += fmt::format("  \"beta\": {},\n", exact_text(p.beta)) + normalisation_text(p.normalisation);
-  append_rows(text, "centres", p.centres, p.centres.rows());
-  append_rows(text, "alpha", p.alpha, 4);
-  if (p.gram.size() > 0) {
-    text += "  \"gram\": [\n" + triangle_text(p.gram) + "],\n";
-    return text;
-  }
-  append_rows(text, "weight", p.weight, 4);
-  append_rows(text, "time_h", p.time_h, 8);
-  append_rows(text, "recording", Eigen::Map<const Eigen::VectorXi>(p.recording.data(), p.alpha.size()).cast<double>(),
-              40);
-  return text;
+Json print_composite(const Model& model) {
+  return composite_table().print(static_cast<const CompositeModel&>(model).parameters());
 }
 
 }  // namespace prism::compensation

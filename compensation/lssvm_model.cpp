@@ -124,19 +124,12 @@ const JsonTable<LssvmParameters>& lssvm_table() {
                                        .object("normalisation", normalisation_keys(), &P::normalisation, kRequired)
                                        .numbers("linear", kAnyNumber, &P::linear, "")
                                        .number("linear_b", kAnyNumber, &P::linear_b, "")
+                                       .print_if([](const P& p) { return p.linear.size() > 0; })
                                        .object("uncertainty", uncertainty_keys(), &P::uncertainty, "")
                                        .numbers("centres", kAnyNumber, &P::centres, {kRequired, "one after the other"})
                                        .numbers("alpha", kAnyNumber, &P::alpha, kRequired)
                                        .numbers("weight", kPositive, &P::weight, "");
   return keys;
-}
-
-std::string uncertainty_text(const LssvmUncertainty& u) {
-  std::string text =
-      fmt::format("  \"uncertainty\": {{\"prior_variance\": {}, \"sd_scale\": {}, \"guard_fraction\": {}",
-                  exact_text(u.prior_variance), exact_text(u.sd_scale), exact_text(u.guard_fraction));
-  if (u.gram.rows() > 0) text += ", \"gram\": [\n" + triangle_text(u.gram);
-  return text + (u.gram.rows() > 0 ? "]},\n" : "},\n");
 }
 
 }  // namespace
@@ -151,18 +144,6 @@ Result<ModelPtr> read_lssvm(Section& top, ModelInfo info) {
   return LssvmModel::make(std::move(info), std::move(p));
 }
 
-std::string lssvm_content(const Model& model) {
-  const LssvmParameters& p = static_cast<const LssvmModel&>(model).parameters();
-  std::string text = fmt::format("  \"c\": {},\n  \"sigma2\": {},\n  \"b\": {},\n", exact_text(p.c),
-                                 exact_text(p.sigma2), exact_text(p.b));
-  text += normalisation_text(p.normalisation);
-  if (p.linear.size() > 0)
-    text += fmt::format("  \"linear\": {},\n  \"linear_b\": {},\n", exact_numbers(p.linear), exact_text(p.linear_b));
-  if (p.uncertainty) text += uncertainty_text(*p.uncertainty);
-  append_rows(text, "centres", p.centres, p.centres.rows());
-  append_rows(text, "alpha", p.alpha, 4);
-  if (p.weight.size() > 0) append_rows(text, "weight", p.weight, 4);
-  return text;
-}
+Json print_lssvm(const Model& model) { return lssvm_table().print(static_cast<const LssvmModel&>(model).parameters()); }
 
 }  // namespace prism::compensation

@@ -36,6 +36,14 @@ Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, con
   return m;
 }
 
+Json lower_triangle(const Eigen::MatrixXd& m) {
+  Json lower;
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) lower.push_back(m(i, j));
+  }
+  return lower;
+}
+
 void shape_centres(const Section& section, Eigen::MatrixXd& centres, std::size_t inputs, Eigen::Index alphas) {
   const auto d = static_cast<Eigen::Index>(inputs);
   if (!section.good()) return;
@@ -44,42 +52,16 @@ void shape_centres(const Section& section, Eigen::MatrixXd& centres, std::size_t
                                       d * alphas, d, alphas));
 }
 
-std::string normalisation_text(const Normalisation& n) {
-  return fmt::format(
-      "  \"normalisation\": {{\"input_shift\": {}, \"input_scale\": {}, \"target_shift\": {}, \"target_scale\": "
-      "{}}},\n",
-      exact_numbers(n.input_shift), exact_numbers(n.input_scale), exact_text(n.target_shift),
-      exact_text(n.target_scale));
-}
-
-void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width) {
-  text += fmt::format("  \"{}\": [", key);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    if (i % width == 0) text += i > 0 ? ",\n    " : "\n    ";
-    text += fmt::format("{}{}", i % width ? ", " : "", exact_text(values.data()[i]));
-  }
-  text += "\n  ],\n";
-}
-
-std::string triangle_text(const Eigen::MatrixXd& m) {
-  std::string text;
-  for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    text += i == 0 ? "    " : ",\n    ";
-    for (Eigen::Index j = 0; j <= i; ++j) text += (j ? ", " : "") + exact_text(m(i, j));
-  }
-  return text;
-}
-
 namespace {
 
 constexpr ModelKind kKinds[] = {
-    {"polynomial", polynomial_keys, read_polynomial, polynomial_content},
-    {"stepwise", polynomial_keys, read_polynomial, polynomial_content},
-    {"lssvm", lssvm_keys, read_lssvm, lssvm_content},
-    {"ir_lssvm", lssvm_keys, read_lssvm, lssvm_content},
-    {"sparse_lssvm", lssvm_keys, read_lssvm, lssvm_content},
-    {"svr", lssvm_keys, read_lssvm, lssvm_content},
-    {"composite", composite_keys, read_composite, composite_content},
+    {"polynomial", polynomial_keys, read_polynomial, print_polynomial},
+    {"stepwise", polynomial_keys, read_polynomial, print_polynomial},
+    {"lssvm", lssvm_keys, read_lssvm, print_lssvm},
+    {"ir_lssvm", lssvm_keys, read_lssvm, print_lssvm},
+    {"sparse_lssvm", lssvm_keys, read_lssvm, print_lssvm},
+    {"svr", lssvm_keys, read_lssvm, print_lssvm},
+    {"composite", composite_keys, read_composite, print_composite},
 };
 
 const ModelKind& kind_of(const ModelInfo& info) {
@@ -104,7 +86,7 @@ JsonTable<FeatureDefinition> feature_keys() {
             const Range range{1, double(features.length_s)};
             features.end_mean_s = static_cast<int>(section.integer("end_mean_s", range, 1));
           },
-          nullptr)
+          [](const F& features, Json& json) { json["end_mean_s"] = features.end_mean_s; })
       .integer("max_gap_s", {0, 3600}, &F::max_gap_s, kRequired)
       .custom(
           "lag_time_constants_s", {{"type", "array"}, {"maxItems", 0}}, "of prism 0.3 and earlier",
@@ -124,10 +106,13 @@ JsonTable<FeatureDefinition> feature_keys() {
               features.sensors.push_back({name, kSensorUnitNames[sensors.choice(name, kSensorUnitNames)]});
             }
           },
-          nullptr)
+          [](const F& features, Json& json) {
+            for (const SensorName& sensor : features.sensors) json["sensors"][sensor.name] = sensor.unit;
+          })
       .object(
           "response_s", JsonTable<F>().integer("T", {1, 1e6}, &F::response_s, kRequired),
-          [](auto& features) -> auto& { return features; }, "time constant with which the gyro's body follows T");
+          [](auto& features) -> auto& { return features; }, "time constant with which the gyro's body follows T")
+      .print_if([](const F& features) { return features.response_s > 0; });
 }
 
 // The inputs of a table model have the units of the table.
@@ -171,6 +156,14 @@ void add_input(const Section& section, const std::string&, const InputDraft& inp
   info.domain.max.push_back(*input.max);
 }
 
+void print_inputs(const ModelInfo& info, Json& json) {
+  for (std::size_t i = 0; i < info.inputs.size(); ++i) {
+    InputDraft input{info.inputs[i], unit_of(info, info.inputs[i]), {}, {}};
+    if (!info.domain.min.empty()) input.min = info.domain.min[i], input.max = info.domain.max[i];
+    json["inputs"].push_back(input_keys().print(input));
+  }
+}
+
 void check_inputs(const Section& top, ModelInfo& info) {
   if (info.inputs.empty()) top.fail("inputs", "found none, expected at least one input");
   if (const std::size_t ranges = info.domain.min.size(); ranges != 0 && ranges != info.inputs.size()) {
@@ -212,14 +205,6 @@ JsonTable<MonitorSettings> monitor_keys() {
       .print_if([](const M& monitor) { return monitor.since_s > 0; });
 }
 
-/// A line of the file: an object of numbers.
-std::string object_line(const char* key, const Json& object) {
-  std::string text;
-  for (const auto& [name, value] : object.items())
-    text += fmt::format("{}\"{}\": {}", text.empty() ? "" : ", ", name, exact_text(value.get<double>()));
-  return fmt::format("  \"{}\": {{{}}},\n", key, text);
-}
-
 // Checks format and version before any other key.
 void read_format(const Section& top, ModelInfo& info) {
   const std::string format = top.text("format");
@@ -247,27 +232,33 @@ const JsonTable<ModelInfo>& model_keys() {
   for (const ModelKind& kind : kKinds) kinds.push_back(kind.name);
   const auto gyro = JsonTable<M>()
                         .text("serial", &M::gyro_serial, "", TextRule::kText)
-                        .text("axis", &M::gyro_axis, "", TextRule::kAxisName);
+                        .text("axis", &M::gyro_axis, "", TextRule::kAxisName)
+                        .print_if([](const M& info) { return model_version(info) > 1 && !info.gyro_axis.empty(); });
   static const JsonTable<M> keys =
       JsonTable<M>()
-          .custom("format", {{"const", "prism-model"}}, "", read_format, nullptr)
+          .custom("format", {{"const", "prism-model"}}, "", read_format,
+                  [](const M&, Json& json) { json["format"] = "prism-model"; })
           .also({}, true)
           .known("version", {{"enum", {1, 2, 3}}}, "2: the id covers gyro/serial; 3: with a response")
           .also({}, true)
-          .choice("kind", kinds, &M::kind, kRequired)
-          .text("name", &M::name, "", TextRule::kText)
+          .print_by([](const M& info, Json& json) { json["version"] = model_version(info); })
           .text("id", &M::id, {kRequired, "SHA-256 of the numbers"})
           .also({{"pattern", "^[0-9a-f]{64}$"}})
+          .choice("kind", kinds, &M::kind, kRequired)
+          .text("name", &M::name, "", TextRule::kText)
           .object("gyro", gyro, std::identity(), "")
           .then([](const Section&, M& info) {
             if (model_version(info) == 1) info.gyro_axis.clear();  // not covered by the id
           })
           .boolean("table", &M::table, "trained on a table without timestamps: no features")
+          .print_if([](const M& info) { return info.table; })
           .object("features", feature_keys(), &M::features, "")
           .read_by([features = feature_keys()](const Section& top, M& info) {
             if (!info.table) features.read(top.object("features", true), info.features);
           })
+          .print_if([](const M& info) { return !info.table; })
           .objects(JsonTable<M>::Form::kList, "inputs", input_keys(), add_input, kRequired)
+          .print_by(print_inputs)
           .also({{"minItems", 1}})
           .then(check_inputs)
           .object("spread", spread_keys(), &M::spread, "error of the model in an unseen run")
@@ -305,16 +296,29 @@ Result<ModelPtr> read_model(Section& top) {
 
 namespace {
 
-std::string features_text(const FeatureDefinition& f) {
-  std::string sensors;
-  for (const SensorName& sensor : f.sensors)
-    sensors += fmt::format("{}\"{}\": \"{}\"", sensors.empty() ? ", \"sensors\": {" : ", ", sensor.name, sensor.unit);
-  if (!sensors.empty()) sensors += "}";
-  const std::string response =
-      f.response_s > 0 ? fmt::format(", \"response_s\": {{\"T\": {}}}", f.response_s) : std::string();
-  return fmt::format(
-      "  \"features\": {{\"length_s\": {}, \"slope\": \"{}\", \"end_mean_s\": {}, \"max_gap_s\": {}{}{}}},\n",
-      f.length_s, kSlopeNames[static_cast<std::size_t>(f.slope)], f.end_mean_s, f.max_gap_s, sensors, response);
+/// A value as it is in the file: objects on one line, without null members; lists of objects or of many numbers in
+/// rows.
+std::string value_text(const Json& value) {
+  constexpr std::size_t kInRow = 8;
+  if (value.is_number_float()) return exact_text(value.get<double>());
+  if (!value.is_structured()) return json_text(value);
+  if (value.is_object()) {
+    std::string text;
+    for (const auto& [key, member] : value.items()) {
+      if (member.is_null()) continue;
+      text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", json_text(Json(key)),
+                          key == "provenance" ? json_text(member) : value_text(member));
+    }
+    return "{" + text + "}";
+  }
+  const bool of_objects = !value.empty() && value.front().is_object(), rows = of_objects || value.size() > kInRow;
+  std::string text;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    text += i > 0 ? "," : "";
+    text += rows && (of_objects || i % kInRow == 0) ? "\n    " : i > 0 ? " " : "";
+    text += value_text(value[i]);
+  }
+  return "[" + text + (rows ? "\n  ]" : "]");
 }
 
 }  // namespace
@@ -338,29 +342,15 @@ std::string format_model(const Model& model) {
 
 std::string format_model(const Model& model, const std::string& provenance_json, const std::optional<RateNoise>& noise,
                          const std::optional<MonitorSettings>& monitor) {
-  const ModelInfo& info = model.info();
-  const auto quoted = [](const std::string& text) { return json_text(nlohmann::json(text)); };
-  std::string text = fmt::format(
-      "{{\n  \"format\": \"prism-model\",\n  \"version\": {},\n  \"id\": \"{}\",\n  \"kind\": {},\n  \"name\": {},\n",
-      model_version(info), info.id, quoted(info.kind), quoted(info.name));
-  text += fmt::format("  \"gyro\": {{\"serial\": {}", quoted(info.gyro_serial));
-  if (model_version(info) > 1 && !info.gyro_axis.empty()) text += ", \"axis\": " + quoted(info.gyro_axis);
-  text += "},\n";
-  text += info.table ? "  \"table\": true,\n" : features_text(info.features);
-  text += "  \"inputs\": [";
-  for (std::size_t i = 0; i < info.inputs.size(); ++i) {
-    text += fmt::format("{}\n    {{\"name\": {}, \"unit\": \"{}\"", i ? "," : "", quoted(info.inputs[i]),
-                        unit_of(info, info.inputs[i]));
-    if (!info.domain.min.empty()) {
-      text += fmt::format(", \"min\": {}, \"max\": {}", exact_text(info.domain.min[i]), exact_text(info.domain.max[i]));
-    }
-    text += "}";
+  ModelInfo info = model.info();
+  info.noise = noise;
+  info.monitor = monitor;
+  Json json = model_keys().print(info);
+  json.update(kind_of(info).print(model));
+  std::string text = "{\n";
+  for (const auto& [key, value] : json.items()) {
+    if (!value.is_null()) text += fmt::format("  \"{}\": {},\n", key, value_text(value));
   }
-  text += "\n  ],\n";
-  if (info.spread) text += object_line("spread", spread_keys().print(*info.spread));
-  text += kind_of(info).content(model);
-  if (noise) text += object_line("rate_noise", noise_keys().print(*noise));
-  if (monitor) text += object_line("monitor", monitor_keys().print(*monitor));
   return text += fmt::format("  \"provenance\": {}\n}}\n", provenance_json.empty() ? "{}" : provenance_json);
 }
 

@@ -21,6 +21,8 @@ JsonTable<Normalisation> normalisation_keys();
 /// A symmetric matrix from its lower triangle, row by row. Fails at `key` of the section if the count is not n (n + 1)
 /// / 2.
 Eigen::MatrixXd symmetric_of(const Section& section, const std::string& key, const std::vector<double>& lower);
+/// Its numbers in the file; null of an empty one.
+Json lower_triangle(const Eigen::MatrixXd& m);
 /// Its key.
 template <class T>
 JsonTable<T>& add_symmetric(JsonTable<T>& keys, const char* key, Eigen::MatrixXd T::*member) {
@@ -30,16 +32,11 @@ JsonTable<T>& add_symmetric(JsonTable<T>& keys, const char* key, Eigen::MatrixXd
       [](const Section& section, const std::string& name) {
         return symmetric_of(section, name, section.numbers(name, kAnyNumber));
       },
-      [](const auto&) { return Json(); });
+      [](const Eigen::MatrixXd& m) { return lower_triangle(m); });
 }
 /// Gives the numbers of "centres", read as one column, their shape [inputs x alphas]. Fails at "centres" if the count
 /// differs.
 void shape_centres(const Section& section, Eigen::MatrixXd& centres, std::size_t inputs, Eigen::Index alphas);
-std::string normalisation_text(const Normalisation& n);
-/// `  "key": [` … `],`, with `width` numbers per line.
-void append_rows(std::string& text, const char* key, const Eigen::MatrixXd& values, Eigen::Index width);
-/// The lower triangle, one row per line, without brackets.
-std::string triangle_text(const Eigen::MatrixXd& m);
 
 // Reads and writes the part of the model file that belongs to each model type. One row per type.
 
@@ -49,8 +46,8 @@ struct ModelKind {
   Json (*keys)();
   /// Reads them; `info` is complete except for its id, which the reader computes.
   Result<ModelPtr> (*read)(Section& top, ModelInfo info);
-  /// The type's own part of the file: complete lines of JSON, each ending in ",\n", indented by two.
-  std::string (*content)(const Model& model);
+  /// The type's own part of the file.
+  Json (*print)(const Model& model);
 };
 
 /// A complete model, which may be nested in another one; the document's finish() reports keys that are not read here.
@@ -58,13 +55,13 @@ Result<ModelPtr> read_model(Section& top);
 
 Json polynomial_keys();
 Result<ModelPtr> read_polynomial(Section& top, ModelInfo info);
-std::string polynomial_content(const Model& model);
+Json print_polynomial(const Model& model);
 Json lssvm_keys();
 Result<ModelPtr> read_lssvm(Section& top, ModelInfo info);
-std::string lssvm_content(const Model& model);
+Json print_lssvm(const Model& model);
 Json composite_keys();
 Result<ModelPtr> read_composite(Section& top, ModelInfo info);
-std::string composite_content(const Model& model);
+Json print_composite(const Model& model);
 
 /// Reads a model of format "prism-model" version 1. `where` names the text in errors (the file's path). Errors, in one
 /// line: invalid JSON; another format; a newer version; a missing or unknown key; a wrong type; a number that is not

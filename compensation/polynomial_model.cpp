@@ -71,7 +71,7 @@ JsonTable<Term> term_keys() {
             }
             return powers;
           },
-          [](const auto&) { return Json(); })
+          [](const std::vector<int>& powers) { return Json(powers); })
       .number("coefficient", kAnyNumber, &Term::coefficient, kRequired);
 }
 
@@ -83,14 +83,9 @@ const JsonTable<PolynomialDraft>& polynomial_table() {
             const std::size_t terms = top.objects("terms").size();
             if (terms > kMaxTerms) top.fail("terms", fmt::format("found {}, expected at most {}", terms, kMaxTerms));
           })
+          .number("sd_deg_per_h", {0, 1e9}, &P::sd_deg_per_h, "")
           .list("terms", term_keys(), &P::terms,
-                {kRequired, "the bias is the sum of their coefficient times powers of the inputs"})
-          .value(
-              "sd_deg_per_h", limits_schema("number", {0, 1e9}), &P::sd_deg_per_h, "",
-              [](const Section& top, const std::string& key) {
-                return top.number(key, {0, 1e9});
-              },
-              [](double) { return Json(); });
+                {kRequired, "the bias is the sum of their coefficient times powers of the inputs"});
   return keys;
 }
 
@@ -110,20 +105,9 @@ Result<ModelPtr> read_polynomial(Section& top, ModelInfo info) {
   return std::make_shared<PolynomialModel>(std::move(info), std::move(draft.terms), draft.sd_deg_per_h);
 }
 
-std::string polynomial_content(const Model& model) {
+Json print_polynomial(const Model& model) {
   const auto& polynomial = static_cast<const PolynomialModel&>(model);
-  std::string text;
-  if (std::isfinite(polynomial.sd_deg_per_h())) {
-    text += fmt::format("  \"sd_deg_per_h\": {},\n", exact_text(polynomial.sd_deg_per_h()));
-  }
-  text += "  \"terms\": [";
-  const char* separator = "\n";
-  for (const Term& term : polynomial.terms()) {
-    text += fmt::format("{}    {{\"powers\": [{}], \"coefficient\": {}}}", separator, fmt::join(term.powers, ", "),
-                        exact_text(term.coefficient));
-    separator = ",\n";
-  }
-  return text + "\n  ],\n";
+  return polynomial_table().print({polynomial.terms(), polynomial.sd_deg_per_h()});
 }
 
 }  // namespace prism::compensation

@@ -358,7 +358,7 @@ TEST(CompositeModel, TheLinesOfItsFileAreShort) {
                                         text.begin() + static_cast<std::ptrdiff_t>(text.find('\n', begin)), ',')) +
               " ";
   }
-  EXPECT_EQ(widths, "3 4 4 8 40 ");
+  EXPECT_EQ(widths, "8 8 8 8 8 ");
 }
 
 }  // namespace
