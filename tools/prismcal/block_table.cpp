@@ -231,8 +231,8 @@ std::size_t shared_files(const json& facts, const Recording& recording) {
   for (const json& file : member(facts, "files")) {
     if (const json sha256 = member(file, "sha256"); sha256.is_string()) trained.insert(sha256.get<std::string>());
   }
-  return static_cast<std::size_t>(std::count_if(recording.files.begin(), recording.files.end(),
-                                                [&](const SourceFile& file) { return trained.contains(file.sha256); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(recording.files, [&](const SourceFile& file) { return trained.contains(file.sha256); }));
 }
 
 struct Point {

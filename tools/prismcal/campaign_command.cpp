@@ -29,7 +29,7 @@ Result<Choice> parse_options(std::vector<std::string> words, void (*add)(CLI::Ap
   app.set_help_flag();
   Choice choice;
   add(app, choice);
-  std::reverse(words.begin(), words.end());  // the order that CLI11 expects
+  std::ranges::reverse(words);  // the order that CLI11 expects
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {

@@ -118,7 +118,7 @@ Result<analysis::CorrectionSettings> correction_settings(const CommonOptions& op
   }
   if (options.max_bias_deg_per_h) settings.engine.max_bias_deg_per_h = *options.max_bias_deg_per_h;
   const auto& names = compensation::kExtrapolationNames;
-  if (const auto named = std::find(names.begin(), names.end(), options.extrapolation); named != names.end())
+  if (const auto named = std::ranges::find(names, options.extrapolation); named != names.end())
     settings.engine.extrapolation = static_cast<compensation::Extrapolation>(named - names.begin());
   if (fallback.empty()) return settings;
   auto model = load_model(fallback);
@@ -198,7 +198,7 @@ report::Table recordings_table(const std::vector<const Loaded*>& recordings) {
   for (const Loaded* loaded : recordings) {
     const recordings::BlockTable& t = loaded->table;
     const auto temperature = t.column(compensation::kInputTemperature);
-    const auto [low, high] = std::minmax_element(temperature.begin(), temperature.end());
+    const auto [low, high] = std::ranges::minmax_element(temperature);
     const double hours = static_cast<double>(t.last_s - t.first_s + 1) / 3600;
     table.caption = fmt::format("Blocks of {} s, restarted after gaps longer than {} s.", t.features.length_s,
                                 t.features.max_gap_s);

@@ -191,7 +191,7 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
   define("PRISM_MAX_GAP_S", f.max_gap_s);
   define("PRISM_HISTORY_S", compensation::history_s(f));
   define("PRISM_INPUTS", inputs);
-  define("PRISM_QUANTITIES", std::find(codes.begin(), codes.end(), 1) == codes.end() ? 1 : 2);
+  define("PRISM_QUANTITIES", std::ranges::find(codes, 1) == codes.end() ? 1 : 2);
   define("PRISM_RESPONSE_S", f.response_s);
   define("PRISM_RESPONSE_BRIDGE_S", std::max(f.max_gap_s + 1, f.response_s / 10));
   define("PRISM_RESPONSE_SETTLED_S", 3 * f.response_s);
@@ -220,7 +220,7 @@ std::pair<std::string, int> tables_of(const Model& model, const COptions& option
 
 /// The training range of an input; a usual one if the model has none.
 std::pair<double, double> range_of(const ModelInfo& info, const std::string& input) {
-  const auto at = std::find(info.inputs.begin(), info.inputs.end(), input) - info.inputs.begin();
+  const auto at = std::ranges::find(info.inputs, input) - info.inputs.begin();
   const auto i = static_cast<std::size_t>(at);
   if (i < info.domain.min.size()) return {info.domain.min[i], info.domain.max[i]};
   if (input == compensation::kInputTemperature) return {-40, 60};
@@ -299,7 +299,7 @@ std::string pairs_text(const Model& model, const COptions& options) {
   const double step_degc = std::clamp(slope + 0.7 * (steepest - slope), -most_degc, most_degc);
   const std::vector<double> ramp = ramp_biases(model, start_degc, step_degc, uhfo_v, options);
   const double limit = compensation::CompensationSettings().max_bias_deg_per_h;
-  const bool published = std::all_of(ramp.begin(), ramp.end(), [&](double bias) { return std::fabs(bias) <= limit; });
+  const bool published = std::ranges::all_of(ramp, [&](double bias) { return std::fabs(bias) <= limit; });
   if (!published || !std::isfinite(most - least)) return {};
   const double span = std::isfinite(model.bias_span_deg_per_h()) ? model.bias_span_deg_per_h() : most - least;
   const double tolerance =

@@ -37,7 +37,7 @@ std::vector<std::string> remarks_on(const tables::PlainTable& table, const table
   source.map = recordings::suggested_map(table, options);
   std::erase_if(source.map, [](const std::string& entry) { return entry.ends_with(":UNIT"); });
   const auto is_time = [](const std::string& entry) { return entry.starts_with("time="); };
-  if (options.interval_s == 0 && std::none_of(source.map.begin(), source.map.end(), is_time)) return {};
+  if (options.interval_s == 0 && std::ranges::none_of(source.map, is_time)) return {};
   const auto ignore = [](const auto&...) { return Result<void>(); };
   auto recording = recordings::read_recording(table.path(), source, {ignore, ignore});
   if (!recording) return {recording.error().what};

@@ -22,7 +22,7 @@ std::vector<Limit> limits_in(const Section& section) {
   const std::vector<std::string>& names = measured_names();
   std::vector<Limit> limits;
   for (const std::string& quantity : section.names(TextRule::kName)) {
-    if (std::find(names.begin(), names.end(), quantity) == names.end())
+    if (std::ranges::find(names, quantity) == names.end())
       section.fail(quantity, fmt::format("no such quantity; expected one of {}", fmt::join(names, ", ")));
     const Section edges = section.object(quantity);
     const auto edge = [&](const char* key) {
@@ -54,8 +54,7 @@ Result<std::vector<Limit>> read_limits(const std::string& path) {
 std::vector<LimitCheck> check_limits(const std::vector<Limit>& limits, const std::vector<Measured>& measured) {
   std::vector<LimitCheck> checks;
   for (const Limit& limit : limits) {
-    const auto found =
-        std::find_if(measured.begin(), measured.end(), [&](const Measured& m) { return m.quantity == limit.quantity; });
+    const auto found = std::ranges::find_if(measured, [&](const Measured& m) { return m.quantity == limit.quantity; });
     LimitCheck check{limit, found == measured.end() ? Measured{limit.quantity, "", {}} : *found, false};
     const auto& value = check.measured.value;
     check.pass = value && std::isfinite(*value) && (!limit.min || (*value >= *limit.min && !check.measured.at_most)) &&

@@ -90,7 +90,7 @@ Result<void> read_columns(std::string_view line, const std::string& where, LogSe
   if (auto good = take_line(segment, "log", "ID segment N first ROW running S", segment.position); !good) return good;
   if (!column.empty()) {
     const auto names = tables::list_items(line);
-    const auto found = std::find(names.begin(), names.end(), column);
+    const auto found = std::ranges::find(names, column);
     if (found == names.end())
       return make_error(where,
                         fmt::format("found no column \"{}\", expected one of {}", column, fmt::join(names, ", ")));
@@ -173,8 +173,7 @@ LogFolder opened(const std::string& path, const std::string& column) {
     return std::tuple(number, own == numbers.end(), segment.format, segment.session,
                       segment.first_second.value_or(INT64_MIN), segment.file.size(), segment.file);
   };
-  std::sort(folder.segments.begin(), folder.segments.end(),
-            [&](const LogSegment& a, const LogSegment& b) { return sort_key(a) < sort_key(b); });
+  std::ranges::sort(folder.segments, {}, sort_key);
   return folder;
 }
 
@@ -319,7 +318,7 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     if (entry->path().string().ends_with(extension)) paths.push_back(entry->path().string());
   }
-  std::sort(paths.begin(), paths.end());
+  std::ranges::sort(paths);
   return paths;
 }
 

@@ -134,7 +134,7 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
   for (const auto& powers : settings.terms) known.push_back(training::term_name(powers, names));
   if (!options.start.empty()) start = tables::list_items(options.start == "none" ? "" : options.start);
   for (const std::string& wanted : start) {
-    const auto at = std::find(known.begin(), known.end(), wanted);
+    const auto at = std::ranges::find(known, wanted);
     if (at != known.end()) settings.stepwise.start.push_back(static_cast<int>(at - known.begin()));
     if (at == known.end() && !options.start.empty())
       return make_error("--start", fmt::format("found \"{}\", expected terms of {}", wanted, fmt::join(known, ", ")));

@@ -144,7 +144,7 @@ Result<ModelEvaluation> evaluate_model(const compensation::ModelPtr& model, cons
   compensation::CompensationEngine engine(settings.engine);
   if (auto used = engine.use(model, settings.fallback); !used) return tl::unexpected(used.error());
   ModelEvaluation result;
-  result.knows_slope = std::any_of(info.inputs.begin(), info.inputs.end(), compensation::is_slope);
+  result.knows_slope = std::ranges::any_of(info.inputs, compensation::is_slope);
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (!table.follows[i]) engine.break_off();
     const Correction correction = engine.follow(table.blocks[i]);

@@ -104,7 +104,7 @@ void describe_drift(MonitorResult& result, const Basis& basis, const std::vector
 /// The whole degrees that the means cover, and the width of the training range; nullopt without one of T.
 std::optional<std::pair<std::size_t, double>> degrees_seen(const compensation::ModelInfo& info,
                                                            const std::vector<RestMean>& means) {
-  const auto t = std::find(info.inputs.begin(), info.inputs.end(), compensation::kInputTemperature);
+  const auto t = std::ranges::find(info.inputs, compensation::kInputTemperature);
   if (t == info.inputs.end() || info.domain.min.empty()) return std::nullopt;
   const auto i = static_cast<std::size_t>(t - info.inputs.begin());
   std::set<double> seen;
@@ -221,9 +221,7 @@ MonitorResult monitor(const compensation::ModelInfo& info, const compensation::M
   const Basis basis{settings, double(info.features.length_s)};
   const auto begin = means.begin() + static_cast<std::ptrdiff_t>(find_drift(basis, means, mount_sd_deg_per_h));
   const std::vector<RestMean> before(means.begin(), begin), since(begin, means.end());
-  const auto [low, high] = std::minmax_element(means.begin(), means.end(), [](const RestMean& a, const RestMean& b) {
-    return a.temperature_degc < b.temperature_degc;
-  });
+  const auto [low, high] = std::ranges::minmax_element(means, {}, &RestMean::temperature_degc);
   result.tables = {temperature_table(before, since, low->temperature_degc, high->temperature_degc, basis),
                    switch_on_table(means, basis)};
   const double hours = basis.hours(means);

@@ -158,8 +158,7 @@ std::optional<evaluation::DriftFit> fit_runs(const std::vector<Run>& runs, const
   for (const Run& run : runs) {
     evaluation::DriftRecord record{{}, {}, std::vector<std::vector<double>>(causes.size()), run.switched_on};
     for (std::size_t i = 0; i < run.columns[kElapsed].size(); ++i) {
-      if (!std::all_of(causes.begin(), causes.end(), [&](auto c) { return std::isfinite(run.columns[c][i]); }))
-        continue;
+      if (!std::ranges::all_of(causes, [&](auto c) { return std::isfinite(run.columns[c][i]); })) continue;
       record.time_s.push_back(run.columns[kElapsed][i]);
       record.bias_deg_per_h.push_back(run.columns[bias][i]);
       for (std::size_t c = 0; c < causes.size(); ++c) record.causes[c].push_back(run.columns[causes[c]][i]);
@@ -272,7 +271,7 @@ Table parameters_table(const std::vector<EvaluatedRecording>& recordings,
     if (cause.column >= kThermometers) own.push_back(cause.column);  // each thermometer by itself
     const BeforeAfter<Fit> fit =
         own == used ? common : BeforeAfter<Fit>{fit_runs(runs, own, kBefore, band), fit_runs(runs, own, kAfter, band)};
-    const auto at = static_cast<std::size_t>(std::find(own.begin(), own.end(), cause.column) - own.begin());
+    const auto at = static_cast<std::size_t>(std::ranges::find(own, cause.column) - own.begin());
     const auto value = [&](bool corrected) {
       return fit.of(corrected) ? std::optional(fit.of(corrected)->causes[at]) : std::nullopt;
     };

@@ -52,9 +52,8 @@ char separator_of(std::string_view line) {
 /// True for "1.234": one group of three digits, no leading zero.
 bool is_group(std::string_view cell, char mark) {
   const std::size_t at = cell.find(mark);
-  return at >= 1 && at <= 3 && cell.size() == at + 4 && cell[0] != '0' &&
-         std::count(cell.begin(), cell.end(), mark) == 1 &&
-         std::all_of(cell.begin(), cell.end(), [&](char c) { return is_digit(c) || c == mark; });
+  return at >= 1 && at <= 3 && cell.size() == at + 4 && cell[0] != '0' && std::ranges::count(cell, mark) == 1 &&
+         std::ranges::all_of(cell, [&](char c) { return is_digit(c) || c == mark; });
 }
 
 /// A file of another program that is not a plain table, by its first bytes.
@@ -122,11 +121,11 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
 void GroupWatch::see(std::string_view cell) {
   if (shown_) return;
   if (cell.starts_with('-') || cell.starts_with('+')) cell.remove_prefix(1);
-  const bool integer = !cell.empty() && cell.size() <= 3 && std::all_of(cell.begin(), cell.end(), is_digit);
+  const bool integer = !cell.empty() && cell.size() <= 3 && std::ranges::all_of(cell, is_digit);
   const bool group = is_group(cell, decimal_);
   int number = 0;  // as a group
   if (integer || group)
-    std::for_each(cell.begin(), cell.end(), [&](char c) { number = c == decimal_ ? number : 10 * number + (c - '0'); });
+    std::ranges::for_each(cell, [&](char c) { number = c == decimal_ ? number : 10 * number + (c - '0'); });
   if (integer) largest_integer_ = std::max(largest_integer_, number);
   if (group) least_group_ = std::min(least_group_, number);
   if (group && group_.empty()) group_ = cell;
@@ -214,7 +213,7 @@ Result<void> PlainTable::read_head() {
   if (latin1_) names.text = from_latin1(names.text);
   if (!split(names)) return refusal(where(names.number), "found a quote within a name, or one that does not end");
   std::vector<std::string> texts(cells_.begin(), cells_.end()), units;
-  const auto number = std::find_if(cells_.begin(), cells_.end(), [this](auto cell) { return is_number_or_time(cell); });
+  const auto number = std::ranges::find_if(cells_, [this](auto cell) { return is_number_or_time(cell); });
   if (number == cells_.end()) {
     names_line_ = names.number;
   } else if (cells_.size() == 1) {  // one column needs no name
@@ -261,9 +260,9 @@ Result<void> PlainTable::read_first_rows() {
     const auto is_value = [](std::string_view cell) {
       return is_missing(cell) || number_in(cell, '.') || number_in(cell, ',') || iso_time(cell);
     };
-    if (std::all_of(cells_.begin(), cells_.end(), is_unit_cell) && std::any_of(cells_.begin(), cells_.end(), has_unit))
+    if (std::ranges::all_of(cells_, is_unit_cell) && std::ranges::any_of(cells_, has_unit))
       units_line_ = line.number;
-    else if (std::none_of(cells_.begin(), cells_.end(), is_value))
+    else if (std::ranges::none_of(cells_, is_value))
       return refusal(where(line.number), fmt::format("found \"{}\", expected numbers below the names of line {}",
                                                      shortened(cells_[0]), names_line_));
   }
@@ -310,7 +309,7 @@ Result<void> PlainTable::find_decimal(const Rows& rows) {
 void PlainTable::find_kinds(const Rows& rows) {
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const auto all = [&](auto is) {
-      return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return is_missing(row[c]) || is(row[c]); });
+      return std::ranges::all_of(rows, [&](const auto& row) { return is_missing(row[c]) || is(row[c]); });
     };
     kinds_[c] = all([this](const std::string& cell) { return number_in(cell, decimal_); }) ? ColumnKind::kNumber
                 : all([](const std::string& cell) { return iso_time(cell); })              ? ColumnKind::kTime
@@ -349,9 +348,8 @@ std::optional<std::size_t> PlainTable::time_column() const {
 bool PlainTable::may_be_time(std::size_t column) const {
   const std::string name = lower(columns_[column].name);
   constexpr std::array<std::string_view, 7> kWords = {"time", "zeit", "stamp", "x_value", "date", "datum", "week"};
-  if (name == "t" || name.ends_with(".t") || std::any_of(kWords.begin(), kWords.end(), [&](std::string_view word) {
-        return name.find(word) != std::string::npos;
-      }))
+  if (name == "t" || name.ends_with(".t") ||
+      std::ranges::any_of(kWords, [&](std::string_view word) { return name.find(word) != std::string::npos; }))
     return true;
   const std::string& cell = first_cells_[column];
   return kinds_[column] == ColumnKind::kText && cell.size() > 3 && is_digit(cell[0]);
@@ -432,7 +430,7 @@ Result<bool> PlainTable::next(Row& row) {
       continue;
     }
     const auto has_text = [](std::string_view cell) { return !cell.empty(); };
-    if (std::none_of(cells_.begin(), cells_.end(), has_text)) continue;
+    if (std::ranges::none_of(cells_, has_text)) continue;
     if (cells_.size() != columns_.size())
       return make_error(where(line.number),
                         fmt::format("found {} fields, expected {}", cells_.size(), columns_.size()));
@@ -471,8 +469,7 @@ Result<bool> PlainTable::next(Row& row) {
 
 // German programs write 743 and 1.006 for 743 and 1006; English ones 1,006, in which the comma is not a decimal sign.
 Result<void> PlainTable::check_groups() const {
-  const bool none_shown =
-      std::none_of(groups_.begin(), groups_.end(), [](const auto& group) { return group.is_shown(); });
+  const bool none_shown = std::ranges::none_of(groups_, [](const auto& group) { return group.is_shown(); });
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     const bool may_be_english = decimal_ == ',' && none_shown && !groups_[i].group().empty();
     if (!groups_[i].is_doubtful() && !may_be_english) continue;
@@ -505,8 +502,8 @@ std::string PlainTable::understood() const {
   }
   for (std::size_t i = 0; time_ && i < columns_.size(); ++i) {
     const Header& column = columns_[i];
-    const bool is_read = i == selection_.time->column ||
-                         std::find(selection_.numbers.begin(), selection_.numbers.end(), i) != selection_.numbers.end();
+    const bool is_read =
+        i == selection_.time->column || std::ranges::find(selection_.numbers, i) != selection_.numbers.end();
     if (!is_read && column.stated && column.unit && column.unit->quantity == "time" && kinds_[i] == ColumnKind::kNumber)
       text += fmt::format("; not read: {}, a second time", column.text);
   }

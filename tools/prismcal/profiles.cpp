@@ -247,7 +247,7 @@ constexpr std::uint64_t kSeed = 1;
 
 /// -1: not among them.
 Eigen::Index place_of(const std::vector<std::string>& names, const std::string& name) {
-  const auto at = std::find(names.begin(), names.end(), name);
+  const auto at = std::ranges::find(names, name);
   return at == names.end() ? -1 : at - names.begin();
 }
 
@@ -380,7 +380,7 @@ Result<Eigen::MatrixXd> GyroInputs::over(const std::vector<InputRange>& domain, 
           "--domain", fmt::format("found {}, expected inputs of the model: {}", range.input, fmt::join(names_, ", ")));
   }
   const auto range_of = [&](const char* name) {
-    return std::find_if(domain.begin(), domain.end(), [&](const InputRange& r) { return r.input == name; });
+    return std::ranges::find_if(domain, [&](const InputRange& r) { return r.input == name; });
   };
   const auto t = range_of(compensation::kInputTemperature), slope = range_of(compensation::kInputSlope);
   if (t == domain.end()) return make_error("--domain", "found no range of T, expected one");

@@ -249,7 +249,7 @@ class MappedColumns {
       }
       const auto unit = unit_of_quantity(quantity, mapped, table.columns()[*column]);
       if (!unit) return tl::unexpected<Error>(unit.error());
-      const auto* const at = std::find(kMapped.begin(), kMapped.end(), quantity);
+      const auto* const at = std::ranges::find(kMapped, quantity);
       columns.place_.push_back(at < kMapped.end() ? static_cast<std::size_t>(at - kMapped.begin())
                                                   : kMapped.size() + sensors.size());
       columns.conversion_.push_back({mapped.scale, mapped.offset, (*unit)->factor, (*unit)->offset});

@@ -131,7 +131,7 @@ Result<void> place_in_time(Columns columns, const std::string& time_name, const 
   }
   // Where the samples alone leave two readings, the other rows' times may be the missing ones.
   auto grid = sample_grid(columns.times_ns, path, given_s);
-  if (std::find(columns.only_others.begin(), columns.only_others.end(), true) != columns.only_others.end()) {
+  if (std::ranges::find(columns.only_others, true) != columns.only_others.end()) {
     Columns samples = samples_of(columns);
     auto of_samples = sample_grid(samples.times_ns, path, given_s);
     if (of_samples || !grid) grid = std::move(of_samples), columns = std::move(samples);

@@ -167,8 +167,7 @@ Result<std::string> bytes_kind(const std::string& path) {
 
 Result<std::size_t> choose_axis(const std::vector<std::string>& names, const std::string& wanted,
                                 const std::string& where) {
-  const auto found =
-      wanted.empty() && names.size() == 1 ? names.begin() : std::find(names.begin(), names.end(), wanted);
+  const auto found = wanted.empty() && names.size() == 1 ? names.begin() : std::ranges::find(names, wanted);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   const std::string all = names.empty() ? "a log that names its axis" : fmt::format("{}", fmt::join(names, ", "));
   return make_error(where, wanted.empty()
@@ -226,7 +225,7 @@ Result<void> SecondFeed::finish() {
 
 void UnmatchedRanges::add(const Recording& recording) {
   std::erase_if(ranges_, [&](const std::string& range) {
-    return std::find(recording.unmatched.begin(), recording.unmatched.end(), range) == recording.unmatched.end();
+    return std::ranges::find(recording.unmatched, range) == recording.unmatched.end();
   });
 }
 

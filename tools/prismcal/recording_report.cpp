@@ -593,7 +593,7 @@ std::string allan_curve_meaning(const Series& before, const Series& after) {
   };
   std::vector<Place> places;
   for (std::size_t i = 0; i < before.x.size(); ++i) {
-    const auto at = std::find(after.x.begin(), after.x.end(), before.x[i]);
+    const auto at = std::ranges::find(after.x, before.x[i]);
     if (at != after.x.end())
       places.push_back({before.x[i], before.y[i], after.y[static_cast<std::size_t>(at - after.x.begin())]});
   }

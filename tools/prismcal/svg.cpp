@@ -32,7 +32,7 @@ std::string numbers(double a, double b) { return svg_number(a) + " " + svg_numbe
 /// Estimated pixels of a line of text in a sans-serif font; slightly more than most fonts need.
 double text_width(std::string_view text) {
   const auto begins_character = [](char byte) { return (byte & 0xC0) != 0x80; };
-  return 0.63 * kFontPx * static_cast<double>(std::count_if(text.begin(), text.end(), begins_character));
+  return 0.63 * kFontPx * static_cast<double>(std::ranges::count_if(text, begins_character));
 }
 
 /// `anchor`: start, middle or end. `more`: additional attributes.

@@ -315,8 +315,7 @@ Result<int> predict(const PredictChoice& choice) {
   const auto columns = read_csv_columns(choice.file, (*model)->info().inputs, options, true);
   if (!columns) return tl::unexpected<Error>(columns.error());
   const auto& names = compensation::kExtrapolationNames;
-  const auto policy =
-      static_cast<compensation::Extrapolation>(std::find(names.begin(), names.end(), choice.policy) - names.begin());
+  const auto policy = static_cast<compensation::Extrapolation>(std::ranges::find(names, choice.policy) - names.begin());
   const char comma = columns->separator;
   std::string out = fmt::format("{}{}prediction{}sd{}sd_mean\n", columns->header, comma, comma, comma);
   std::size_t extrapolating = 0;

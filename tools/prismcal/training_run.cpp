@@ -134,7 +134,7 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
                      const training::TrainingSettings& settings, const evaluation::DataQuality& quality,
                      const std::optional<training::ResponseSearch>& response) {
   constexpr double kLong_h = 8;
-  const bool narrow = std::any_of(quality.findings.begin(), quality.findings.end(), [](const auto& finding) {
+  const bool narrow = std::ranges::any_of(quality.findings, [](const auto& finding) {
     return finding.name == std::string("temperature_span") && finding.verdict != evaluation::Verdict::kPass;
   });
   const double hours = static_cast<double>(set.data.target.size()) * set.features.length_s / 3600;
@@ -465,8 +465,8 @@ bool serves_the_mean(const training::TrainedModel& trained) {
 std::string advice_of(const Attempts& tried, double explained) {
   constexpr double kBetter = 0.05;  // of the explained variance: less may be chance
   std::string methods = tried.method;
-  const auto best = std::max_element(tried.others.begin(), tried.others.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto best =
+      std::ranges::max_element(tried.others, [](const auto& a, const auto& b) { return a.second < b.second; });
   for (const auto& other : tried.others) methods += ", " + other.first;
   const bool better = best != tried.others.end() && best->second > explained + kBetter;
   std::string text =

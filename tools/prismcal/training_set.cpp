@@ -74,9 +74,9 @@ Result<void> check_recording(const Recording& recording, TrainingSet& set) {
 tl::unexpected<Error> missing_input(const TrainingSet& set) {
   std::vector<std::string> known, missing;
   for (const std::string& name : set.data.names) {
-    const bool found = std::any_of(set.recordings.begin(), set.recordings.end(), [&](const Loaded& loaded) {
+    const bool found = std::ranges::any_of(set.recordings, [&](const Loaded& loaded) {
       const std::vector<double> column = loaded.table.column(name);
-      return std::any_of(column.begin(), column.end(), [](double value) { return std::isfinite(value); });
+      return std::ranges::any_of(column, [](double value) { return std::isfinite(value); });
     });
     (found ? known : missing).push_back(name);
   }
@@ -263,7 +263,7 @@ Result<std::vector<std::string>> candidate_inputs(const std::string& path, const
     const std::string input = sensor.unit == "degC" ? sensor.name + "-T" : sensor.name;
     const std::vector<double> known = values(input);
     const auto differs = [](double value) { return std::abs(value) > kSame_degc; };
-    if (!often(known) || (sensor.unit == "degC" && std::none_of(known.begin(), known.end(), differs))) continue;
+    if (!often(known) || (sensor.unit == "degC" && std::ranges::none_of(known, differs))) continue;
     names.push_back(input);
     names.push_back("d" + sensor.name + "/dt");
   }
@@ -321,13 +321,13 @@ Result<InputSearch> search_inputs(const training::TrainingData& data) {
       chosen.back() = candidate;
       sets.push_back(judge(chosen));
     }
-    const auto best = std::min_element(sets.begin(), sets.end(), better);
+    const auto best = std::ranges::min_element(sets, better);
     const auto which = left.begin() + (best - sets.begin());
     chosen.back() = *which;
     left.erase(which);
     search.path.push_back(std::move(*best));
   }
-  const auto best = std::min_element(search.path.begin(), search.path.end(), better);
+  const auto best = std::ranges::min_element(search.path, better);
   const double enough = best->error_deg_per_h + best->standard_error_deg_per_h;
   while (search.path[search.chosen].error_deg_per_h > enough) ++search.chosen;
   return search;

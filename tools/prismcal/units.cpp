@@ -66,8 +66,7 @@ std::string_view without_brackets(std::string_view text) {
 }
 
 bool has_any(std::string_view text, std::initializer_list<std::string_view> parts) {
-  return std::any_of(parts.begin(), parts.end(),
-                     [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
+  return std::ranges::any_of(parts, [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
 }
 
 /// Without brackets or a mark, "temp_min" is a minimum and "x_h" a name; "time_min" and "time_h" are times.
@@ -91,7 +90,7 @@ bool is_unit_cell(std::string_view cell) {
   if (text.empty() || unit_of(text) || text.size() < cell.size()) return true;
   constexpr std::array<std::string_view, 17> kOther = {"ts",  "rn",  "-", "%", "deg", "rad", "a",   "ma",  "pa",
                                                        "hpa", "bar", "g", "m", "hz",  "°",   "n/a", "none"};
-  return std::find(kOther.begin(), kOther.end(), lower(text)) != kOther.end();
+  return std::ranges::find(kOther, lower(text)) != kOther.end();
 }
 
 Header read_header(std::string_view text, std::string_view unit_text) {

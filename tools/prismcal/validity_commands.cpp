@@ -149,7 +149,7 @@ Result<ModelPtr> with_constant(const Model& model, compensation::ModelInfo info,
   if (const auto* polynomial = dynamic_cast<const compensation::PolynomialModel*>(&model)) {
     std::vector<compensation::Term> terms = polynomial->terms();
     const std::vector<int> none(info.inputs.size(), 0);
-    auto constant = std::find_if(terms.begin(), terms.end(), [&](const auto& term) { return term.powers == none; });
+    auto constant = std::ranges::find_if(terms, [&](const auto& term) { return term.powers == none; });
     if (constant == terms.end()) constant = terms.insert(terms.begin(), compensation::Term{none, 0});
     constant->coefficient += added_deg_per_h;
     return std::make_shared<compensation::PolynomialModel>(std::move(info), terms, polynomial->sd_deg_per_h());

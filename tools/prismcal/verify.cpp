@@ -233,7 +233,7 @@ void check_files(const std::string& where, const std::set<std::string>& files, b
   const auto is_log_file = [](const std::string& file) {
     return file.ends_with(".csv") && recordings::begins_a_log(file);
   };
-  if (std::any_of(files.begin(), files.end(), is_log_file)) check_log(where, is_folder, result);
+  if (std::ranges::any_of(files, is_log_file)) check_log(where, is_folder, result);
   NumberedSegments captures;
   bool has_older = false;
   for (const std::string& file : files) {
