@@ -135,76 +135,46 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-/// Takes parts from the front of a text.
-struct Text {
-  std::string_view rest;
-
-  bool skip(std::string_view any_of) {
-    if (rest.empty() || any_of.find(rest.front()) == std::string_view::npos) return false;
-    rest.remove_prefix(1);
-    return true;
+/// Takes the numbers of a form, whose zeros are digits, from the front of a text. Returns false, without
+/// a change, if the text does not begin so.
+bool take(std::string_view& text, std::string_view form, std::initializer_list<int*> numbers) {
+  const auto fits = [](char at, char c) { return at == '0' ? c >= '0' && c <= '9' : at == c; };
+  if (text.size() < form.size() || !std::equal(form.begin(), form.end(), text.begin(), fits)) return false;
+  const auto* number = numbers.begin();
+  for (std::size_t i = form.find('0'); i < form.size(); ++i) {
+    if (form[i] != '0')
+      ++number;
+    else
+      **number = 10 * **number + (text[i] - '0');
   }
-  /// A number of exactly `digits` digits up to `most`; -1: none.
-  int number(std::size_t digits, int most) {
-    const auto value = rest.size() < digits ? std::nullopt : parse_number<unsigned>(rest.substr(0, digits));
-    if (!value || static_cast<int>(*value) > most) return -1;
-    rest.remove_prefix(digits);
-    return static_cast<int>(*value);
-  }
-  /// Digits as a fraction of a second; those after the ninth are dropped.
-  std::int64_t fraction_ns() {
-    std::int64_t value = 0, unit = kSecond_ns;
-    for (; !rest.empty() && rest.front() >= '0' && rest.front() <= '9'; rest.remove_prefix(1)) {
-      if (unit > 1) value += (rest.front() - '0') * (unit /= 10);
-    }
-    return value;
-  }
-};
-
-/// Reads hh:mm[:ss[.f]]; nullopt for another text.
-std::optional<std::int64_t> time_of_day_ns(Text& text) {
-  const int hours = text.number(2, 23), minutes = text.skip(":") ? text.number(2, 59) : -1;
-  if (hours < 0 || minutes < 0) return std::nullopt;
-  std::int64_t ns = (hours * 60 + minutes) * 60 * kSecond_ns;
-  if (!text.skip(":")) return ns;
-  const int seconds = text.number(2, 60);  // a leap second is the second after it
-  if (seconds < 0) return std::nullopt;
-  ns += seconds * kSecond_ns;
-  return text.skip(".,") ? ns + text.fraction_ns() : ns;
-}
-
-/// Reads Z, +hh, +hhmm or +hh:mm.
-std::optional<std::int64_t> zone_s(Text& text) {
-  if (text.skip("Z")) return 0;
-  const int sign = text.skip("+") ? 1 : text.skip("-") ? -1 : 0;
-  const int hours = text.number(2, 14);
-  const bool has_minutes = text.skip(":") || !text.rest.empty();
-  const int minutes = has_minutes ? text.number(2, 59) : 0;
-  if (sign == 0 || hours < 0 || minutes < 0) return std::nullopt;
-  return sign * (hours * 60 + minutes) * 60;
+  text.remove_prefix(form.size());
+  return true;
 }
 
 }  // namespace
 
-std::optional<IsoTime> iso_time(std::string_view cell) {
-  Text text{cell};
-  const int year = text.number(4, 2150), month = text.skip("-") ? text.number(2, 12) : -1,
-            day = text.skip("-") ? text.number(2, 31) : -1;
-  if (year < 1900 || month < 0 || day < 0) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
+std::optional<IsoTime> iso_time(std::string_view text) {
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0, zone_h = 0, zone_min = 0, digit = 0;
+  if (!take(text, "0000-00-00", {&year, &month, &day}) || year < 1900 || year > 2150) return std::nullopt;
+  const auto date = std::chrono::year(year) / month / day;
   if (!date.ok()) return std::nullopt;
   IsoTime time{std::chrono::sys_days(date).time_since_epoch().count() * 86400LL * kSecond_ns};
-  if (text.rest.empty()) return time;
-  const auto of_day = text.skip("T ") ? time_of_day_ns(text) : std::nullopt;
-  if (!of_day) return std::nullopt;
-  time.ns += *of_day;
-  time.has_clock = true;
-  text.skip(" ");
-  if (text.rest.empty()) return time;
-  const auto zone = zone_s(text);
-  if (!zone || !text.rest.empty()) return std::nullopt;
-  return IsoTime{time.ns - *zone * kSecond_ns, true, true};
+  if (text.empty()) return time;
+  time.has_clock = take(text, "T00:00", {&hour, &minute}) || take(text, " 00:00", {&hour, &minute});
+  const bool has_second = take(text, ":00", {&second});  // 60, a leap second, is the second after it
+  if (!time.has_clock || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  time.ns += ((hour * 60 + minute) * 60 + second) * kSecond_ns;
+  if (has_second && (text.starts_with('.') || text.starts_with(','))) {
+    text.remove_prefix(1);  // digits after the ninth are dropped
+    for (auto unit = kSecond_ns / 10; take(text, "0", {&digit}); unit /= 10) time.ns += unit * std::exchange(digit, 0);
+  }
+  if (text.starts_with(' ')) text.remove_prefix(1);
+  if (text.empty()) return time;
+  const int sign = text.starts_with('-') ? -1 : 1;
+  const bool is_utc = text == "Z", has_offset = take(text, sign < 0 ? "-00" : "+00", {&zone_h});
+  if (has_offset && !take(text, ":00", {&zone_min})) take(text, "00", {&zone_min});
+  if ((!is_utc && !(has_offset && text.empty())) || zone_h > 14 || zone_min > 59) return std::nullopt;
+  return IsoTime{time.ns - sign * (zone_h * 60 + zone_min) * 60 * kSecond_ns, true, true};
 }
 
 std::string TimeFormat::text() const {
