@@ -14,7 +14,7 @@
 #include "compensation/earth_rate.hpp"
 #include "compensation/evaluation/statistics.hpp"
 #include "compensation/extrapolation.hpp"
-#include "tools/prismcal/leave_out.hpp"
+#include "tools/prismcal/findings.hpp"
 
 namespace prism::analysis {
 namespace {

@@ -14,7 +14,6 @@
 #include "base/result.hpp"
 #include "compensation/second_averager.hpp"
 #include "tools/prismcal/findings.hpp"
-#include "tools/prismcal/leave_out.hpp"
 #include "tools/prismcal/plain_table.hpp"
 
 namespace prism::recordings {

@@ -5,7 +5,6 @@
 
 #include "tests/unit/prismcal/simulated_day.hpp"
 #include "tools/prismcal/findings.hpp"
-#include "tools/prismcal/leave_out.hpp"
 #include "tools/prismcal/model_evaluation.hpp"
 
 namespace prism::analysis {

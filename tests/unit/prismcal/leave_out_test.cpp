@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The range that a remark advises leaves out exactly the seconds that the remark names.
-#include "tools/prismcal/leave_out.hpp"
-
 #include <gtest/gtest.h>
+
+#include "tools/prismcal/findings.hpp"
 
 namespace prism::recordings {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "compensation/training/trainer.hpp"
 #include "tests/unit/prismcal/simulated_day.hpp"
-#include "tools/prismcal/leave_out.hpp"
+#include "tools/prismcal/findings.hpp"
 
 namespace prism::prismcal {
 namespace {

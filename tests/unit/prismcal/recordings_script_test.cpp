@@ -12,7 +12,6 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tools/prismcal/block_table.hpp"
 #include "tools/prismcal/findings.hpp"
-#include "tools/prismcal/leave_out.hpp"
 #include "tools/prismcal/recording.hpp"
 
 namespace prism::recordings {
