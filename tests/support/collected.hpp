@@ -17,13 +17,13 @@ struct CollectedRecording : recordings::Recording {
 
 inline Result<CollectedRecording> collected(const std::string& path, const recordings::SourceOptions& options = {}) {
   CollectedRecording all;
-  auto recording = recordings::read_recording(path, options,
-                                              {[](const recordings::Recording&) { return Result<void>(); },
-                                               [&](const compensation::SecondMean& second_mean, bool begins_session) {
-                                                 if (begins_session) all.sessions.push_back(all.second_means.size());
-                                                 all.second_means.push_back(second_mean);
-                                                 return Result<void>();
-                                               }});
+  auto recording = recordings::read_recording(
+      path, options,
+      [&](const recordings::Recording&, const compensation::SecondMean& second_mean, bool begins_session) {
+        if (begins_session) all.sessions.push_back(all.second_means.size());
+        all.second_means.push_back(second_mean);
+        return Result<void>();
+      });
   if (!recording) return tl::unexpected<Error>(recording.error());
   static_cast<recordings::Recording&>(all) = std::move(*recording);
   return all;

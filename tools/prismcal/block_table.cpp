@@ -187,17 +187,17 @@ Result<Loaded> read_blocks(const std::string& path, const SourceOptions& source,
                            const compensation::FeatureDefinition& features,
                            const std::function<Result<void>(const Recording&)>& check) {
   std::optional<BlockTableBuilder> builder;
-  const auto begin = [&](const Recording& recording) -> Result<void> {
-    if (auto good = check(recording); !good) return good;
-    const auto earth_rate = earth_rate_of(recording, site);
-    if (!earth_rate) return tl::unexpected<Error>(earth_rate.error());
-    builder.emplace(features, *earth_rate, recording.name);
-    return {};
+  const auto begin = [&](const Recording& of) -> Result<void> {
+    if (builder) return {};
+    if (auto good = check(of); !good) return good;
+    return earth_rate_of(of, site).map([&](double earth_rate) { builder.emplace(features, earth_rate, of.name); });
   };
-  auto recording = read_recording(path, source, {begin, [&](const compensation::SecondMean& second_mean, bool begins) {
-                                                   return builder->push(second_mean, begins);
-                                                 }});
+  auto recording =
+      read_recording(path, source, [&](const Recording& of, const compensation::SecondMean& second_mean, bool begins) {
+        return begin(of).and_then([&] { return builder->push(second_mean, begins); });
+      });
   if (!recording) return tl::unexpected<Error>(recording.error());
+  if (auto good = begin(*recording); !good) return tl::unexpected<Error>(good.error());
   auto table = builder->finish();
   if (!table) return tl::unexpected<Error>(table.error());
   table->is_date = recording->is_date;

@@ -142,7 +142,6 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::ModelInf
                            recordings::UnmatchedRanges* unmatched) {
   recordings::SourceOptions source = options.source;
   if (options.quiet) source.table.silence();
-  source.several = unmatched != nullptr;
   auto loaded = recordings::read_blocks(
       path, source, options.site, model.features, [&](const recordings::Recording& recording) -> Result<void> {
         if (auto same = check_gyro(path, recording, model, options); !same) return same;
@@ -154,7 +153,12 @@ Result<Loaded> load_blocks(const std::string& path, const compensation::ModelInf
         }
         return {};
       });
-  if (loaded && unmatched) unmatched->add(loaded->recording);
+  if (!loaded) return loaded;
+  if (unmatched) {
+    unmatched->add(loaded->recording);
+  } else if (auto good = recordings::UnmatchedRanges(loaded->recording.unmatched).finish(); !good) {
+    return tl::unexpected<Error>(good.error());
+  }
   return loaded;
 }
 

@@ -54,7 +54,8 @@ Result<int> convert(const ConvertChoice& choice) {
   std::vector<std::uint8_t> bytes;
   std::int64_t next = 0;  // the second after the last frame
   std::size_t count = 0;
-  const auto push = [&](const compensation::SecondMean& second_mean, bool begins_session) -> Result<void> {
+  const auto push = [&](const recordings::Recording&, const compensation::SecondMean& second_mean,
+                        bool begins_session) -> Result<void> {
     const std::int64_t time_ns = second_mean.second * compensation::kNanosecondsPerSecond + 950'000'000;
     if (!writer) {
       auto opened = drivers::CaptureWriter::open(choice.out);
@@ -78,9 +79,10 @@ Result<int> convert(const ConvertChoice& choice) {
     ++count;
     return writer->data(time_ns, bytes);
   };
-  const auto recording = recordings::read_recording(
-      choice.recording, source, {[](const recordings::Recording&) { return Result<void>(); }, push});
+  const auto recording = recordings::read_recording(choice.recording, source, push);
   if (!recording) return tl::unexpected(recording.error());
+  if (auto good = recordings::UnmatchedRanges(recording->unmatched).finish(); !good)
+    return tl::unexpected(good.error());
   if (!writer) return make_error(choice.recording, "found no row");
   if (!recording->sensors().empty() && !choice.quiet) {
     fmt::print(stderr, "prismcal: {}: the frames have rate, temperature and UHFO voltage, but not the sensors {}\n",

@@ -39,7 +39,7 @@ std::vector<std::string> remarks_on(const tables::PlainTable& table, const table
   const auto is_time = [](const std::string& entry) { return entry.starts_with("time="); };
   if (options.interval_s == 0 && std::ranges::none_of(source.map, is_time)) return {};
   const auto ignore = [](const auto&...) { return Result<void>(); };
-  auto recording = recordings::read_recording(table.path(), source, {ignore, ignore});
+  auto recording = recordings::read_recording(table.path(), source, ignore);
   if (!recording) return {recording.error().what};
   std::erase_if(recording->findings,
                 [](const recordings::Finding& finding) { return finding.kind == "time"; });  // summary_of() has them
@@ -174,7 +174,6 @@ Result<int> inspect(const std::string& file, const tables::TableOptions& options
 Result<recordings::Loaded> load(const std::string& path, const recordings::TrainingSetOptions& options) {
   recordings::SourceOptions source = options.source;
   source.table.silence();
-  source.several = true;
   recordings::SiteOptions site = options.site;
   site.no_earth_rate = site.no_earth_rate || !site.latitude_deg;  // the verdict needs the site for unit and sign only
   const auto any = [](const recordings::Recording&) { return Result<void>(); };

@@ -399,7 +399,7 @@ Result<void> read_mapped(const std::string& path, const SourceOptions& options, 
   Result<void> fed;
   for (auto at = averaging.second_means().begin(); fed && at != averaging.second_means().end(); ++at)
     fed = feed.push(*at, false);
-  if (fed) fed = feed.finish();
+  feed.finish();
   if (options.table.announce) {
     std::string line = table->understood();
     for (const Severity severity : {Severity::kRemark, Severity::kQuestion}) {

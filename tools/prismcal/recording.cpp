@@ -129,7 +129,7 @@ Result<void> read_capture(const std::string& path, const SourceOptions& options,
     return make_error(path, clocks + "; correct rate_hz, or accept it with \"accept_clock\" in the configuration");
   if (recording.seconds == 0 && options.leave_out.empty())
     return make_error(path, "found no frame of " + setup->config.frames);
-  if (auto done = feed.finish(); !done) return done;
+  feed.finish();
   add_remarks(recording.findings, "file", sensors->notes());
   add_remarks(recording.findings, "file", {reader->damaged_places().text(), reader->tail_damage()});
   const auto sum = sha256_of_file(path);
@@ -190,15 +190,10 @@ std::optional<std::pair<std::string_view, std::string_view>> Metadata::add(std::
 
 std::vector<SensorName> Recording::sensors() const { return sensors_of_list(sensor_list); }
 
-SecondFeed::SecondFeed(const std::string& path, LeaveOut leave_out, const SecondConsumer& consumer)
-    : leave_out_(std::move(leave_out)), consumer_(consumer) {
+SecondFeed::SecondFeed(const std::string& path, LeaveOut leave_out, const OnSecond& on_second)
+    : leave_out_(std::move(leave_out)), on_second_(on_second) {
   const std::filesystem::path name(path);
   recording_.name = (name.has_stem() ? name.stem() : name.parent_path().stem()).string();
-}
-
-Result<void> SecondFeed::begin() {
-  begun_ = true;
-  return consumer_.begin(recording_);
 }
 
 Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool begins_session) {
@@ -207,20 +202,15 @@ Result<void> SecondFeed::push(const compensation::SecondMean& second_mean, bool 
   if (leave_out_.contains(second_mean.second)) return {};
   begins_session = std::exchange(session_begins_, false);
   jumps_.push(second_mean, begins_session);
-  if (!begun_) {
-    recording_.sensor_list = second_mean.sensor_list;
-    if (auto good = begin(); !good) return good;
-  }
-  ++recording_.seconds;
+  if (recording_.seconds++ == 0) recording_.sensor_list = second_mean.sensor_list;
   ++recording_.samples[second_mean.samples];
-  return consumer_.push(second_mean, begins_session);
+  return on_second_(recording_, second_mean, begins_session);
 }
 
-Result<void> SecondFeed::finish() {
+void SecondFeed::finish() {
   add_remarks(recording_.findings, "left out", leave_out_.notes());
   for (Finding& jump : jumps_.findings(recording_.is_date)) recording_.findings.push_back(std::move(jump));
   recording_.unmatched = leave_out_.unmatched();
-  return begun_ ? Result<void>() : begin();
 }
 
 void UnmatchedRanges::add(const Recording& recording) {
@@ -254,15 +244,11 @@ Result<void> read(const std::string& path, const SourceOptions& options, SecondF
 
 }  // namespace
 
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options,
-                                 const SecondConsumer& consumer) {
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const OnSecond& on_second) {
   // Models and reports contain the name.
   if (!is_printable(path)) return make_error(path, "has a name that is not printable UTF-8; rename it");
-  SecondFeed feed(path, LeaveOut(options.leave_out), consumer);
+  SecondFeed feed(path, LeaveOut(options.leave_out), on_second);
   if (auto done = read(path, options, feed); !done) return tl::unexpected<Error>(done.error());
-  UnmatchedRanges unmatched(options.several ? std::vector<std::string>() : options.leave_out);
-  unmatched.add(feed.recording());
-  if (auto good = unmatched.finish(); !good) return tl::unexpected<Error>(good.error());
   return std::move(feed.recording());
 }
 

@@ -58,7 +58,6 @@ struct SourceOptions {
   std::string config;          ///< capture: configuration of the prismd that recorded it
   std::string axis;            ///< selects one axis of a log or capture with several
   std::vector<std::string> leave_out;  ///< times that are not used: see LeaveOut
-  bool several = false;  ///< one of several recordings: a range of leave_out may contain none of its times
 };
 
 struct SiteOptions {
@@ -67,34 +66,28 @@ struct SiteOptions {
   bool accept_unit = false;  ///< also if the mean rate is the Earth rate in another unit
 };
 
-/// Receives the seconds of a recording. Errors end the reading.
-struct SecondConsumer {
-  /// Called once, before the first second: `recording` has its name, metadata and sensors.
-  std::function<Result<void>(const Recording& recording)> begin;
-  /// Called with each second in order; seconds increase within a session.
-  std::function<Result<void>(const compensation::SecondMean& second_mean, bool begins_session)> push;
-};
+/// Called with each second of a recording in order; seconds increase within a session. The recording has its name,
+/// metadata and sensors. Errors end the reading.
+using OnSecond = std::function<Result<void>(const Recording& recording, const compensation::SecondMean& second_mean,
+                                            bool begins_session)>;
 
 /// Filled by each reader: passes the seconds that are not left out to a consumer, counts them in the recording, and
 /// finds jumps.
 class SecondFeed {
  public:
-  SecondFeed(const std::string& path, LeaveOut leave_out, const SecondConsumer& consumer);
+  SecondFeed(const std::string& path, LeaveOut leave_out, const OnSecond& on_second);
 
   Recording& recording() { return recording_; }
   LeaveOut& leave_out() { return leave_out_; }
   Result<void> push(const compensation::SecondMean& second_mean, bool begins_session);
-  /// Adds the findings to the recording. Calls begin(), if there was no second.
-  Result<void> finish();
+  /// Adds the findings to the recording.
+  void finish();
 
  private:
-  Result<void> begin();
-
   Recording recording_;
   LeaveOut leave_out_;
-  const SecondConsumer& consumer_;
+  const OnSecond& on_second_;
   JumpFinder jumps_;
-  bool begun_ = false;
   bool session_begins_ = false;  ///< its first seconds were left out
 };
 
@@ -108,8 +101,8 @@ bool is_capture(const std::string& path);
 Result<std::string> bytes_kind(const std::string& path);
 
 /// Reads a mapped CSV if options.map is not empty, else a capture or a log by the first bytes of the file, as a stream
-/// of seconds. Errors: also those of the consumer; a range of leave_out without a second of it, unless options.several.
-Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const SecondConsumer& consumer);
+/// of seconds. Errors: also those of `on_second`.
+Result<Recording> read_recording(const std::string& path, const SourceOptions& options, const OnSecond& on_second);
 
 /// Finds ranges of --leave-out that contain no second of any of several recordings.
 class UnmatchedRanges {

@@ -163,16 +163,14 @@ Result<TrainingSet> read_training_set(const std::vector<std::string>& paths, con
   for (const std::string& name : inputs) {
     if (!compensation::has_input(set.features, name) && compensation::sensors_of({name}).empty()) return no_input(name);
   }
-  SourceOptions source = options.source;
-  source.several = true;
-  UnmatchedRanges unmatched(source.leave_out);
+  UnmatchedRanges unmatched(options.source.leave_out);
   std::vector<double> second_sds;
   const auto use = [&](const std::string& path) -> Result<void> {
     const auto refuse = [&, before = std::tuple(set.serial, set.axis, set.features.sensors)](const Error& error) {
       std::tie(set.serial, set.axis, set.features.sensors) = before;
       return tl::unexpected<Error>(error);
     };
-    auto loaded = read_blocks(path, source, options.site, set.features,
+    auto loaded = read_blocks(path, options.source, options.site, set.features,
                               [&](const Recording& recording) { return check_recording(recording, set); });
     if (!loaded) return refuse(loaded.error());
     auto quality = judge ? judge(*loaded) : evaluation::DataQuality{};
@@ -242,11 +240,9 @@ double gain_percent(const InputSearch& search, const InputSet& set) {
 
 Result<std::vector<std::string>> candidate_inputs(const std::string& path, const TrainingSetOptions& options) {
   constexpr double kSame_degc = 0.02;  // of the thermometer of T itself: their difference would only be rounding
-  SourceOptions source = options.source;
-  source.several = true;  // the training checks the ranges of --leave-out
   compensation::FeatureDefinition features = options.window();
   const auto loaded =
-      read_blocks(path, source, options.site, features, [&](const Recording& recording) -> Result<void> {
+      read_blocks(path, options.source, options.site, features, [&](const Recording& recording) -> Result<void> {
         features.sensors = recording.sensors();
         return {};
       });

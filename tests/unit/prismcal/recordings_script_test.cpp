@@ -144,12 +144,12 @@ class SecondsPlayer {
     const std::string path = folder_.file("x.csv");
     options.table.announce = [&](const std::string& line) { give("{}", line.substr(path.size() + 2)); };
     std::vector<SecondMean> found;
-    const auto begin = [&](const Recording&) { return Result<void>(); };
-    const auto recording = read_recording(path, options, {begin, [&](const SecondMean& mean, bool) {
-                                                            found.push_back(mean);
-                                                            return Result<void>();
-                                                          }});
+    const auto recording = read_recording(path, options, [&](const Recording&, const SecondMean& mean, bool) {
+      found.push_back(mean);
+      return Result<void>();
+    });
     if (!recording) return give_error(recording.error());
+    if (const auto good = UnmatchedRanges(recording->unmatched).finish(); !good) return give_error(good.error());
     for (const SecondMean& mean : found) print(mean);
   }
 
