@@ -99,13 +99,13 @@ void add_allan_command(CLI::App& app, int& code) {
       app, code, "allan", "Allan deviation of a recorded rate, with confidence and coefficients", allan);
   add_options(command, {{"file", &choice.file, "prismd's log (file or folder), or any table of evenly spaced rates"}},
               Need::kRequired);
-  add_options(
-      command,
-      {{"--column", &choice.series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},
-       {"--axis", &choice.series.axis, "axis to use, if the log has several"},
-       {"--unit", &choice.series.unit, "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)"},
-       {"--time", &choice.series.time_column, "time column: its name or number (default: by name and unit)"},
-       {"--interval", &choice.series.interval_s, "seconds between rows, if the file has no time", tools::positive()}});
+  add_options(command,
+              {{"--column", &choice.series.column, "rate column: its name or number from 1 (default: rate_deg_per_h)"},
+               {"--axis", &choice.series.axis, "axis to use, if the log has several"},
+               {"--unit", &choice.series.unit, "deg/h, deg/s, rad/s or arcsec/s (default: by the column's header)"},
+               {"--time", &choice.series.time_column, "time column: its name or number (default: by name and unit)"},
+               {"--interval", &choice.series.table.interval_s, "seconds between rows, if the file has no time",
+                tools::positive()}});
   add_table_options(command, choice.series.table);
   add_options(command, {{"--json", &choice.report.json, "print JSON"},
                         {"--quiet", &choice.report.quiet, "no remarks on stderr"}});

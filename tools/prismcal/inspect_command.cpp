@@ -96,8 +96,7 @@ Result<ordered_json> summary_of(const std::string& path, const tables::TableOpti
   json["torn_rows"] = table->torn();
   if (!stamps_ns.empty()) {
     const auto text = [&](std::int64_t time_ns) { return tables::time_text(time_ns, table->has_dates()); };
-    const auto grid = recordings::sample_grid(
-        stamps_ns, path, options.interval_s > 0 ? std::optional(options.interval_s) : std::nullopt);
+    const auto grid = recordings::sample_grid(stamps_ns, path, options.interval_s);
     json["time"] = {{"column", table->columns()[*time].text},
                     {"format", table->time()->text()},
                     {"first", text(stamps_ns.front())},

@@ -341,7 +341,7 @@ class Averaging {
 
 /// Samples that are lost; the options that a window needs if its rows are far apart.
 void add_findings_on_times(const std::vector<std::int64_t>& rate_stamps_ns, const std::vector<std::int64_t>& stamps_ns,
-                           const std::string& path, std::optional<double> interval_s, std::vector<Finding>& findings) {
+                           const std::string& path, double interval_s, std::vector<Finding>& findings) {
   if (stamps_ns.size() < 2) return;
   auto grid = sample_grid(rate_stamps_ns, path, interval_s);
   if (!grid) grid = sample_grid(stamps_ns, path, interval_s);
@@ -390,8 +390,7 @@ Result<void> read_mapped(const std::string& path, const SourceOptions& options, 
   }
   Recording& recording = feed.recording();
   recording.is_date = is_date;
-  add_findings_on_times(rate_stamps_ns, stamps_ns, path, stated ? std::optional(interval_s) : std::nullopt,
-                        recording.findings);
+  add_findings_on_times(rate_stamps_ns, stamps_ns, path, interval_s, recording.findings);
   const auto judged = averaging.finish(path, is_date);
   if (!judged) return tl::unexpected<Error>(judged.error());
   recording.findings.insert(recording.findings.end(), judged->begin(), judged->end());

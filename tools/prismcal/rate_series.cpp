@@ -23,8 +23,8 @@ namespace {
 
 constexpr std::string_view kRateUnits = "deg/h, deg/s, rad/s or arcsec/s";
 
-/// The factor to deg/h; sets the unit of the series. Errors: no unit; one of another quantity.
-Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, const tables::Header& header) {
+/// The factor to deg/h. Errors: no unit; one of another quantity.
+Result<double> factor_of(const RateSeriesChoice& choice, const tables::Header& header) {
   const bool stated = !choice.unit.empty();
   if (!stated && !header.unit)
     return make_error("--unit", fmt::format("found none, and no unit in the header of column {}, expected {}",
@@ -32,41 +32,35 @@ Result<double> set_unit(RateSeries& series, const RateSeriesChoice& choice, cons
   if (!stated && header.unit->quantity != "rate")
     return make_error("--column", fmt::format("found \"{}\" in {}, expected a rate; --unit states another unit",
                                               header.text, header.unit->name));
-  series.unit = stated ? choice.unit : std::string(header.unit->name);
-  if (const tables::Unit* found = tables::find_unit("rate", series.unit)) return found->factor;
-  return make_error("--unit", fmt::format("found \"{}\", expected {}", series.unit, kRateUnits));
+  const tables::Unit* const unit = stated ? tables::find_unit("rate", choice.unit) : header.unit;
+  if (unit) return unit->factor;
+  return make_error("--unit", fmt::format("found \"{}\", expected {}", choice.unit, kRateUnits));
 }
 
-/// The time column and the rate column of a table.
-struct Layout {
-  std::size_t rate = 0;
-  std::optional<std::size_t> time;
-};
-
-Result<Layout> choose_columns(const tables::PlainTable& table, const RateSeriesChoice& choice) {
-  Layout layout;
+/// The rate column and the time column of a table.
+Result<tables::Selection> choose_columns(const tables::PlainTable& table, const RateSeriesChoice& choice) {
+  tables::Selection chosen;
   const auto& columns = table.columns();
   if (!choice.time_column.empty()) {
     const auto found = table.find(choice.time_column);
     if (!found) return tl::unexpected<Error>(found.error());
-    layout.time = *found;
-  } else if (columns.size() > 1) {
-    layout.time = table.time_column();
-    const bool readable = layout.time && table.kind(*layout.time) != tables::ColumnKind::kText;
-    if (choice.interval_s && !readable) layout.time.reset();
+    chosen.time = tables::TimeSelection{*found};
+  } else if (const auto time = columns.size() > 1 ? table.time_column() : std::nullopt) {
+    const bool readable = table.kind(*time) != tables::ColumnKind::kText;
+    if (readable || choice.table.interval_s == 0) chosen.time = tables::TimeSelection{*time};
   }
-  const std::size_t others = columns.size() - (layout.time ? 1 : 0);
+  const std::size_t others = columns.size() - (chosen.time ? 1 : 0);
   const bool named = std::ranges::any_of(columns, [](const auto& column) { return column.text == "rate_deg_per_h"; });
   if (!choice.column.empty() || named) {
     const auto found = table.find(choice.column.empty() ? "rate_deg_per_h" : choice.column);
     if (!found) return tl::unexpected<Error>(found.error());
-    layout.rate = *found;
+    chosen.numbers = {*found};
   } else if (others == 1) {
-    layout.rate = layout.time && *layout.time == 0 ? 1 : 0;
+    chosen.numbers = {chosen.time && chosen.time->column == 0 ? std::size_t{1} : 0};
   } else {
     return make_error(table.path(), fmt::format("found columns {}, expected --column NAME", table.names_text()));
   }
-  return layout;
+  return chosen;
 }
 
 /// Rates in the unit of the file, and times.
@@ -76,10 +70,7 @@ struct Columns {
   std::vector<bool> only_others;  ///< of each row; empty without a time
 };
 
-Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
-  tables::Selection selection;
-  selection.numbers = {layout.rate};
-  if (layout.time) selection.time = tables::TimeSelection{*layout.time};
+Result<Columns> read_columns(tables::PlainTable& table, const tables::Selection& selection) {
   if (auto good = table.select(selection); !good) return tl::unexpected<Error>(good.error());
   Columns columns;
   tables::Row row;
@@ -87,7 +78,7 @@ Result<Columns> read_columns(tables::PlainTable& table, const Layout& layout) {
     const auto more = table.next(row);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    if (layout.time) columns.times_ns.push_back(row.time_ns), columns.only_others.push_back(row.only_others);
+    if (selection.time) columns.times_ns.push_back(row.time_ns), columns.only_others.push_back(row.only_others);
     columns.rates.push_back(row.values[0]);
   }
   if (columns.rates.empty()) return make_error(table.path(), "found no row of numbers, expected a rate in every line");
@@ -122,8 +113,8 @@ Columns samples_of(const Columns& columns) {
 }
 
 /// Sets the interval, and puts a gap into the rates where samples are lost.
-Result<void> place_in_time(Columns columns, const std::string& time_name, const std::string& path,
-                           std::optional<double> given_s, RateSeries& series) {
+Result<void> place_in_time(Columns columns, const std::string& time_name, const std::string& path, double given_s,
+                           RateSeries& series) {
   if (columns.times_ns.size() < 2) {
     series.rate_deg_per_h = std::move(columns.rates);
     series.interval_source = "assumed: the file has no time";
@@ -151,7 +142,7 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   series.column = choice.column.empty() ? "rate_deg_per_h" : choice.column;
   auto folder = LogFolder::open(path, choice.axis, series.column);
   if (!folder) return tl::unexpected(folder.error());
-  const auto factor = set_unit(series, choice, tables::read_header(series.column));
+  const auto factor = factor_of(choice, tables::read_header(series.column));
   if (!factor) return tl::unexpected(factor.error());
   std::vector<Series> records;
   bool begins = false;
@@ -172,39 +163,37 @@ Result<RateSeries> read_log_series(const std::string& path, const RateSeriesChoi
   series.rate_deg_per_h = joined(std::move(records));
   series.interval_source = "one row per second";
   series.gyro_serial = folder->segments.front().value("gyro_serial");
-  series.axis = folder->segments.front().value("axis");
   series.notes = left_out->lines();
   series.notes.insert(series.notes.end(), folder->absent.begin(), folder->absent.end());
   return series;
 }
 
 Result<RateSeries> read_table_series(const std::string& path, const RateSeriesChoice& choice) {
-  tables::TableOptions options = choice.table;
-  options.interval_s = choice.interval_s.value_or(0);
-  auto table = tables::PlainTable::open(path, options);
+  const double given_s = choice.table.interval_s;
+  auto table = tables::PlainTable::open(path, choice.table);
   if (!table) return tl::unexpected<Error>(table.error());
-  const auto layout = choose_columns(*table, choice);
-  if (!layout) return tl::unexpected<Error>(layout.error());
+  const auto chosen = choose_columns(*table, choice);
+  if (!chosen) return tl::unexpected<Error>(chosen.error());
   RateSeries series;
-  const tables::Header& header = table->columns()[layout->rate];
+  const tables::Header& header = table->columns()[chosen->numbers[0]];
   series.column = header.text;
-  const auto factor = set_unit(series, choice, header);
+  const auto factor = factor_of(choice, header);
   if (!factor) return tl::unexpected<Error>(factor.error());
-  auto columns = read_columns(*table, *layout);
+  auto columns = read_columns(*table, *chosen);
   if (!columns) return tl::unexpected<Error>(columns.error());
   series.rows = columns->rates.size();
   if (table->has_dates() && !columns->times_ns.empty())
     series.begin_s = columns->times_ns.front() / compensation::kNanosecondsPerSecond;
   RateRows rows{*factor, mean_step_s(columns->times_ns), columns->times_ns, table->has_dates()};
-  if (choice.interval_s) rows.interval_s = *choice.interval_s;
+  if (given_s > 0) rows.interval_s = given_s;
   const auto remarks = lines_of(judge_rates(columns->rates, rows), Severity::kRemark);
-  const std::string time_name = layout->time ? table->columns()[*layout->time].text : "";
-  if (auto placed = place_in_time(std::move(*columns), time_name, path, choice.interval_s, series); !placed)
+  const std::string time_name = chosen->time ? table->columns()[chosen->time->column].text : "";
+  if (auto placed = place_in_time(std::move(*columns), time_name, path, given_s, series); !placed)
     return tl::unexpected<Error>(placed.error());
   for (double& rate : series.rate_deg_per_h) rate *= *factor;
   series.notes.insert(series.notes.end(), remarks.begin(), remarks.end());
-  if (choice.interval_s) {
-    series.interval_s = *choice.interval_s;
+  if (given_s > 0) {
+    series.interval_s = given_s;
     series.interval_source = "given";
   }
   if (choice.table.announce) choice.table.announce(table->understood());
@@ -215,8 +204,8 @@ Result<RateSeries> read_table_series(const std::string& path, const RateSeriesCh
 
 Result<RateSeries> read_rate_series(const std::string& path, const RateSeriesChoice& choice) {
   std::error_code error;
-  const bool log =
-      choice.time_column.empty() && !choice.interval_s && (std::filesystem::is_directory(path, error) || is_log(path));
+  const bool log = choice.time_column.empty() && choice.table.interval_s == 0 &&
+                   (std::filesystem::is_directory(path, error) || is_log(path));
   if (!log) {
     const auto kind = bytes_kind(path);
     if (!kind) return tl::unexpected<Error>(kind.error());

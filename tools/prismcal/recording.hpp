@@ -158,16 +158,15 @@ std::string train_command(const tables::PlainTable& table, const tables::TableOp
 // One column of a log or table as an evenly spaced rate, for an Allan deviation.
 
 struct RateSeriesChoice {
-  std::string column;       ///< name, or number from 1; empty: "rate_deg_per_h", or the only column except the time
-  std::string time_column;  ///< name or number; empty: the column whose name and unit are those of a time
-  std::string unit;         ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header
-  std::optional<double> interval_s;  ///< spacing of the rows; overrides the time column
-  std::string axis;                  ///< selects one axis of a log with several
-  tables::TableOptions table;        ///< how a table of another program is written
+  std::string column;          ///< name, or number from 1; empty: "rate_deg_per_h", or the only column except the time
+  std::string time_column;     ///< name or number; empty: the column whose name and unit are those of a time
+  std::string unit;            ///< deg/h, deg/s, rad/s, arcsec/s; empty: by the column's header
+  std::string axis;            ///< selects one axis of a log with several
+  tables::TableOptions table;  ///< how a table of another program is written; its interval_s overrides the time column
 };
 
 struct RateSeries {
-  std::string column, unit;
+  std::string column;
   /// NaN for each missing value: an empty field, or a jump in time; evaluation::kAllanBreak between two records:
   /// sessions, or rows before and after a long gap.
   std::vector<double> rate_deg_per_h;
@@ -175,7 +174,7 @@ struct RateSeries {
   std::string
       interval_source;  ///< how it was found: "median step of time_s", "given", "assumed: …"; printed in reports
   std::size_t rows = 0;
-  std::string gyro_serial, axis;        ///< of a log; empty: unknown
+  std::string gyro_serial;              ///< of a log; empty: unknown
   std::optional<std::int64_t> begin_s;  ///< since 1970; nullopt: no date
   std::vector<std::string> notes;       ///< readable lines on rows left out, and on the time
 };

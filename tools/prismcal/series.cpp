@@ -149,13 +149,13 @@ std::vector<SampleHole> stated_holes(const Stamps& stamps, double interval_s) {
 
 }  // namespace
 
-Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, std::optional<double> interval_s) {
+Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, double interval_s) {
   if (stamps.size() < 2)
     return make_error(where, fmt::format("found {}, expected 2 or more", counted(stamps.size(), "time")));
   if (stamps.back() == stamps.front()) return make_error(where, "found the same time in all rows");
   const double median_s = median_step_ns(stamps, 1) / 1e9;
-  Places places = interval_s ? places_of(stamps, *interval_s * 1e9) : best_places(stamps);
-  if (const std::size_t row = places.shared_row; row > 0 && !interval_s) {
+  Places places = interval_s > 0 ? places_of(stamps, interval_s * 1e9) : best_places(stamps);
+  if (const std::size_t row = places.shared_row; row > 0 && interval_s == 0) {
     const auto step_s = static_cast<double>(stamps[row] - stamps[row - 1]) / 1e9;
     const std::string found =
         step_s == 0 ? "has the time of the row before"
@@ -164,14 +164,14 @@ Result<SampleGrid> sample_grid(const Stamps& stamps, const std::string& where, s
                                          "--interval SECONDS",
                                          row + 1, found));
   }
-  if (const double other_ns = interval_s ? 0 : interval_without_loss_ns(places, stamps.size()); other_ns > 0)
+  if (const double other_ns = interval_s > 0 ? 0 : interval_without_loss_ns(places, stamps.size()); other_ns > 0)
     return make_error(where,
                       fmt::format("two readings are possible: a row every {:.6g} s, and {} at even "
                                   "distances, or every {:.6g} s with rounded times; state --interval",
                                   places.interval_ns / 1e9, counted(places.holes.size(), "hole"), other_ns / 1e9));
   SampleGrid grid;
-  grid.interval_s = interval_s ? *interval_s : places.interval_ns / 1e9;
-  grid.holes = places.shared_row > 0 ? stated_holes(stamps, *interval_s) : std::move(places.holes);
+  grid.interval_s = interval_s > 0 ? interval_s : places.interval_ns / 1e9;
+  grid.holes = places.shared_row > 0 ? stated_holes(stamps, interval_s) : std::move(places.holes);
   for (const SampleHole& hole : grid.holes) grid.lost += hole.lost;
   if (places.shared_row > 0 || places.jitter_ns > 1e7 * grid.interval_s)
     grid.notes.push_back(

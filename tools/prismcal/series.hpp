@@ -55,11 +55,11 @@ struct SampleGrid {
 
 /// The interval is the span of the rows between holes by their count. Each stamp must be nearest to a place of its own
 /// on a grid that follows a slow drift; a place without a stamp is a lost sample. So stamps may be rounded or jitter by
-/// less than half an interval. `interval_s`: the true one, if it is known; then any stamps are accepted, and if they
+/// less than half an interval. `interval_s`: > 0: the true one; then any stamps are accepted, and if they
 /// are not on a grid, a step of more than 2.5 usual ones is a hole. Errors: fewer than two stamps; stamps that are not
 /// on a grid; single jumps at even distances, which are lost samples or rounded stamps. Stamps do not decrease.
 Result<SampleGrid> sample_grid(const std::vector<std::int64_t>& stamps_ns, const std::string& where,
-                               std::optional<double> interval_s = std::nullopt);
+                               double interval_s = 0);
 
 /// The mean step of stamps; 1 if there are too few, or no time passes.
 double mean_step_s(const std::vector<std::int64_t>& stamps_ns);

@@ -56,7 +56,7 @@ TEST_F(RateSeries, ReadsAColumnWithoutNames) {
   EXPECT_THAT(series.rate_deg_per_h, ElementsAre(1, 2, 3));
   EXPECT_EQ(series.interval_source, "assumed: the file has no time");
   recordings::RateSeriesChoice tenth = in_deg_per_h();
-  tenth.interval_s = 0.1;
+  tenth.table.interval_s = 0.1;
   EXPECT_EQ(recordings::read_rate_series(written("1\n2\n3\n"), tenth)->interval_s, 0.1);
 }
 
@@ -151,7 +151,7 @@ TEST_F(RateSeries, ATimeThatItCannotReadIsAnError) {
       recordings::read_rate_series(written(rows), choice).error().text(),
       HasSubstr(
           "column Time: found \"12:00:00:000\", expected a time as 2024-03-01 12:00:05.250 or a number; prism-import"));
-  choice.interval_s = 0.1;
+  choice.table.interval_s = 0.1;
   EXPECT_EQ(recordings::read_rate_series(written(rows), choice)->interval_s, 0.1);
   EXPECT_EQ(recordings::read_rate_series(written("rate_dps,flag\n1,on\n2,off\n"), {}).error().text().find("time"),
             std::string::npos);
