@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -32,28 +33,20 @@ bool begins_with_session(const Recording& recording, std::int64_t first_s) {
 
 std::vector<double> BlockTable::column(const std::string& input) const {
   std::vector<double> values;
-  values.reserve(blocks.size());
   for (std::size_t i = 0; i < size(); ++i) values.push_back(compensation::input_value(blocks[i], features, input));
   return values;
 }
 
 std::vector<double> BlockTable::hours() const {
   std::vector<double> values;
-  values.reserve(blocks.size());
   for (std::size_t i = 0; i < size(); ++i)
     values.push_back(static_cast<double>(second(i) - second(0) + features.length_s) / 3600);
   return values;
 }
 
 double BlockTable::mean_rate_deg_per_h() const {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const double bias : bias_deg_per_h) {
-    if (!std::isfinite(bias)) continue;
-    sum += bias;
-    ++count;
-  }
-  return sum / static_cast<double>(count) + earth_rate_deg_per_h;
+  const double sum = std::accumulate(bias_deg_per_h.begin(), bias_deg_per_h.end(), 0.0);
+  return sum / static_cast<double>(size()) + earth_rate_deg_per_h;
 }
 
 std::vector<double> BlockTable::second_sds() const {
@@ -108,7 +101,7 @@ Result<void> BlockTableBuilder::push(const compensation::SecondMean& original, b
 // The rate of each second, the missing seconds and the gaps.
 void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) {
   if (const std::int64_t gap_s = last_ ? second_mean.second - *last_ - 1 : 0; gap_s > 0)
-    miss(static_cast<std::size_t>(gap_s)), sparse_ += gap_s > table_.features.max_gap_s;
+    miss(static_cast<std::size_t>(gap_s), false), sparse_ += gap_s > table_.features.max_gap_s;
   const bool known = std::isfinite(second_mean.rate_deg_per_h);
   any_rate_ = any_rate_ || known;
   const bool has_temperature = std::isfinite(second_mean.temperature_degc);
@@ -117,9 +110,9 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
   if (has_temperature) last_temperature_ = second_mean.second, without_temperature_ = 0;
   const bool too_long = second_mean.second - *last_temperature_ > table_.features.max_gap_s;
   if (!known) {
-    leave_unused(1);
+    miss(1, true);
   } else if (too_long) {
-    leave_unused(1 + std::exchange(without_temperature_, 0));
+    miss(1 + std::exchange(without_temperature_, 0), true);
   } else {
     without_temperature_ += !has_temperature;
   }
@@ -130,15 +123,11 @@ void BlockTableBuilder::add_second(const compensation::SecondMean& second_mean) 
   table_.missing_frames += second_mean.missing_frames;
 }
 
-void BlockTableBuilder::miss(std::size_t seconds) {
+void BlockTableBuilder::miss(std::size_t seconds, bool have_rows) {
   table_.missing_s += seconds;
+  if (have_rows) table_.unused_s += seconds;
   if (!in_gap_) ++table_.gaps;
   in_gap_ = true;
-}
-
-void BlockTableBuilder::leave_unused(std::size_t seconds) {
-  table_.unused_s += seconds;
-  miss(seconds);
 }
 
 void BlockTableBuilder::add_window(const compensation::Window& window) {
@@ -148,7 +137,6 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
     on_grid_ = false;
     return;
   }
-  if (!std::isfinite(window.rate_deg_per_h)) return;
   table_.follows.push_back(on_grid_ && second == next_end_);
   table_.blocks.push_back(window);
   table_.bias_deg_per_h.push_back(window.rate_deg_per_h - table_.earth_rate_deg_per_h);
@@ -156,19 +144,16 @@ void BlockTableBuilder::add_window(const compensation::Window& window) {
   on_grid_ = true;
 }
 
-std::string BlockTableBuilder::clocks_text() const {
-  return fmt::format(
-      "clocks_differ marks {} {}: the rate_hz of the description does not fit; correct it and replay the "
-      "capture",
-      clocks_differ_ == whole_ ? "all" : fmt::format("{} of", clocks_differ_), counted(whole_, "second"));
-}
-
 Result<BlockTable> BlockTableBuilder::finish() {
   if (table_.blocks.empty()) {
+    const bool all_differ = clocks_differ_ > 0 && clocks_differ_ == whole_;
+    const std::string clocks = fmt::format(
+        "clocks_differ marks {} {}: the rate_hz of the description does not fit; correct it and replay the capture",
+        all_differ ? "all" : fmt::format("{} of", clocks_differ_), counted(whole_, "second"));
+    if (all_differ) return make_error(table_.name, clocks);
     const auto error = [&](const std::string& why) {
-      return make_error(table_.name, clocks_differ_ > 0 ? why + "; " + clocks_text() : why);
+      return make_error(table_.name, clocks_differ_ > 0 ? why + "; " + clocks : why);
     };
-    if (clocks_differ_ > 0 && clocks_differ_ == whole_) return make_error(table_.name, clocks_text());
     if (pushed_ > 0 && !any_temperature_)
       return error("found no temperature, expected one (in a table: --map temperature=COLUMN:UNIT)");
     if (pushed_ > 0 && !any_rate_) return error("found no rate, expected one");

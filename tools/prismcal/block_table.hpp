@@ -64,9 +64,7 @@ class BlockTableBuilder {
 
  private:
   void add_second(const compensation::SecondMean& second_mean);
-  void miss(std::size_t seconds);
-  void leave_unused(std::size_t seconds);
-  std::string clocks_text() const;
+  void miss(std::size_t seconds, bool have_rows);
   void add_window(const compensation::Window& window);
 
   BlockTable table_;
