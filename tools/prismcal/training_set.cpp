@@ -108,29 +108,25 @@ nlohmann::ordered_json facts_of(const Recording& recording, const BlockTable& ta
 }
 
 std::size_t append_blocks(const BlockTable& table, training::TrainingData& data) {
-  const int run = data.runs.empty() ? 0 : data.runs.back() + 1;
-  const std::vector<double> hours = table.hours();
-  std::vector<std::size_t> good;
-  std::vector<std::vector<double>> columns;
-  for (const std::string& name : data.names) columns.push_back(table.column(name));
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    bool known = std::isfinite(table.bias_deg_per_h[i]);
-    for (const auto& column : columns) known = known && std::isfinite(column[i]);
-    if (known) good.push_back(i);
+  const auto n = static_cast<Eigen::Index>(table.size()), d = static_cast<Eigen::Index>(data.names.size());
+  const auto vector = [&](const std::vector<double>& of_blocks) {
+    return Eigen::VectorXd(Eigen::VectorXd::Map(of_blocks.data(), n));
+  };
+  Eigen::MatrixXd inputs(d, n);
+  for (Eigen::Index i = 0; i < d; ++i) inputs.row(i) = vector(table.column(data.names[static_cast<std::size_t>(i)]));
+  training::Rows known;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (inputs.col(i).allFinite()) known.push_back(i);
   }
-  const Eigen::Index before = data.target.size(), added = static_cast<Eigen::Index>(good.size());
-  data.inputs.conservativeResize(static_cast<Eigen::Index>(data.names.size()), before + added);
-  data.target.conservativeResize(before + added);
-  data.time_s.conservativeResize(before + added);
-  for (Eigen::Index j = 0; j < added; ++j) {
-    const std::size_t i = good[static_cast<std::size_t>(j)];
-    for (std::size_t d = 0; d < columns.size(); ++d)
-      data.inputs(static_cast<Eigen::Index>(d), before + j) = columns[d][i];
-    data.target[before + j] = table.bias_deg_per_h[i];
-    data.time_s[before + j] = 3600 * hours[i];
-    data.runs.push_back(run);
-  }
-  return table.size() - good.size();
+  const auto added = static_cast<Eigen::Index>(known.size()), all = data.target.size() + added;
+  data.inputs.conservativeResize(d, all);
+  data.target.conservativeResize(all);
+  data.time_s.conservativeResize(all);
+  data.inputs.rightCols(added) = inputs(Eigen::all, known);
+  data.target.tail(added) = vector(table.bias_deg_per_h)(known);
+  data.time_s.tail(added) = 3600 * vector(table.hours())(known);
+  data.runs.resize(static_cast<std::size_t>(all), data.runs.empty() ? 0 : data.runs.back() + 1);
+  return table.size() - known.size();
 }
 
 Result<Unusable> use_each(const std::vector<std::string>& paths, bool strict,
