@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -421,23 +421,6 @@ void add_train_command(CLI::App& app, int& code) {
 
 namespace {
 
-// Removes the mean of each recording: 1 sigma does not contain it.
-void centre(std::vector<double>& values, const std::vector<int>& runs) {
-  std::map<int, std::pair<double, double>> sums;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    auto& [sum, count] = sums[runs[i]];
-    sum += values[i];
-    ++count;
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] -= sums[runs[i]].first / sums[runs[i]].second;
-}
-
-double sum_of_squares(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return sum;
-}
-
 // 1 sigma of the logarithm of the remaining share on another day over that of held-out parts of one day, in addition to
 // next_improvement(): from 16 pairs of simulated days (docs/report.md).
 constexpr double kOtherDay = 0.18;
@@ -515,18 +498,23 @@ std::optional<Expectation> expectation_of(const training::HeldOutErrors& held_ou
   const auto count = static_cast<std::size_t>(held_out.error.size());
   if (training::fold_count(held_out.folds) < 2 || held_out.samples.size() != count || !held_out.error.allFinite())
     return std::nullopt;
-  std::vector<int> runs;
-  std::vector<double> before, after(held_out.error.begin(), held_out.error.end());
-  for (const Eigen::Index i : held_out.samples) {
-    before.push_back(data.target[i]);
-    runs.push_back(data.runs.empty() ? 0 : data.runs[static_cast<std::size_t>(i)]);
+  Eigen::VectorXd before = data.target(held_out.samples), after = held_out.error;
+  // 1 sigma does not contain the mean of a recording.
+  const std::vector<int> runs = training::taken(training::runs_of(data), held_out.samples);
+  for (const training::Rows& rows : training::fold_members(training::numbered(runs))) {
+    for (Eigen::VectorXd* const values : {&before, &after}) {
+      double sum = 0;
+      for (const Eigen::Index i : rows) sum += (*values)[i];
+      (*values)(rows).array() -= sum / static_cast<double>(rows.size());
+    }
   }
-  centre(before, runs);
-  centre(after, runs);
+  const auto sum_of_squares = [](const Eigen::VectorXd& values) {
+    return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+  };
   if (!(sum_of_squares(before) > 0)) return std::nullopt;
   Expectation expected{training::fold_count(held_out.folds), count, 1 - sum_of_squares(after) / sum_of_squares(before),
                        std::nullopt};
-  if (const auto interval = evaluation::next_improvement(before, after))
+  if (const auto interval = evaluation::next_improvement({before.data(), count}, {after.data(), count}))
     expected.improvement = for_another_day(*interval);
   return expected;
 }
