@@ -223,41 +223,31 @@ QuantitySet RowJudge::push(const Sample& sample, std::size_t line) {
   return implausible;
 }
 
-/// "temperature: 23 of 14400 values implausible, the first in line 12: …". Empty: none.
-Result<std::string> RowJudge::implausible_text(std::size_t quantity, const std::vector<Finding>& explained,
-                                               const std::string& path) const {
-  const Count& count = counts_[quantity];
-  const Rejected* first = nullptr;
-  std::size_t implausible = 0;
-  for (const Rejected& rejected : count.rejected) {
-    // The seconds next to values that are not used may have a few of their samples. `explained` is in order of time.
-    const auto at =
-        std::lower_bound(explained.begin(), explained.end(), rejected.second,
-                         [](const Finding& finding, std::int64_t second) { return finding.end + 1 < second; });
-    if (at != explained.end() && at->begin - 1 <= rejected.second) continue;
-    if (first == nullptr) first = &rejected;
-    implausible += rejected.values;
-  }
-  if (first == nullptr) return std::string();
-  const std::string text =
-      fmt::format("{}: {} of {} values implausible, the first in line {}: {}", kJudged[quantity].name, implausible,
-                  count.values, first->first_line, compensation::rejection_text(first->why, kJudged[quantity].unit));
-  if (quantity == 1 && 2 * count.like_kelvin > count.values)
-    return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
-  if (100 * implausible > count.values) return make_error(path, text + "; expected at most 1 %");
-  return text + "; left out";
-}
-
 Result<std::vector<Finding>> RowJudge::finish(const std::string& path,
-                                              std::array<std::vector<Finding>, 3> of_seconds) const {
+                                              const std::array<std::vector<Finding>, 3>& of_seconds) const {
   std::vector<Finding> findings;
   for (std::size_t q = 0; q < counts_.size(); ++q) {
+    const Count& count = counts_[q];
     std::vector<Finding> explained = of_seconds[q];
     std::erase_if(explained, [](const Finding& finding) { return !finding.advice.empty(); });  // its values are used
-    std::sort(explained.begin(), explained.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
-    const auto text = implausible_text(q, explained, path);
-    if (!text) return tl::unexpected<Error>(text.error());
-    if (!text->empty()) findings.push_back({"implausible", *text});
+    std::ranges::sort(explained, {}, &Finding::begin);
+    const Rejected* first = nullptr;
+    std::size_t implausible = 0;
+    for (const Rejected& rejected : count.rejected) {
+      // The seconds next to values that are not used may have a few of their samples.
+      const auto at = std::ranges::lower_bound(explained, rejected.second - 1, {}, &Finding::end);
+      if (at != explained.end() && at->begin - 1 <= rejected.second) continue;
+      if (first == nullptr) first = &rejected;
+      implausible += rejected.values;
+    }
+    if (first == nullptr) continue;
+    const std::string text =
+        fmt::format("{}: {} of {} values implausible, the first in line {}: {}", kJudged[q].name, implausible,
+                    count.values, first->first_line, compensation::rejection_text(first->why, kJudged[q].unit));
+    if (q == 1 && 2 * count.like_kelvin > count.values)
+      return make_error(path, text + "; looks like kelvin: --map temperature=COLUMN:K");
+    if (100 * implausible > count.values) return make_error(path, text + "; expected at most 1 %");
+    findings.push_back({"implausible", text + "; left out"});
   }
   for (const auto& some : of_seconds) findings.insert(findings.end(), some.begin(), some.end());
   return findings;

@@ -68,7 +68,8 @@ class RowJudge {
   QuantitySet push(const Sample& sample, std::size_t line);
   /// The findings, with those of judge_seconds(), which explain values that are not counted here. Errors: more than 1 %
   /// of a quantity is implausible.
-  Result<std::vector<Finding>> finish(const std::string& path, std::array<std::vector<Finding>, 3> of_seconds) const;
+  Result<std::vector<Finding>> finish(const std::string& path,
+                                      const std::array<std::vector<Finding>, 3>& of_seconds) const;
 
  private:
   /// The rejected values of one second.
@@ -81,8 +82,6 @@ class RowJudge {
     std::size_t values = 0, like_kelvin = 0;
     std::vector<Rejected> rejected = {};
   };
-  Result<std::string> implausible_text(std::size_t quantity, const std::vector<Finding>& explained,
-                                       const std::string& path) const;
 
   compensation::Plausibility plausibility_{compensation::PlausibilityLimits{}};
   std::array<Count, 3> counts_;
