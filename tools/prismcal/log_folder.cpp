@@ -116,17 +116,6 @@ Result<void> parse_row(std::string_view line, const LogSegment& segment, compens
   return {};
 }
 
-// Error text for a folder without a log: the number of files, and a capture or the first file.
-std::string no_log_text(const fs::path& folder) {
-  const std::vector<std::string> names = files_of(folder.string(), "");
-  if (names.empty()) return "found an empty folder, expected one with prismd's log, *.csv";
-  const auto capture = std::find_if(names.begin(), names.end(), is_capture);
-  const fs::path example = capture != names.end() ? *capture : names.front();
-  return fmt::format("found a folder with {} but no .csv ({}), expected prismd's log{}", counted(names.size(), "file"),
-                     example.filename().string(),
-                     capture != names.end() ? "; give the capture itself, with --config" : "");
-}
-
 // Version 0.1 wrote "-" if there was no axis.
 std::string axis_of(const LogSegment& segment) {
   std::string axis = segment.value("axis");
@@ -332,7 +321,9 @@ std::string Absent::text() const {
 Result<LogFolder> LogFolder::open(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = opened(path, column);
   if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
-  if (folder.segments.empty()) return make_error(path, no_log_text(path));
+  if (folder.segments.empty())
+    return make_error(
+        path, "found no .csv in the folder, expected prismd's log; give a capture by its own path, with --config");
   const std::vector<std::string> names = folder.axes();
   if (!axis.empty() || names.size() > 1) {
     const auto chosen = choose_axis(names, axis, path);
