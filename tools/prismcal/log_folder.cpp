@@ -144,7 +144,7 @@ LogFolder opened(const std::string& path, const std::string& column) {
     if (segment)
       folder.segments.push_back(std::move(*segment));
     else
-      folder.rejected.push_back({file, std::move(segment.error())});
+      folder.rejected.emplace_back(file, std::move(segment.error()));
   }
   std::map<std::string, std::uint64_t> numbers;
   for (const LogSegment& segment : folder.segments) {  // a copy of another name has the number of its original
@@ -169,7 +169,7 @@ LogFolder opened(const std::string& path, const std::string& column) {
 // One line per file that cannot be read, and per file with damaged rows: the first of them.
 std::vector<std::string> damage_lines(const LogFolder& folder) {
   std::vector<std::string> lines;
-  for (const LogFolder::RejectedFile& file : folder.rejected) lines.push_back(file.error.text() + "; file not used");
+  for (const auto& [file, error] : folder.rejected) lines.push_back(error.text() + "; file not used");
   for (const LogSegment& segment : folder.segments) {
     if (segment.damaged.empty()) continue;
     const LeftOutRow& row = segment.damaged.front();
@@ -185,9 +185,9 @@ std::vector<std::string> absent_texts(const std::vector<LogSegment>& segments) {
   std::vector<std::string> texts;
   for (const LogSegment& segment : segments) {
     if (!segment.position || !logs.insert(segment.position->log).second) continue;
-    const Absent absent{segment.position->segment - 1, segment.position->first - 1,
-                        segment.first_second.value_or(-1) + 1};
-    if (absent.segments > 0) texts.push_back(absent.text());
+    std::string text =
+        absent_text(segment.position->segment - 1, segment.position->first - 1, segment.first_second.value_or(-1) + 1);
+    if (!text.empty()) texts.push_back(std::move(text));
   }
   return texts;
 }
@@ -311,7 +311,7 @@ std::vector<std::string> files_of(const std::string& folder, const std::string& 
   return paths;
 }
 
-std::string Absent::text() const {
+std::string absent_text(std::uint64_t segments, std::uint64_t rows, std::int64_t before_s) {
   if (segments == 0) return {};
   const std::string what = rows > 0 ? counted(rows, "row") : counted(segments, "segment");
   const std::string before = before_s == 0 ? "" : ", before " + utc_text(before_s);
@@ -320,7 +320,7 @@ std::string Absent::text() const {
 
 Result<LogFolder> LogFolder::open(const std::string& path, const std::string& axis, const std::string& column) {
   LogFolder folder = opened(path, column);
-  if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().error);
+  if (folder.segments.empty() && !folder.rejected.empty()) return tl::unexpected<Error>(folder.rejected.front().second);
   if (folder.segments.empty())
     return make_error(
         path, "found no .csv in the folder, expected prismd's log; give a capture by its own path, with --config");

@@ -77,26 +77,17 @@ Result<void> read_log_segment(LogSegment& segment, const OnSegmentRow& on_row);
 /// Returns the paths in `folder` that end with `extension`, sorted by name; empty if the folder cannot be read.
 std::vector<std::string> files_of(const std::string& folder, const std::string& extension);
 
-/// The segments of a log or capture that a folder does not have: deleted, or never copied.
-struct Absent {
-  std::uint64_t segments = 0, rows = 0;  ///< before the oldest segment
-  std::int64_t before_s = 0;             ///< begin of that segment (UTC)
-
-  /// "begins with segment 4: 259200 rows before 2026-11-23T09:11:00Z are not here"; empty: nothing is absent.
-  std::string text() const;
-};
+/// "begins with segment 4: 259200 rows before 2026-11-23T09:11:00Z are not here": the segments and rows of a log or
+/// capture before `before_s` (UTC; 0: not known), which a folder does not have: deleted, or never copied. Empty: none.
+std::string absent_text(std::uint64_t segments, std::uint64_t rows, std::int64_t before_s);
 
 /// The log segments in one file or in all *.csv of a folder, in the order of their positions. Those of 0.3 and older
 /// come first, in the order of the index next to them; without one, sorted by session and first second.
 struct LogFolder {
   std::vector<LogSegment> segments;  ///< opened; join_rows() completes them
-  std::vector<std::string> absent;   ///< Absent::text() of the logs of these segments; by open() of a folder only
-  struct RejectedFile {
-    std::string path;
-    Error error;
-  };
-  std::vector<RejectedFile> rejected;  ///< files that open_log_segment() cannot open
-  bool salvaging = false;              ///< by salvage(): a failed disk is damage, not an error
+  std::vector<std::string> absent;   ///< absent_text() of the logs of these segments; by open() of a folder only
+  std::vector<std::pair<std::string, Error>> rejected;  ///< files that open_log_segment() cannot open
+  bool salvaging = false;                               ///< by salvage(): a failed disk is damage, not an error
 
   /// `axis`: selects one of several axes; empty: the only one. `column`: see open_log_segment(). Errors: those of
   /// open_log_segment() if no file can be read, no .csv file, logs of several instances or gyros, an unknown axis,

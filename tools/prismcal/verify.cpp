@@ -74,8 +74,8 @@ void check_numbers(const std::string& folder, bool has_older, const NumberedSegm
   for (const auto& [key, next] : segments) {
     const auto& [log, number, path] = key;
     if (last == 0 || last_log != log) {
-      const recordings::Absent absent{number - 1, next.first - 1, next.begin_s};
-      if (absent.segments > 0 && !has_older) add(result, folder, kDeleted, absent.text());
+      const std::string absent = recordings::absent_text(number - 1, next.first - 1, next.begin_s);
+      if (!absent.empty() && !has_older) add(result, folder, kDeleted, absent);
     } else if (number > last) {  // else a copy
       const std::uint64_t files = number - last - 1, missing = std::max(next.first, end) - end;
       const std::string with = missing > 0 ? ", with " + counted(missing, "row") : "";

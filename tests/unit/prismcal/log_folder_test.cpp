@@ -137,7 +137,7 @@ TEST_F(LogFolderTest, OrdersSegmentsByTheirPosition) {
   EXPECT_THAT(LogFolder::open(log)->absent,
               ElementsAre("begins with segment 3: 100 rows of the log are not here, before 2026-11-21T12:00:00Z"));
   write("c.csv", head("2026-11-21T12:59:59.5Z", "# log: 1 segment 1\n") + rows_of(kNoon, 2));
-  EXPECT_THAT(LogFolder::open(log)->rejected.front().error.text(),
+  EXPECT_THAT(LogFolder::open(log)->rejected.front().second.text(),
               HasSubstr("log: found \"1 segment 1\", expected ID segment N first ROW running S"));
 }
 
@@ -262,7 +262,7 @@ TEST_F(LogFolderTest, SalvageReadsAllGoodRows) {
   EXPECT_EQ(salvaged.segments[0].damaged[0].why, "found 1 columns, expected 22");
   EXPECT_EQ(rows.rows[2].number, 4u) << "counts the damaged row, as end lines and superseding segments do";
   ASSERT_EQ(salvaged.rejected.size(), 1u);
-  EXPECT_EQ(salvaged.rejected[0].path, log + "/table.csv");
+  EXPECT_EQ(salvaged.rejected[0].first, log + "/table.csv");
 }
 
 TEST_F(LogFolderTest, UsesAChangedSegmentAndReportsIt) {
