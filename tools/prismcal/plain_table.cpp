@@ -318,31 +318,20 @@ void PlainTable::find_kinds(const Rows& rows) {
 }
 
 Result<std::size_t> PlainTable::find(const std::string& wanted) const {
-  for (const bool with_unit : {true, false}) {
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if ((with_unit ? columns_[i].text : columns_[i].name) == wanted) return i;
-    }
-  }
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    if (std::to_string(i + 1) == wanted) return i;
-  }
+  if (const auto by_text = first_that([&](std::size_t i) { return columns_[i].text == wanted; })) return *by_text;
+  if (const auto by_name = first_that([&](std::size_t i) { return columns_[i].name == wanted; })) return *by_name;
+  if (const auto at = first_that([&](std::size_t i) { return std::to_string(i + 1) == wanted; })) return *at;
   return make_error(path_, fmt::format("found no column \"{}\", expected a number from 1 to {} or one of {}", wanted,
                                        columns_.size(), names_text()));
 }
 
 std::optional<std::size_t> PlainTable::time_column() const {
-  const auto first = [&](auto is) -> std::optional<std::size_t> {
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (is(i)) return i;
-    }
-    return std::nullopt;
-  };
-  if (const auto by_unit = first([&](std::size_t i) {
+  if (const auto by_unit = first_that([&](std::size_t i) {
         return columns_[i].unit && columns_[i].unit->quantity == "time" && kinds_[i] == ColumnKind::kNumber;
       }))
     return by_unit;
-  if (const auto by_cells = first([&](std::size_t i) { return kinds_[i] == ColumnKind::kTime; })) return by_cells;
-  return first([&](std::size_t i) { return !columns_[i].unit && may_be_time(i); });
+  if (const auto by_cells = first_that([&](std::size_t i) { return kinds_[i] == ColumnKind::kTime; })) return by_cells;
+  return first_that([&](std::size_t i) { return !columns_[i].unit && may_be_time(i); });
 }
 
 bool PlainTable::may_be_time(std::size_t column) const {

@@ -84,6 +84,14 @@ class PlainTable {
   const std::string& path() const { return path_; }
   const std::vector<Header>& columns() const { return columns_; }
   ColumnKind kind(std::size_t column) const { return kinds_[column]; }
+  /// The first column for whose number `is` returns true.
+  template <class Is>
+  std::optional<std::size_t> first_that(const Is& is) const {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (is(i)) return i;
+    }
+    return std::nullopt;
+  }
   /// A column by its header, by its header without the unit, or by its number from 1. Errors: unknown.
   Result<std::size_t> find(const std::string& wanted) const;
   std::string names_text() const;  ///< all headers, separated by commas

@@ -143,23 +143,19 @@ Result<const tables::Unit*> unit_of_quantity(const std::string& quantity, const 
                                          quantity, mapped.column, header.text, known_units(quantity)));
 }
 
-/// The first column of numbers that is one.
-template <class Is>
-std::optional<std::size_t> column_that(const tables::PlainTable& table, const Is& is) {
-  for (std::size_t i = 0; i < table.columns().size(); ++i) {
-    if (table.kind(i) == tables::ColumnKind::kNumber && is(table.columns()[i])) return i;
-  }
-  return std::nullopt;
-}
-
-/// By its unit.
+/// The first column of numbers with the unit of a quantity.
 std::optional<std::size_t> column_of(const tables::PlainTable& table, std::string_view quantity) {
-  return column_that(table, [&](const tables::Header& h) { return h.unit && h.unit->quantity == quantity; });
+  return table.first_that([&](std::size_t i) {
+    const tables::Unit* const unit = table.columns()[i].unit;
+    return table.kind(i) == tables::ColumnKind::kNumber && unit && unit->quantity == quantity;
+  });
 }
 
 std::optional<std::size_t> column_named_uhfo(const tables::PlainTable& table) {
-  return column_that(table, [](const tables::Header& h) {
-    return !h.unit && tables::lower(h.name).find("uhfo") != std::string::npos;
+  return table.first_that([&](std::size_t i) {
+    const tables::Header& header = table.columns()[i];
+    return table.kind(i) == tables::ColumnKind::kNumber && !header.unit &&
+           tables::lower(header.name).find("uhfo") != std::string::npos;
   });
 }
 
