@@ -26,23 +26,15 @@ std::vector<std::string> known_methods() {
   return names;
 }
 
-std::string method_help() {
-  std::vector<std::string> names = known_methods();
-  for (std::string& name : names)
-    name += name == default_method() ? " (default)"
-            : name == kDefaultTuned  ? " (default with --c, --sigma2 or --tune)"
-                                     : "";
-  const std::string last = std::move(names.back());
-  names.pop_back();
-  return fmt::format("{} or {}", fmt::join(names, ", "), last);
-}
-
 }  // namespace
 
 void add_method_options(CLI::App& command, MethodOptions& o) {
   using training::method_names;
   const std::string terms = method_names(training::kTerms) + ": ";
-  add_options(command, {{"--method", &o.method, method_help(), one_of(known_methods())},
+  add_options(command, {{"--method", &o.method,
+                         fmt::format("{} (default: {}; {} with --c, --sigma2 or --tune)", method_names(~0U, " or "),
+                                     default_method(), kDefaultTuned),
+                         one_of(known_methods())},
                         {"--json", &o.json, "print JSON"},
                         {"--quiet", &o.quiet, "no progress on stderr"}});
   add_options(
