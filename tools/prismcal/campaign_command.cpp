@@ -46,7 +46,7 @@ Result<void> check_options(const LotFile& file) {
     if (!choice) return make_error(where, choice.error().what);
     const auto names = tables::list_items(choice->inputs);
     const auto good = settings_of(choice->method).and_then([&](training::TrainingSettings settings) {
-      return set_terms(choice->method, names, training::second_order_terms(names.size()), {}, settings);
+      return set_terms(choice->method, names, settings);
     });
     if (!good) return make_error(where, good.error().text());
   }

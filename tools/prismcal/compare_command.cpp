@@ -136,8 +136,7 @@ Result<void> leave_one_out(const CompareChoice& choice, const analysis::Correcti
     options.method = name;
     auto settings = settings_of(options);
     if (!settings) return tl::unexpected(settings.error());
-    const auto terms = training::second_order_terms(inputs.size());
-    if (auto good = set_terms(options, inputs, terms, {"T", "T^2", "dTdt"}, *settings); !good) return good;
+    if (auto good = set_terms(options, inputs, *settings); !good) return good;
     settings->stop = stop_on_interrupt();
     settings->progress = progress_line(choice.common.quiet);
     methods.push_back(std::move(*settings));

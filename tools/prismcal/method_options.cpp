@@ -111,8 +111,8 @@ Result<training::TrainingSettings> settings_of(const MethodOptions& o) {
   return s;
 }
 
-Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
-                       std::vector<std::string> start, training::TrainingSettings& settings) {
+Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names,
+                       training::TrainingSettings& settings) {
   if (settings.method->has(training::kCubic)) {
     if (names.size() != 1)
       return make_error("--inputs",
@@ -121,7 +121,9 @@ Result<void> set_terms(const MethodOptions& options, const std::vector<std::stri
     settings.terms = training::cubic_terms();
   }
   if (!settings.method->has(training::kTerms)) return {};
-  settings.terms = std::move(terms);
+  settings.terms = options.table ? training::plain_terms(names.size()) : training::second_order_terms(names.size());
+  std::vector<std::string> start;
+  if (!options.table) start = {"T", "T^2", "dTdt"};
   std::vector<std::string> known;
   for (const auto& powers : settings.terms) known.push_back(training::term_name(powers, names));
   if (!options.start.empty()) start = tables::list_items(options.start == "none" ? "" : options.start);

@@ -23,6 +23,7 @@ struct MethodOptions {
   std::string start;
   double memory_mb = 1000;
   training::TrainingSettings settings;  ///< the numbers that it has itself: c, sigma2, folds, …
+  bool table = false;                   ///< of a table, not of recordings
   bool json = false, quiet = false;
 };
 
@@ -34,11 +35,11 @@ std::string method_name_of(const MethodOptions& options);
 /// Options → settings, except polynomial terms. Errors: contradictory options.
 Result<training::TrainingSettings> settings_of(const MethodOptions& options);
 
-/// Sets the terms of a polynomial: a cubic of the only input (ls, eq. 21), or `terms` (stepwise), starting with those
-/// of
-/// --start, else with those of `start` that exist. Errors: several inputs with ls, an unknown term in --start.
-Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names, training::TermPowers terms,
-                       std::vector<std::string> start, training::TrainingSettings& settings);
+/// Sets the terms of a polynomial: a cubic of the only input (ls, eq. 21), or those of second order (of a table: the
+/// inputs), starting with those of --start, else with T, T^2 and dTdt. Errors: several inputs with ls, an unknown term
+/// in --start.
+Result<void> set_terms(const MethodOptions& options, const std::vector<std::string>& names,
+                       training::TrainingSettings& settings);
 
 /// The result of a training; each value is stated in one place.
 struct Summary {

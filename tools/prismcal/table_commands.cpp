@@ -128,6 +128,7 @@ Result<TableData> read_table(const TableChoice& choice) {
 }
 
 void add_options_of_a_table(CLI::App& command, TableChoice& choice, const char* folds_help) {
+  choice.method.table = true;
   add_options(command,
               {{"table", &choice.file, "plain table with a line of names"},
                {"--inputs", &choice.inputs, "columns, separated by commas"},
@@ -180,8 +181,7 @@ Result<int> fit(const TableChoice& stated) {
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
   const std::vector<std::string> names = tables::list_items(choice.inputs);
-  if (auto good = set_terms(choice.method, names, training::plain_terms(names.size()), {}, *settings); !good)
-    return tl::unexpected<Error>(good.error());
+  if (auto good = set_terms(choice.method, names, *settings); !good) return tl::unexpected<Error>(good.error());
   auto read = read_table(choice);
   if (!read) return tl::unexpected<Error>(read.error());
   const training::TrainingData& data = read->data;

@@ -155,9 +155,7 @@ Attempts attempts_of(const TrainChoice& choice, const recordings::TrainingSet& s
     options.settings.threads = choice.method.settings.threads;
     options.memory_mb = choice.method.memory_mb;
     auto other = settings_of(options);
-    if (!other || !set_terms(options, set.data.names, training::second_order_terms(set.data.names.size()),
-                             {"T", "T^2", "dTdt"}, *other))
-      continue;
+    if (!other || !set_terms(options, set.data.names, *other)) continue;
     other->stop = settings.stop;
     compensation::ModelInfo info;
     info.features = set.features;
@@ -243,10 +241,7 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
     if (!choice.method.quiet) fmt::print(stderr, "{}", recordings::search_text(*search));
   }
   const std::vector<std::string> names = tables::list_items(choice.inputs);
-  if (auto good =
-          set_terms(choice.method, names, training::second_order_terms(names.size()), {"T", "T^2", "dTdt"}, *settings);
-      !good)
-    return tl::unexpected<Error>(good.error());
+  if (auto good = set_terms(choice.method, names, *settings); !good) return tl::unexpected<Error>(good.error());
   auto set = read(names);
   if (!set) return tl::unexpected<Error>(set.error());
   if (!choice.method.quiet) {
