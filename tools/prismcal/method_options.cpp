@@ -144,9 +144,6 @@ using nlohmann::ordered_json;
 using training::TrainedModel, training::TrainingSettings;
 using Names = std::vector<std::string>;
 
-/// The number, or null if it is not finite.
-ordered_json finite_json(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
-
 std::string target_unit(const TrainedModel& trained) {
   return trained.model->info().table ? "units of the target" : "deg/h";
 }
@@ -183,10 +180,7 @@ void add_path(const training::PolynomialFit& result, const TrainingSettings& set
   for (const training::StepwiseStep& step : result.path) {
     ordered_json entry = {{"action", step.action}};
     if (step.term >= 0) {
-      entry.update({{"term", named(settings, step.term, names)},
-                    {"p", finite_json(step.p)},
-                    {"t", finite_json(step.t)},
-                    {"F", finite_json(step.t * step.t)}});
+      entry.update({{"term", named(settings, step.term, names)}, {"p", step.p}, {"t", step.t}, {"F", step.t * step.t}});
       summary.line("", fmt::format("{:<7} {:<10} p {:.2g}", step.action, named(settings, step.term, names), step.p));
     }
     if (!step.candidate_p.empty()) entry["candidate_p"] = p_values(step.candidate_p, settings, names);
@@ -204,7 +198,7 @@ void add_polynomial(const TrainedModel& trained, const TrainingSettings& setting
                        {"sse", found.fit.sse},
                        {"df", found.fit.df},
                        {"sd", found.fit.sd()},
-                       {"condition", finite_json(found.condition)}});
+                       {"condition", found.condition}});
   summary.line("coefficients", target_unit(trained) + " over the units of the term" +
                                    (trained.model->info().table ? "" : " (T degC, dTdt degC/s, U V)"));
   for (const compensation::Term& term : static_cast<const compensation::PolynomialModel&>(*trained.model).terms()) {
@@ -225,8 +219,7 @@ void add_tuning(const TrainedModel& trained, const TrainingSettings& settings, S
   ordered_json& json = summary.json["tuning"] = {
       {"evaluations", tuning.evaluations}, {"stopped", tuning.stopped}, {"surface", ordered_json::array()}};
   for (const training::TuningPoint& p : tuning.surface)
-    json["surface"].push_back(
-        {{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", finite_json(p.cost)}});
+    json["surface"].push_back({{"sigma2", p.sigma2}, {"c", p.c}, {"parameter", p.parameter}, {"cost", p.cost}});
   const bool likelihood = settings.tuning == training::Tuning::kReml;
   summary.line(
       "cost",
@@ -252,7 +245,7 @@ void add_kernel(const TrainedModel& trained, const TrainingSettings& settings, S
     json[name] = trained.parameter;
     kernel += fmt::format(", {} {}", name, plain_number(trained.parameter, 4));
   }
-  json["cost"] = trained.tuning ? finite_json(trained.tuning->best.cost) : ordered_json(nullptr);
+  json["cost"] = trained.tuning ? ordered_json(trained.tuning->best.cost) : ordered_json();
   json["centres"] = trained.centres;
   summary.line("kernel", kernel + " (inputs in units of their standard deviation)");
   summary.line("centres", fmt::format("{} samples that the model contains", trained.centres));
@@ -261,7 +254,7 @@ void add_kernel(const TrainedModel& trained, const TrainingSettings& settings, S
     json["reweighting"] = {{"solves", trained.reweight->solves},
                            {"converged", trained.reweight->converged},
                            {"oscillating", trained.reweight->oscillating},
-                           {"scale", finite_json(trained.reweight->scale)},
+                           {"scale", trained.reweight->scale},
                            {"dropped", trained.reweight->dropped}};
   if (trained.tuning) add_tuning(trained, settings, summary);
   if (reweighted)
