@@ -178,13 +178,12 @@ std::string TrainingRun::model_text() const {
                                         : std::nullopt);
 }
 
-Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* (*stop)()) {
+Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std::atomic<bool>* stop) {
   TrainChoice choice = requested;
   if (choice.method.quiet) choice.recordings.source.table.silence();
   auto settings = settings_of(choice.method);
   if (!settings) return tl::unexpected<Error>(settings.error());
-  const std::atomic<bool>* const stopped = stop ? stop() : nullptr;
-  settings->stop = stopped;
+  settings->stop = stop;
   int& response_s = choice.recordings.features.response_s;
   bool open = choice.response == "auto";
   if (!open) response_s = std::stoi(choice.response);
@@ -272,12 +271,12 @@ Result<TrainingRun> train_on_recordings(const TrainChoice& requested, const std:
   auto trained = training::train(set->data, std::move(info), *settings);
   end_progress();
   if (!trained) return tl::unexpected<Error>(trained.error());
-  if (stopped && *stopped) set->questions.insert(set->questions.begin(), kStoppedEarly);
+  if (stop && *stop) set->questions.insert(set->questions.begin(), kStoppedEarly);
   auto summary = summary_of(*trained, *settings, names);
   auto expected = expectation_of(trained->held_out, set->data);
   Judgement judgement = judge(*trained, expected, *quality, set->questions,
                               [&] { return attempts_of(requested, *set, *settings, *quality, response); });
-  summary.json["stopped_early"] = stopped && *stopped;
+  summary.json["stopped_early"] = stop && *stop;
   summary.json["readiness"] = readiness_text(judgement.readiness);
   summary.json["expected"] = expectation_json(expected);
   summary.json["recordings"] = set->facts;
@@ -331,7 +330,7 @@ Result<nlohmann::ordered_json> run_one(const TrainChoice& choice) {
   for (const auto& [option, text] : {std::pair{"--name", &choice.name}, {"--serial", &choice.serial}}) {
     if (auto good = check_text(TextRule::kText, *text, option); !good) return tl::unexpected<Error>(good.error());
   }
-  auto run = train_on_recordings(choice, stop_on_interrupt);
+  auto run = train_on_recordings(choice, stop_on_interrupt());
   if (!run) return tl::unexpected<Error>(run.error());
   if (auto done = write_text_file(choice.out, run->model_text()); !done) return tl::unexpected<Error>(done.error());
   if (!choice.method.json) {

@@ -96,9 +96,9 @@ struct TrainingRun {
 /// Adds all options of train except the recordings and --out.
 void add_train_options(CLI::App& command, TrainChoice& choice);
 
-/// Reads the recordings, checks their quality and trains. Ignores choice.out. Errors: those of `prismcal train`. `stop`
-/// is called when training begins; if the flag it returns is set, tuning ends early with the best result so far.
-Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* (*stop)() = nullptr);
+/// Reads the recordings, checks their quality and trains. Ignores choice.out. Errors: those of `prismcal train`. If the
+/// flag `stop` is set, tuning ends early with the best result so far.
+Result<TrainingRun> train_on_recordings(const TrainChoice& choice, const std::atomic<bool>* stop = nullptr);
 
 /// A new constant for the model `choice.from`, from the time at rest in the only recording; writes choice.out. The
 /// result is what --json prints. Errors: no half hour at rest; a shift within its interval, unless forced.
