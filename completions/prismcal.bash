@@ -9,12 +9,12 @@ _prismcal() {
     'train --time-unit'|'fit --time-unit'|'cv --time-unit'|'predict --time-unit'|'evaluate --time-unit'|'compare --time-unit'|'monitor --time-unit'|'inspect --time-unit'|'allan --time-unit'|'convert --time-unit'|'export --time-unit') words='s ms us ns min h d' ;;
     'train --method'|'fit --method'|'cv --method') words='composite ls stepwise lssvm ir-lssvm svr' ;;
     'train --slope'|'compare --slope'|'inspect --slope') words='difference least_squares' ;;
+    'train --weight'|'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
     'train --tune'|'fit --tune'|'cv --tune') words='blocked shuffled loo reml' ;;
     'train --reweight'|'fit --reweight'|'cv --reweight') words='1 converge' ;;
     'train --scale'|'fit --scale'|'cv --scale') words='mad iqr' ;;
+    'train --drift'|'fit --drift'|'cv --drift') words='thermal open none' ;;
     'train --normalise'|'fit --normalise'|'cv --normalise') words='zscore auto none' ;;
-    'fit --weight'|'cv --weight') words='huber hampel logistic myriad' ;;
-    'fit --drift'|'cv --drift') words='thermal open none' ;;
     'predict --extrapolation'|'evaluate --extrapolation'|'compare --extrapolation') words='preset flag clamp shrink' ;;
     'evaluate --divisor'|'compare --divisor') words='N N-1' ;;
     'evaluate --paper'|'compare --paper'|'allan --paper') words='A4 letter' ;;
