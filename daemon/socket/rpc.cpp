@@ -262,7 +262,8 @@ void Rpc::rows(const Call& call) {
                 "--cursor stores it in a file)");
   pipeline::RowQuery query;
   query.after = params.raw_text("after", "");
-  query.limit = static_cast<std::size_t>(params.integer("limit", {1, pipeline::RowQuery::kMostRows}, 1000));
+  const auto usual = static_cast<std::int64_t>(query.limit);
+  query.limit = static_cast<std::size_t>(params.integer("limit", {1, pipeline::RowQuery::kMostRows}, usual));
   query.header = params.boolean("header", false);
   const double wait_s = params.number("wait_s", {0, 30}, 0.0);  // longest wait for a first row
   if (!call.accepts(params)) return;
