@@ -26,8 +26,11 @@ struct Record {
 struct Phase {
   explicit Phase(std::vector<double> rate);
 
-  std::vector<double> x;            ///< the sum before each rate, and after the last
-  std::vector<std::uint32_t> lost;  ///< number of missing values before each element of x, if there are any
+  /// The sum before rate i; i: at most the number of rates.
+  double before(std::size_t i) const { return i > 0 ? x[i - 1] : 0; }
+
+  std::vector<double> x;            ///< the sum after each rate
+  std::vector<std::uint32_t> lost;  ///< number of missing values before each rate and after the last, if there are any
   std::vector<Record> records;
   std::size_t values = 0, missing = 0, holes = 0, size = 0;  ///< size: of all records, with their missing values
   double slope = 0;                                          ///< per sample
@@ -72,10 +75,8 @@ Phase::Phase(std::vector<double> rate) : x(std::move(rate)) {
     const bool known = std::isfinite(x[i]);
     const double value = known ? x[i] - level - slope * (static_cast<double>(i) - centre) : 0;
     if (missing > 0) lost.push_back(lost.back() + !known);
-    x[i] = sum;
-    sum += value;
+    x[i] = sum += value;
   }
-  x.push_back(sum);
 }
 
 /// m: at most half of the size.
@@ -84,7 +85,8 @@ AllanVariance variance_at(const Phase& phase, std::size_t m) {
   AllanVariance found{.m = m};
   for (const Record& record : phase.records) {
     for (std::size_t i = record.begin; i + 2 * m <= record.end; ++i) {
-      const double first = phase.x[i + m] - phase.x[i], second = phase.x[i + 2 * m] - phase.x[i + m];
+      const double middle = phase.before(i + m);
+      const double first = middle - phase.before(i), second = phase.before(i + 2 * m) - middle;
       double d = second - first;
       if (!phase.lost.empty()) {
         const double a = size - (phase.lost[i + m] - phase.lost[i]),

@@ -60,16 +60,8 @@ std::optional<double> gap_of(const EvaluatedRecording& recording, const std::vec
 
 void analyse_noise(EvaluatedRecording& recording, bool after) {
   const std::string& where = recording.loaded.table.name;
-  std::vector<recordings::Series> seconds;
-  if (after) {
-    seconds = recording.evaluation.corrected_seconds_deg_per_h(recording.loaded.table);
-  } else {
-    for (const auto& [start_s, values] : recording.loaded.table.seconds) {
-      seconds.push_back({start_s});
-      seconds.back().values.reserve(values.size() + 1);  // analyse_allan() adds a sum: no second copy of a year
-      seconds.back().values = values;
-    }
-  }
+  auto seconds =
+      after ? recording.evaluation.corrected_seconds_deg_per_h(recording.loaded.table) : recording.loaded.table.seconds;
   std::vector<double> rate = recordings::joined(std::move(seconds));
   (after ? recording.spectrum.after : recording.spectrum.before) = evaluation::power_spectrum(rate, 1, where);
   (after ? recording.allan.after : recording.allan.before) = evaluation::analyse_allan(std::move(rate), 1, where);
