@@ -12,11 +12,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/escape.hpp"
 #include "base/host_time.hpp"
 #include "base/json_document.hpp"
+#include "base/json_member.hpp"
 #include "base/json_section.hpp"
 #include "base/outside_text.hpp"
 #include "daemon/awaiting.hpp"
@@ -150,9 +152,12 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected at most {} requests",
                                                 kMaxValues, kMaxBatch));
   }
-  json parsed = json::parse(line, nullptr, false);
-  if (parsed.is_discarded())
-    return refused(kParseError, "the line is not valid JSON; expected one JSON-RPC 2.0 request a line");
+  std::optional<json> value = parse_json_line(line);
+  if (!value) {
+    return refused(kParseError,
+                   "the line is not valid JSON of at most 64 levels; expected one JSON-RPC 2.0 request a line");
+  }
+  json& parsed = *value;
   std::deque<json> requests;
   if (!parsed.is_array()) {
     requests.push_back(std::move(parsed));
