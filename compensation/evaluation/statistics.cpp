@@ -2,8 +2,11 @@
 #include "compensation/evaluation/statistics.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
 
 namespace prism::evaluation {
 namespace {
@@ -93,18 +96,25 @@ std::optional<double> correlate(std::span<const double> x, std::span<const doubl
 std::optional<Autocorrelation> autocorrelate(std::span<const double> values, std::size_t max_lag) {
   const auto d = deviations(values);
   if (!d) return std::nullopt;
+  // From the power spectrum of the series, padded so that its ends do not meet (Wiener and Khinchin): each lag by
+  // itself would take minutes for the blocks of a year.
+  std::vector<double> products(*d);
+  products.resize(std::bit_ceil(2 * d->size()));
+  Eigen::FFT<double> transform;
+  std::vector<std::complex<double>> bins;
+  transform.fwd(bins, products);
+  for (std::complex<double>& bin : bins) bin = std::norm(bin);
+  transform.inv(products, bins);
   Autocorrelation result;
-  const double variance = dot(*d, *d, 0);
-  for (std::size_t lag = 0; lag <= std::min(max_lag, values.size() - 1); ++lag) {
-    result.coefficient.push_back(dot(*d, *d, lag) / variance);
-  }
+  for (std::size_t lag = 0; lag <= std::min(max_lag, values.size() - 1); ++lag)
+    result.coefficient.push_back(products[lag] / products[0]);
   result.band = 1.96 / std::sqrt(static_cast<double>(values.size()));
   return result;
 }
 
 double neighbour_correlation(std::span<const double> values) {
-  const auto found = autocorrelate(values, 1);
-  return found ? found->coefficient[1] : 0;
+  const auto d = deviations(values);
+  return d ? dot(*d, *d, 1) / dot(*d, *d, 0) : 0;
 }
 
 std::optional<double> noise_floor(std::span<const double> blocks, const std::vector<bool>& follows) {

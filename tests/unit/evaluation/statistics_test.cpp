@@ -2,7 +2,7 @@
 // Statistics of series with a known truth: compared with hand calculations.
 #include "compensation/evaluation/statistics.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +18,7 @@ namespace prism::evaluation {
 namespace {
 
 using Series = std::vector<double>;
+using ::testing::DoubleNear, ::testing::Pointwise;
 const double kNan = std::nan("");
 
 TEST(SummaryStatistics, NamesAndUsesBothDivisors) {
@@ -61,6 +62,13 @@ TEST(Autocorrelation, OfAFirstOrderProcessFallsGeometricallyAndOfWhiteNoiseStays
   for (std::size_t lag = 1; lag <= 100; ++lag) outside += std::abs(white.coefficient[lag]) > white.band;
   EXPECT_LE(outside, 12);  // 5 expected; 12 is more than three sigma above
   EXPECT_EQ(autocorrelate(Series{1, 2, 4}, 50)->coefficient.size(), 3u) << "limited to the length of the series";
+}
+
+TEST(Autocorrelation, IsTheSumOfProductsOverTheSumOfSquares) {
+  // Deviations from the mean: -2.4, -0.4, -1.4, 3.6, 0.6.
+  const std::vector<double> expected = {1, -1.36 / 21.2, 1.08 / 21.2, -8.88 / 21.2, -1.44 / 21.2};
+  EXPECT_THAT(autocorrelate(Series{1, 3, 2, 7, 4}, 9)->coefficient, Pointwise(DoubleNear(1e-15), expected));
+  EXPECT_DOUBLE_EQ(neighbour_correlation(Series{1, 3, 2, 7, 4}), expected[1]);
 }
 
 TEST(BiasStability, ReturnsThePercentagesOfThePaper) {
