@@ -25,8 +25,10 @@ std::uint64_t count_member(const nlohmann::json& object, std::string_view key);
 /// True only if the member is true.
 bool flag_member(const nlohmann::json& object, std::string_view key);
 
+inline constexpr int kMostJsonLevels = 64;
+
 /// Parses JSON text from a socket, nested at most `max_depth` levels: deeper values would exhaust the stack when copied
 /// or written. Returns nullopt if the text is invalid or deeper.
-std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth = 64);
+std::optional<nlohmann::json> parse_json_line(std::string_view line, int max_depth = kMostJsonLevels);
 
 }  // namespace prism

@@ -152,23 +152,24 @@ std::deque<json> Rpc::take(const std::shared_ptr<Client>& client, std::string_vi
     return refused(kInvalidRequest, fmt::format("found more than {} values in a line, expected at most {} requests",
                                                 kMaxValues, kMaxBatch));
   }
-  std::optional<json> value = parse_json_line(line);
-  if (!value) {
-    return refused(kParseError,
-                   "the line is not valid JSON of at most 64 levels; expected one JSON-RPC 2.0 request a line");
+  std::optional<json> parsed = parse_json_line(line);
+  if (!parsed) {
+    return refused(
+        kParseError,
+        fmt::format("the line is not valid JSON of at most {} levels; expected one JSON-RPC 2.0 request a line",
+                    kMostJsonLevels));
   }
-  json& parsed = *value;
   std::deque<json> requests;
-  if (!parsed.is_array()) {
-    requests.push_back(std::move(parsed));
+  if (!parsed->is_array()) {
+    requests.push_back(std::move(*parsed));
     return requests;
   }
-  if (parsed.empty()) return refused(kInvalidRequest, "found an empty batch, expected at least one request");
-  if (parsed.size() > kMaxBatch) {
+  if (parsed->empty()) return refused(kInvalidRequest, "found an empty batch, expected at least one request");
+  if (parsed->size() > kMaxBatch) {
     return refused(kInvalidRequest,
-                   fmt::format("found a batch of {} requests, expected at most {}", parsed.size(), kMaxBatch));
+                   fmt::format("found a batch of {} requests, expected at most {}", parsed->size(), kMaxBatch));
   }
-  for (json& request : parsed) requests.push_back(std::move(request));
+  for (json& request : *parsed) requests.push_back(std::move(request));
   return requests;
 }
 
